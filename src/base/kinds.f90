@@ -1,0 +1,19 @@
+!> Numeric kinds and the constants that every part of the program shares.
+module kinds
+   use, intrinsic :: iso_fortran_env, only: int64, real64
+   implicit none (type, external)
+   private
+   public :: wp, i8, pi, lambda1, lambda1_power4
+
+   !> Working precision: IEEE double.
+   integer, parameter :: wp = real64
+   !> Long integers, for counters and clocks.
+   integer, parameter :: i8 = int64
+
+   real(wp), parameter :: pi = 3.14159265358979323846_wp
+   !> First root of 1 + cos k cosh k = 0: the uniform cantilever, without tip mass.
+   real(wp), parameter :: lambda1 = 1.8751040687119611664_wp
+   !> lambda1^4, the square of omega1 where E Ibar = rho Abar = L = 1.
+   real(wp), parameter :: lambda1_power4 = lambda1**4
+
+end module kinds

@@ -1,0 +1,32 @@
+!> A table of frequencies: one column a solver and mesh, one row a mode.
+module frequency_types
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: frequency_table_t, frequency_column_t
+
+   type :: frequency_column_t
+      !> Name of the solver as users write it
+      character(:), allocatable :: solver
+      !> Elements and ratio of the mesh
+      integer :: elements = 0
+      real(wp) :: ratio = 1.0_wp
+      !> lambda_i, [modes found]
+      real(wp), allocatable :: lambda(:)
+      !> Seconds that the solve took
+      real(wp) :: seconds = 0.0_wp
+   end type frequency_column_t
+
+   type :: frequency_table_t
+      !> Computed columns
+      type(frequency_column_t), allocatable :: columns(:)
+      !> Exact lambda_i, [rows]; unallocated: not asked for
+      real(wp), allocatable :: exact(:)
+      !> Positions x/L of the nodes of the first column's mesh, [0:n], and mode shapes on them,
+      !> [0:n, modes]: unit modal mass, positive tip; unallocated: not asked for
+      real(wp), allocatable :: node(:)
+      real(wp), allocatable :: shape(:, :)
+      real(wp), allocatable :: shape_slope(:, :)
+   end type frequency_table_t
+
+end module frequency_types

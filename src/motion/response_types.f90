@@ -1,0 +1,150 @@
+!> What a run through time leaves behind: events, histories at equal steps, shapes, energies. Both
+!> methods (`newmark`, `exact`) fill it; measures, files and tables read it.
+!>
+!> Scales as everywhere behind the scene: displacement eta = (y - d)/(y_c(0) - d), time tau = omega1 t,
+!> mass in rho Abar L; so energies come in rho Abar L omega1^2 (y_c(0) - d)^2, impulses in
+!> rho Abar L omega1 (y_c(0) - d), and forces as Pbar of the paper.
+module response_types
+   use kinds, only: i8, wp
+   implicit none (type, external)
+   private
+   public :: response_t, event_t, energy_t, append_event, event_name
+   public :: event_impact, event_capture, event_release, event_contact, event_separation
+   public :: is_contact_start, is_contact_end
+
+   !> Model A: the stop point hits the stop and rebounds.
+   integer, parameter :: event_impact = 1
+   !> Model A: the stop point comes to rest on the stop and is held.
+   integer, parameter :: event_capture = 2
+   !> Model A: the held stop point leaves.
+   integer, parameter :: event_release = 3
+   !> Model B: contact begins.
+   integer, parameter :: event_contact = 4
+   !> Model B: contact ends.
+   integer, parameter :: event_separation = 5
+
+   type :: event_t
+      !> Instant
+      real(wp) :: tau = 0.0_wp
+      !> One of the `event_` constants
+      integer :: kind = 0
+      !> eta of the stop point
+      real(wp) :: eta = 0.0_wp
+      !> d eta / d tau of the stop point before and after
+      real(wp) :: velocity_before = 0.0_wp
+      real(wp) :: velocity_after = 0.0_wp
+      !> Impulse on the beam, >= 0 away from the stop
+      real(wp) :: impulse = 0.0_wp
+      !> Change of the beam's energy at the event
+      real(wp) :: energy_change = 0.0_wp
+   end type event_t
+
+   !> The ledger at the sample times. Kinetic + strain + stop + dissipated_* - created is constant.
+   type :: energy_t
+      !> Kinetic energy of beam and tip mass
+      real(wp), allocatable :: kinetic(:)
+      !> Strain energy of the beam
+      real(wp), allocatable :: strain(:)
+      !> Energy in the springs of the stop
+      real(wp), allocatable :: stop(:)
+      !> Dissipated so far: inside the beam, in the stop, at impacts
+      real(wp), allocatable :: dissipated_beam(:)
+      real(wp), allocatable :: dissipated_stop(:)
+      real(wp), allocatable :: dissipated_impact(:)
+      !> Created so far by the nodal reading of the impulse
+      real(wp), allocatable :: created(:)
+   end type energy_t
+
+   type :: response_t
+      !> Events in order; only the first `event_count` are meant
+      type(event_t), allocatable :: events(:)
+      integer :: event_count = 0
+      !> Sample times
+      real(wp), allocatable :: tau(:)
+      !> Histories at the sample times; unallocated: not asked for
+      real(wp), allocatable :: displacement_stop(:)
+      real(wp), allocatable :: displacement_tip(:)
+      real(wp), allocatable :: velocity_stop(:)
+      real(wp), allocatable :: contact_force(:)
+      !> Ledger; unallocated: not asked for
+      type(energy_t), allocatable :: energy
+      !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant], clamp first
+      real(wp), allocatable :: shape_tau(:)
+      real(wp), allocatable :: shape_displacement(:, :)
+      real(wp), allocatable :: shape_slope(:, :)
+      real(wp), allocatable :: shape_velocity(:, :)
+      real(wp), allocatable :: shape_slope_velocity(:, :)
+      !> Energy at the start
+      real(wp) :: initial_energy = 0.0_wp
+      !> In contact at the end of the run
+      logical :: ends_in_contact = .false.
+      !> Work done: steps taken (newmark) or modal sums evaluated (exact), steps taken back,
+      !> factorisations or eigen-solves, modes kept
+      integer(i8) :: evaluations = 0_i8
+      integer(i8) :: rejected = 0_i8
+      integer :: factorisations = 0
+      integer :: modes_kept = 0
+   end type response_t
+
+contains
+
+   !> Add an event; the array grows by doubling.
+   pure subroutine append_event(response, event)
+      !> What the event is added to
+      type(response_t), intent(inout) :: response
+      !> The event
+      type(event_t), intent(in) :: event
+
+      type(event_t), allocatable :: larger(:)
+
+      if (.not. allocated(response%events)) allocate (response%events(64))
+      if (response%event_count == size(response%events)) then
+         allocate (larger(2*size(response%events)))
+         larger(:response%event_count) = response%events
+         call move_alloc(larger, response%events)
+      end if
+      response%event_count = response%event_count + 1
+      response%events(response%event_count) = event
+   end subroutine append_event
+
+   !> The kind of an event in words.
+   pure function event_name(kind) result(name)
+      !> One of the `event_` constants
+      integer, intent(in) :: kind
+      character(:), allocatable :: name
+
+      select case (kind)
+      case (event_impact)
+         name = 'impact'
+      case (event_capture)
+         name = 'capture'
+      case (event_release)
+         name = 'release'
+      case (event_contact)
+         name = 'contact'
+      case (event_separation)
+         name = 'separation'
+      case default
+         name = 'unknown'
+      end select
+   end function event_name
+
+   !> Does contact that lasts begin here?
+   elemental function is_contact_start(kind) result(starts)
+      !> One of the `event_` constants
+      integer, intent(in) :: kind
+      logical :: starts
+
+      starts = kind == event_capture .or. kind == event_contact
+   end function is_contact_start
+
+   !> Does contact that lasted end here?
+   elemental function is_contact_end(kind) result(ends)
+      !> One of the `event_` constants
+      integer, intent(in) :: kind
+      logical :: ends
+
+      ends = kind == event_release .or. kind == event_separation
+   end function is_contact_end
+
+end module response_types
