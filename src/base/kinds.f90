@@ -10,9 +10,9 @@ module kinds
    !> Long integers, for counters and clocks.
    integer, parameter :: i8 = int64
 
-   real(wp), parameter :: pi = 3.14159265358979323846_wp
+   real(wp), parameter :: pi = 3.141592653589793_wp
    !> First root of 1 + cos k cosh k = 0: the uniform cantilever, without tip mass.
-   real(wp), parameter :: lambda1 = 1.8751040687119611664_wp
+   real(wp), parameter :: lambda1 = 1.875104068711961_wp
    !> lambda1^4, the square of omega1 where E Ibar = rho Abar = L = 1.
    real(wp), parameter :: lambda1_power4 = lambda1**4
 

@@ -1,0 +1,122 @@
+!> The partition of the beam into elements: geometric, with one node at the stop.
+module beam_mesh
+   use failures, only: fail, failure_t, status_bad_input
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: mesh_t, make_mesh
+
+   type :: mesh_t
+      !> Number of elements n (one more than asked for if an element was split at the stop)
+      integer :: elements = 0
+      !> Lengths in L, from the clamp, [n]
+      real(wp), allocatable :: length(:)
+      !> x/L of the nodes, [0:n]
+      real(wp), allocatable :: position(:)
+      !> Distance of the nodes to the tip in L, summed up from the tip, [0:n]
+      real(wp), allocatable :: tip_distance(:)
+      !> Node at the stop
+      integer :: stop_node = 0
+   end type mesh_t
+
+contains
+
+   !> Geometric partition, l_i / l_(i+1) = ratio, with a node at the stop: the nearest interior node
+   !> moves there (of two equally near the one towards the clamp); without interior nodes the element is split. The tip never moves.
+   !>
+   !> Fails when an element vanishes in working precision.
+   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error)
+      !> Number of elements, >= 1
+      integer, intent(in) :: elements
+      !> Ratio of neighbouring lengths, > 0; above 1 the long element is at the clamp
+      real(wp), intent(in) :: ratio
+      !> Lc/L, in (0, 1]
+      real(wp), intent(in) :: stop_position
+      !> The partition
+      type(mesh_t), intent(out) :: mesh
+      !> Set when no such partition exists
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: relative(:)
+      real(wp) :: step
+      integer :: i
+
+      allocate (relative(elements))
+      ! the longest element is 1, so that nothing overflows
+      step = min(ratio, 1.0_wp/ratio)
+      do i = 1, elements
+         if (ratio >= 1.0_wp) then
+            relative(i) = step**(i - 1)
+         else
+            relative(i) = step**(elements - i)
+         end if
+      end do
+      mesh%elements = elements
+      mesh%length = relative/sum(relative)
+      if (minval(mesh%length) < tiny(1.0_wp)/epsilon(1.0_wp)) then
+         call fail(error, status_bad_input, 'the smallest element of this mesh vanishes in double precision')
+         return
+      end if
+      call place_nodes(mesh)
+      mesh%stop_node = mesh%elements
+      if (stop_position < 1.0_wp) call put_node_at_stop(mesh, stop_position, error)
+   end subroutine make_mesh
+
+   !> Positions and distances to the tip from the lengths.
+   pure subroutine place_nodes(mesh)
+      !> The mesh, its lengths given
+      type(mesh_t), intent(inout) :: mesh
+
+      integer :: i
+
+      associate (n => mesh%elements)
+         if (allocated(mesh%position)) deallocate (mesh%position, mesh%tip_distance)
+         allocate (mesh%position(0:n), mesh%tip_distance(0:n))
+         mesh%position(0) = 0.0_wp
+         do i = 1, n - 1
+            mesh%position(i) = mesh%position(i - 1) + mesh%length(i)
+         end do
+         mesh%position(n) = 1.0_wp
+         mesh%tip_distance(n) = 0.0_wp
+         do i = n - 1, 1, -1
+            mesh%tip_distance(i) = mesh%tip_distance(i + 1) + mesh%length(i + 1)
+         end do
+         mesh%tip_distance(0) = 1.0_wp
+      end associate
+   end subroutine place_nodes
+
+   !> Move the nearest interior node to the stop, or split the only element.
+   pure subroutine put_node_at_stop(mesh, stop_position, error)
+      !> The mesh that changes
+      type(mesh_t), intent(inout) :: mesh
+      !> Lc/L, in (0, 1)
+      real(wp), intent(in) :: stop_position
+      !> Set when the stop is too near to a neighbour for an element between them
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer :: node
+
+      if (mesh%elements == 1) then
+         mesh%length = [stop_position, 1.0_wp - stop_position]
+         mesh%elements = 2
+         node = 1
+      else
+         node = minloc(abs(mesh%position(1:mesh%elements - 1) - stop_position), dim=1)
+         if (abs(mesh%position(node) - stop_position) > 4.0_wp*epsilon(1.0_wp)) then
+            if (node + 1 == mesh%elements) then
+               mesh%length(node + 1) = 1.0_wp - stop_position
+            else
+               mesh%length(node + 1) = mesh%position(node + 1) - stop_position
+            end if
+            mesh%length(node) = stop_position - mesh%position(node - 1)
+         end if
+      end if
+      mesh%stop_node = node
+      if (minval(mesh%length) <= 0.0_wp) then
+         call fail(error, status_bad_input, 'the stop is too near to the next node for an element between them')
+         return
+      end if
+      call place_nodes(mesh)
+   end subroutine put_node_at_stop
+
+end module beam_mesh

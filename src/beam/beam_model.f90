@@ -1,0 +1,87 @@
+!> The assembled beam: stiffness and mass in skyline storage, clamped at x = 0, the tip mass included, in units
+!> where E Ibar = rho Abar = L = 1. Its eigenvalues are lambda^4.
+module beam_model
+   use beam_element, only: element_mass, element_stiffness
+   use beam_mesh, only: mesh_t
+   use beam_section, only: section_t
+   use failures, only: failure_t
+   use kinds, only: wp
+   use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
+   implicit none (type, external)
+   private
+   public :: beam_model_t, make_beam_model, static_shape
+
+   !> Degrees of freedom 2 i - 1 and 2 i: y and dy/dx of node i = 1 ... n.
+   type :: beam_model_t
+      type(section_t) :: section
+      type(mesh_t) :: mesh
+      !> mu, in rho Abar L
+      real(wp) :: tip_mass_ratio = 0.0_wp
+      !> K and M, of one profile
+      type(skyline_t) :: stiffness
+      type(skyline_t) :: mass
+      !> Displacements of the stop point and of the tip
+      integer :: stop_dof = 0
+      integer :: tip_dof = 0
+   end type beam_model_t
+
+contains
+
+   !> Assemble K and M.
+   pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model)
+      !> The section along the beam
+      type(section_t), intent(in) :: section
+      !> The partition
+      type(mesh_t), intent(in) :: mesh
+      !> mu, >= 0
+      real(wp), intent(in) :: tip_mass_ratio
+      !> The assembled beam
+      type(beam_model_t), intent(out) :: model
+
+      integer :: dofs(4), element, i
+      integer, allocatable :: first_row(:)
+
+      model%section = section
+      model%mesh = mesh
+      model%tip_mass_ratio = tip_mass_ratio
+      model%stop_dof = 2*mesh%stop_node - 1
+      model%tip_dof = 2*mesh%elements - 1
+      allocate (first_row(2*mesh%elements))
+      do i = 1, mesh%elements
+         first_row(2*i - 1:2*i) = max(1, 2*i - 3)
+      end do
+      call make_skyline(model%stiffness, first_row)
+      call make_skyline(model%mass, first_row)
+      do element = 1, mesh%elements
+         dofs = [2*element - 3, 2*element - 2, 2*element - 1, 2*element]
+         dofs = max(dofs, 0)
+         call add_element(model%stiffness, dofs, &
+                          element_stiffness(section, mesh%length(element), mesh%tip_distance(element)))
+         call add_element(model%mass, dofs, &
+                          element_mass(section, mesh%length(element), mesh%tip_distance(element)))
+      end do
+      call add_to_diagonal(model%mass, model%tip_dof, tip_mass_ratio)
+   end subroutine make_beam_model
+
+   !> The static shape under a point force at the stop point that moves this point by 1.
+   pure subroutine static_shape(model, shape, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> y and dy/dx of the nodes, [2 n]
+      real(wp), allocatable, intent(out) :: shape(:)
+      !> Set when the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skyline_t) :: factors
+
+      factors = model%stiffness
+      call factorise(factors, error)
+      if (allocated(error)) return
+      allocate (shape(factors%order))
+      shape = 0.0_wp
+      shape(model%stop_dof) = 1.0_wp
+      call solve_factorised(factors, shape)
+      shape = shape/shape(model%stop_dof)
+   end subroutine static_shape
+
+end module beam_model
