@@ -14,6 +14,7 @@ module scene_types
    public :: method_exact, method_newmark
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
    public :: reference_exact, reference_none, name_length
+   public :: law_names, impulse_names, method_names, solver_names, reference_names
 
    !> Longest name of a scene, solver, history.
    integer, parameter :: name_length = 64
@@ -53,6 +54,14 @@ module scene_types
    integer, parameter :: reference_none = 0
    !> The exact frequencies from the determinants.
    integer, parameter :: reference_exact = 1
+
+   !> The constants above as users write them: law_names(law_restitution) and so on; `reference_names`
+   !> begins with reference_none.
+   character(*), parameter :: law_names(2) = [character(name_length) :: 'restitution', 'three_element']
+   character(*), parameter :: impulse_names(2) = [character(name_length) :: 'momentum', 'nodal']
+   character(*), parameter :: method_names(2) = [character(name_length) :: 'exact', 'newmark']
+   character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
+   character(*), parameter :: reference_names(0:1) = [character(name_length) :: 'none', 'exact']
 
    !> &beam, in the user's units.
    type :: beam_settings_t
@@ -193,6 +202,8 @@ module scene_types
       real(wp) :: zeta = 0.0_wp
       !> mu = m / (rho Abar L)
       real(wp) :: tip_mass_ratio = 0.0_wp
+      !> &stop is there; a response has one
+      logical :: has_stop = .false.
       type(stop_settings_t) :: stop
       !> &response is there
       logical :: wants_response = .false.

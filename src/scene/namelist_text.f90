@@ -1,0 +1,373 @@
+!> The text of a namelist file taken apart: groups, the items name = values in them, and where each
+!> stands. Values stay text here.
+!>
+!> What is accepted is a part of what the standard (Fortran 2018, 13.11) allows: every file that
+!> passes can be read by a namelist READ statement. Left out on purpose: subscripts and components,
+!> null values, texts that go on over the end of a line, `$` and `&end`, and anything but blanks and
+!> comments outside of groups.
+module namelist_text
+   use kinds, only: i8
+   use namelist_tokens, only: advance, cursor_t, equals_follows, excerpt, is_name, lower_case, &
+      normalise_lines, slice, token_comma, token_end, token_equals, token_group, token_slash, token_value, value_t
+   use number_text, only: to_text
+   implicit none (type, external)
+   private
+   public :: namelist_t, group_t, item_t, parse_namelist
+   public :: find_group, find_item, group_name, item_name, value_text, item_text, value_count
+
+   !> name = values; as in the others, `first` and `last` delimit the name in the text
+   type :: item_t
+      integer :: first = 1
+      integer :: last = 0
+      integer :: line = 0
+      integer :: group = 0
+      !> Its values in the list of all
+      integer :: first_value = 1
+      integer :: last_value = 0
+   end type item_t
+
+   !> &name ... /
+   type :: group_t
+      integer :: first = 1
+      integer :: last = 0
+      integer :: line = 0
+   end type group_t
+
+   type :: namelist_t
+      !> The text with one newline at the end of each line, without byte order mark
+      character(:), allocatable :: text
+      !> All groups, items and values in order; only the first `*_count` are meant
+      type(group_t), allocatable :: groups(:)
+      type(item_t), allocatable :: items(:)
+      type(value_t), allocatable :: values(:)
+      integer :: group_count = 0
+      integer :: item_count = 0
+      integer :: value_count = 0
+   end type namelist_t
+
+contains
+
+   !> Take a text apart. With a problem, `namelist` is not meant to be used.
+   subroutine parse_namelist(text, namelist, line, problem)
+      !> The file as read
+      character(*), intent(in) :: text
+      !> Its parts
+      type(namelist_t), intent(out) :: namelist
+      !> Line of the problem
+      integer, intent(out) :: line
+      !> What is wrong with the text; unallocated: nothing
+      character(:), allocatable, intent(out) :: problem
+
+      type(cursor_t) :: cursor
+      logical :: is_after_slash
+
+      call normalise_lines(text, namelist%text)
+      allocate (namelist%groups(8), namelist%items(32), namelist%values(64))
+      is_after_slash = .false.
+      do
+         call advance(namelist%text, cursor, problem)
+         if (allocated(problem)) exit
+         select case (cursor%kind)
+         case (token_end)
+            exit
+         case (token_group)
+            if (is_after_slash .and. .not. cursor%starts_line) then
+               problem = '&'//slice(namelist%text, cursor%value%first, cursor%value%last) &
+                  //': a group must begin on a line of its own'
+               exit
+            end if
+            call parse_group(namelist, cursor, problem)
+            if (allocated(problem)) exit
+            is_after_slash = .true.
+         case default
+            problem = excerpt(namelist%text(cursor%first:))//': text outside of a group (&name ... /)'
+            exit
+         end select
+      end do
+      line = cursor%token_line
+   end subroutine parse_namelist
+
+   !> One group, from its name up to the slash.
+   subroutine parse_group(namelist, cursor, problem)
+      !> The parts so far; the group is added
+      type(namelist_t), intent(inout) :: namelist
+      !> Stands on the group's name, then on its slash
+      type(cursor_t), intent(inout) :: cursor
+      !> What is wrong
+      character(:), allocatable, intent(inout) :: problem
+
+      type(group_t) :: group
+      character(:), allocatable :: name
+
+      group = group_t(cursor%value%first, cursor%value%last, cursor%token_line)
+      call add_group(namelist, group)
+      name = '&'//slice(namelist%text, group%first, group%last)
+      call advance(namelist%text, cursor, problem)
+      do
+         if (allocated(problem)) return
+         select case (cursor%kind)
+         case (token_slash)
+            return
+         case (token_value)
+            call parse_item(namelist, cursor, name, problem)
+         case (token_end, token_group)
+            problem = not_closed(namelist%text, cursor, name, group%line)
+         case (token_comma)
+            problem = name//': a comma without a value before it'
+         case (token_equals)
+            problem = name//': an = sign without a name before it'
+         end select
+      end do
+   end subroutine parse_group
+
+   !> One name = values, up to the next name or the slash.
+   subroutine parse_item(namelist, cursor, group, problem)
+      !> The parts so far; the item and its values are added
+      type(namelist_t), intent(inout) :: namelist
+      !> Stands on the name, then on what follows the values
+      type(cursor_t), intent(inout) :: cursor
+      !> Name of the group, for messages
+      character(*), intent(in) :: group
+      !> What is wrong
+      character(:), allocatable, intent(inout) :: problem
+
+      type(item_t) :: item
+      character(:), allocatable :: subject
+      logical :: wants_value
+
+      item%first = cursor%value%first
+      item%last = cursor%value%last
+      item%line = cursor%token_line
+      item%group = namelist%group_count
+      item%first_value = namelist%value_count + 1
+      subject = group//' '//excerpt(slice(namelist%text, item%first, item%last))
+      if (cursor%value%is_quoted .or. .not. equals_follows(namelist%text, cursor%next)) then
+         problem = subject//': name = value expected here'
+         return
+      end if
+      if (.not. is_name(slice(namelist%text, item%first, item%last)) .or. cursor%first < item%first) then
+         problem = subject//': a name is made of letters, digits and _ (no subscripts: give the whole list)'
+         return
+      end if
+
+      call advance(namelist%text, cursor, problem)
+      wants_value = .true.
+      do
+         call advance(namelist%text, cursor, problem)
+         if (allocated(problem)) then
+            problem = subject//': '//problem
+            return
+         end if
+         select case (cursor%kind)
+         case (token_value)
+            if (equals_follows(namelist%text, cursor%next)) exit
+            call add_value(namelist, cursor%value)
+            wants_value = .false.
+         case (token_comma)
+            if (wants_value) then
+               problem = subject//': an empty value (before a comma)'
+               return
+            end if
+            wants_value = .true.
+         case (token_equals)
+            problem = subject//': a second = sign'
+            return
+         case default
+            exit
+         end select
+      end do
+      item%last_value = namelist%value_count
+      if (item%last_value < item%first_value) then
+         ! A missing slash is the likelier slip where the text or the group ends here
+         if (cursor%kind /= token_end) problem = subject//': no value after the = sign'
+         if (cursor%kind == token_end) problem = subject//': no value, and no / to close the group'
+         return
+      end if
+      call add_item(namelist, item)
+   end subroutine parse_item
+
+   !> What to say about a group that another one or the end of the text interrupts.
+   pure function not_closed(text, cursor, name, line) result(problem)
+      !> The text
+      character(*), intent(in) :: text
+      !> Stands on what interrupts
+      type(cursor_t), intent(in) :: cursor
+      !> The group with its &
+      character(*), intent(in) :: name
+      !> Line where it began
+      integer, intent(in) :: line
+      character(:), allocatable :: problem
+
+      character(:), allocatable :: other
+
+      problem = name//' (from line '//to_text(line)//'): not closed, a / is missing '
+      if (cursor%kind == token_end) then
+         problem = problem//'before the end of the file'
+      else
+         other = '&'//excerpt(text(cursor%value%first:cursor%value%last))
+         if (other == '&end') then
+            problem = name//': close a group with / instead of &end'
+         else
+            problem = problem//'before '//other
+         end if
+      end if
+   end function not_closed
+
+   pure subroutine add_group(namelist, group)
+      !> What it is added to
+      type(namelist_t), intent(inout) :: namelist
+      !> What is added
+      type(group_t), intent(in) :: group
+
+      type(group_t), allocatable :: larger(:)
+
+      if (namelist%group_count == size(namelist%groups)) then
+         allocate (larger(2*namelist%group_count))
+         larger(:namelist%group_count) = namelist%groups
+         call move_alloc(larger, namelist%groups)
+      end if
+      namelist%group_count = namelist%group_count + 1
+      namelist%groups(namelist%group_count) = group
+   end subroutine add_group
+
+   pure subroutine add_item(namelist, item)
+      !> What it is added to
+      type(namelist_t), intent(inout) :: namelist
+      !> What is added
+      type(item_t), intent(in) :: item
+
+      type(item_t), allocatable :: larger(:)
+
+      if (namelist%item_count == size(namelist%items)) then
+         allocate (larger(2*namelist%item_count))
+         larger(:namelist%item_count) = namelist%items
+         call move_alloc(larger, namelist%items)
+      end if
+      namelist%item_count = namelist%item_count + 1
+      namelist%items(namelist%item_count) = item
+   end subroutine add_item
+
+   pure subroutine add_value(namelist, value)
+      !> What it is added to
+      type(namelist_t), intent(inout) :: namelist
+      !> What is added
+      type(value_t), intent(in) :: value
+
+      type(value_t), allocatable :: larger(:)
+
+      if (namelist%value_count == size(namelist%values)) then
+         allocate (larger(2*namelist%value_count))
+         larger(:namelist%value_count) = namelist%values
+         call move_alloc(larger, namelist%values)
+      end if
+      namelist%value_count = namelist%value_count + 1
+      namelist%values(namelist%value_count) = value
+   end subroutine add_value
+
+   !> First group of that name; 0: there is none.
+   pure function find_group(namelist, name) result(position)
+      !> Where to look
+      type(namelist_t), intent(in) :: namelist
+      !> Name in small letters
+      character(*), intent(in) :: name
+      integer :: position
+
+      do position = 1, namelist%group_count
+         if (group_name(namelist, position) == name) return
+      end do
+      position = 0
+   end function find_group
+
+   !> First item of that name in a group; 0: there is none.
+   pure function find_item(namelist, group, name) result(position)
+      !> Where to look
+      type(namelist_t), intent(in) :: namelist
+      !> Position of the group
+      integer, intent(in) :: group
+      !> Name in small letters
+      character(*), intent(in) :: name
+      integer :: position
+
+      do position = 1, namelist%item_count
+         if (namelist%items(position)%group /= group) cycle
+         if (item_name(namelist, position) == name) return
+      end do
+      position = 0
+   end function find_item
+
+   !> Name of a group in small letters.
+   pure function group_name(namelist, position) result(name)
+      !> Where it is
+      type(namelist_t), intent(in) :: namelist
+      !> Position of the group
+      integer, intent(in) :: position
+      character(:), allocatable :: name
+
+      associate (group => namelist%groups(position))
+         name = lower_case(slice(namelist%text, group%first, group%last))
+      end associate
+   end function group_name
+
+   !> Name of an item in small letters.
+   pure function item_name(namelist, position) result(name)
+      !> Where it is
+      type(namelist_t), intent(in) :: namelist
+      !> Position of the item
+      integer, intent(in) :: position
+      character(:), allocatable :: name
+
+      associate (item => namelist%items(position))
+         name = lower_case(slice(namelist%text, item%first, item%last))
+      end associate
+   end function item_name
+
+   !> A value as it stands in the text, without its quotes.
+   pure function value_text(namelist, position) result(text)
+      !> Where it is
+      type(namelist_t), intent(in) :: namelist
+      !> Position of the value
+      integer, intent(in) :: position
+      character(:), allocatable :: text
+
+      associate (value => namelist%values(position))
+         text = slice(namelist%text, value%first, value%last)
+      end associate
+   end function value_text
+
+   !> All the values of an item as they stand in the text, cut short for messages.
+   pure function item_text(namelist, position) result(text)
+      !> Where it is
+      type(namelist_t), intent(in) :: namelist
+      !> Position of the item
+      integer, intent(in) :: position
+      character(:), allocatable :: text
+
+      integer :: i
+
+      text = ''
+      do i = namelist%items(position)%first_value, namelist%items(position)%last_value
+         if (len(text) > 0) text = text//', '
+         associate (value => namelist%values(i))
+            if (value%repeat > 1) text = text//to_text(value%repeat)//'*'
+            if (value%is_quoted) text = text//''''//slice(namelist%text, value%first, value%last)//''''
+            if (.not. value%is_quoted) text = text//slice(namelist%text, value%first, value%last)
+         end associate
+         if (len(text) > 80) exit
+      end do
+      text = excerpt(text)
+   end function item_text
+
+   !> Number of values of an item, repeats counted.
+   pure function value_count(namelist, position) result(count)
+      !> Where it is
+      type(namelist_t), intent(in) :: namelist
+      !> Position of the item
+      integer, intent(in) :: position
+      integer(i8) :: count
+
+      associate (item => namelist%items(position))
+         count = sum(int(namelist%values(item%first_value:item%last_value)%repeat, i8))
+      end associate
+   end function value_count
+
+end module namelist_text

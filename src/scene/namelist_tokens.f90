@@ -1,0 +1,338 @@
+!> The tokens of a namelist file: group names, words, texts in quotes, and the signs , = / between them.
+module namelist_tokens
+   implicit none (type, external)
+   private
+   public :: cursor_t, value_t, advance, equals_follows, is_name, normalise_lines, lower_case, excerpt, slice
+   public :: token_end, token_group, token_slash, token_comma, token_equals, token_value
+
+   character(1), parameter :: newline = achar(10)
+   character(1), parameter :: carriage_return = achar(13)
+   character(1), parameter :: tab = achar(9)
+   !> First bytes of a UTF-8 file as some editors write it
+   character(3), parameter :: byte_order_mark = char(239)//char(187)//char(191)
+   character(*), parameter :: blanks = ' '//tab//newline
+   !> What ends a word; a tab, blank or newline does too
+   character(*), parameter :: word_end = blanks//',/!=''"'
+   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
+   character(*), parameter :: capitals = 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'
+   character(*), parameter :: digits = '0123456789'
+
+   !> Kinds of token
+   integer, parameter :: token_end = 1
+   integer, parameter :: token_group = 2
+   integer, parameter :: token_slash = 3
+   integer, parameter :: token_comma = 4
+   integer, parameter :: token_equals = 5
+   integer, parameter :: token_value = 6
+
+   !> One value or `repeat` equal ones. `first` and `last` delimit it in the text.
+   type :: value_t
+      integer :: first = 1
+      integer :: last = 0
+      !> r of r*value
+      integer :: repeat = 1
+      !> It stood in quotes, which are not part of first to last
+      logical :: is_quoted = .false.
+   end type value_t
+
+   !> Where the reading stands, and the token just read
+   type :: cursor_t
+      !> Next character, and its line
+      integer :: next = 1
+      integer :: line = 1
+      !> One of the `token_` constants, where it begins, and its line
+      integer :: kind = token_end
+      integer :: first = 1
+      integer :: token_line = 1
+      !> First on its line
+      logical :: starts_line = .true.
+      !> A group's name, or a word or text
+      type(value_t) :: value
+   end type cursor_t
+
+contains
+
+   !> Read the next token: blanks and comments are passed over.
+   subroutine advance(text, cursor, problem)
+      !> The text
+      character(*), intent(in) :: text
+      !> Where the reading stands
+      type(cursor_t), intent(inout) :: cursor
+      !> What is wrong
+      character(:), allocatable, intent(inout) :: problem
+
+      cursor%starts_line = cursor%starts_line .and. cursor%next == 1
+      call pass_blanks(text, cursor%next, cursor%line, cursor%starts_line)
+      cursor%first = cursor%next
+      cursor%token_line = cursor%line
+      cursor%value = value_t()
+      if (cursor%next > len(text)) then
+         cursor%kind = token_end
+         ! The text ends with a newline that begins no line
+         cursor%token_line = max(1, cursor%line - 1)
+         return
+      end if
+
+      cursor%next = cursor%next + 1
+      select case (text(cursor%first:cursor%first))
+      case (',')
+         cursor%kind = token_comma
+      case ('=')
+         cursor%kind = token_equals
+      case ('/')
+         cursor%kind = token_slash
+      case ('&')
+         cursor%kind = token_group
+         call take_group_name(text, cursor, problem)
+      case ('''', '"')
+         cursor%kind = token_value
+         call take_quoted(text, cursor, problem)
+      case default
+         cursor%kind = token_value
+         call take_word(text, cursor, problem)
+      end select
+   end subroutine advance
+
+   !> The name behind an &.
+   subroutine take_group_name(text, cursor, problem)
+      !> The text
+      character(*), intent(in) :: text
+      !> Stands behind the &
+      type(cursor_t), intent(inout) :: cursor
+      !> What is wrong
+      character(:), allocatable, intent(inout) :: problem
+
+      integer :: last
+
+      last = word_last(text, cursor%next)
+      cursor%value%first = cursor%next
+      cursor%value%last = last
+      if (last < cursor%next) then
+         problem = '&: a name must follow at once'
+      else if (.not. is_name(text(cursor%next:last))) then
+         problem = excerpt(text(cursor%first:last))//': a group name is made of letters, digits and _'
+      else if (scan(text(last + 1:last + 1), blanks//'/!') == 0) then
+         problem = text(cursor%first:last)//': a blank must follow the name of a group'
+      end if
+      cursor%next = last + 1
+   end subroutine take_group_name
+
+   !> A text in quotes, which ends on its line; a doubled quote inside stands for one.
+   subroutine take_quoted(text, cursor, problem)
+      !> The text
+      character(*), intent(in) :: text
+      !> Stands behind the opening quote
+      type(cursor_t), intent(inout) :: cursor
+      !> What is wrong
+      character(:), allocatable, intent(inout) :: problem
+
+      character(1) :: quote
+
+      quote = text(cursor%next - 1:cursor%next - 1)
+      cursor%value%is_quoted = .true.
+      cursor%value%first = cursor%next
+      ! The text ends with a newline: the search always finds something
+      do
+         cursor%next = cursor%next + scan(text(cursor%next:), quote//newline)
+         if (text(cursor%next - 1:cursor%next - 1) == newline) exit
+         if (text(cursor%next:cursor%next) /= quote) exit
+         cursor%next = cursor%next + 1
+      end do
+      cursor%value%last = cursor%next - 2
+      if (text(cursor%next - 1:cursor%next - 1) /= quote) then
+         problem = excerpt(text(cursor%first:))//': the closing quote is missing on this line'
+      else if (scan(text(cursor%next:cursor%next), blanks//',/!=') == 0) then
+         problem = excerpt(text(cursor%first:))//': a blank or comma must follow the closing quote'
+      end if
+   end subroutine take_quoted
+
+   !> A word, or a repeat count r* and what it repeats.
+   subroutine take_word(text, cursor, problem)
+      !> The text
+      character(*), intent(in) :: text
+      !> Stands behind the first letter
+      type(cursor_t), intent(inout) :: cursor
+      !> What is wrong
+      character(:), allocatable, intent(inout) :: problem
+
+      integer, parameter :: most_digits = 9
+      integer :: last, star, count
+
+      last = word_last(text, cursor%first)
+      cursor%value%first = cursor%first
+      cursor%value%last = last
+      cursor%next = last + 1
+      star = verify(text(cursor%first:last), digits)
+      if (star < 2) return
+      star = cursor%first + star - 1
+      if (text(star:star) /= '*') return
+
+      if (star - cursor%first > most_digits) then
+         problem = excerpt(text(cursor%first:last))//': the repeat count is too large'
+         return
+      end if
+      read (text(cursor%first:star - 1), *) count
+      if (count == 0) then
+         problem = excerpt(text(cursor%first:last))//': the repeat count must be at least 1'
+      else if (star < last) then
+         cursor%value%first = star + 1
+      else if (scan(text(cursor%next:cursor%next), '''"') == 1) then
+         cursor%next = cursor%next + 1
+         call take_quoted(text, cursor, problem)
+      else
+         problem = excerpt(text(cursor%first:last))//': an empty value (nothing is repeated)'
+      end if
+      cursor%value%repeat = count
+   end subroutine take_word
+
+   !> Move past blanks, ends of lines and comments.
+   pure subroutine pass_blanks(text, next, line, starts_line)
+      !> The text
+      character(*), intent(in) :: text
+      !> Position, and its line
+      integer, intent(inout) :: next
+      integer, intent(inout) :: line
+      !> Set when a line begins on the way
+      logical, intent(inout) :: starts_line
+
+      do while (next <= len(text))
+         select case (text(next:next))
+         case (' ', tab)
+            next = next + 1
+         case (newline)
+            next = next + 1
+            line = line + 1
+            starts_line = .true.
+         case ('!')
+            next = next + index(text(next:), newline) - 1
+         case default
+            return
+         end select
+      end do
+   end subroutine pass_blanks
+
+   !> Is an = sign what comes next?
+   pure function equals_follows(text, next) result(follows)
+      !> The text
+      character(*), intent(in) :: text
+      !> Position to start from
+      integer, intent(in) :: next
+      logical :: follows
+
+      integer :: position, line
+      logical :: starts_line
+
+      position = next
+      line = 0
+      starts_line = .false.
+      call pass_blanks(text, position, line, starts_line)
+      follows = .false.
+      if (position <= len(text)) follows = text(position:position) == '='
+   end function equals_follows
+
+   !> Last character of the word that starts at `first`; first - 1 if there is none.
+   pure function word_last(text, first) result(last)
+      !> The text
+      character(*), intent(in) :: text
+      !> Where the word starts
+      integer, intent(in) :: first
+      integer :: last
+
+      integer :: step
+
+      step = scan(text(first:), word_end)
+      last = merge(len(text), first + step - 2, step == 0)
+   end function word_last
+
+   !> A letter, then letters, digits and underscores.
+   pure function is_name(text) result(is_legal)
+      !> The text
+      character(*), intent(in) :: text
+      logical :: is_legal
+
+      is_legal = .false.
+      if (len(text) == 0) return
+      is_legal = scan(text(1:1), letters//capitals) == 1 &
+         .and. verify(text, letters//capitals//digits//'_') == 0
+   end function is_name
+
+   !> One newline at the end of each line, whatever system it comes from; no byte order mark.
+   pure subroutine normalise_lines(raw, text)
+      !> The file as read
+      character(*), intent(in) :: raw
+      !> Its lines
+      character(:), allocatable, intent(out) :: text
+
+      integer :: i, first, length
+
+      first = 1
+      if (len(raw) >= 3) then
+         if (raw(1:3) == byte_order_mark) first = 4
+      end if
+      allocate (character(len(raw) + 1) :: text)
+      length = 0
+      do i = first, len(raw)
+         if (raw(i:i) == newline .and. i > first) then
+            if (raw(i - 1:i - 1) == carriage_return) cycle
+         end if
+         length = length + 1
+         text(length:length) = raw(i:i)
+         if (raw(i:i) == carriage_return) text(length:length) = newline
+      end do
+      if (length > 0) then
+         if (text(length:length) == newline) length = length - 1
+      end if
+      length = length + 1
+      text(length:length) = newline
+      text = text(:length)
+   end subroutine normalise_lines
+
+   !> Capital letters A to Z made small.
+   pure function lower_case(text) result(lower)
+      !> The text
+      character(*), intent(in) :: text
+      character(len(text)) :: lower
+
+      integer :: i, position
+
+      lower = text
+      do i = 1, len(text)
+         position = index(capitals, text(i:i))
+         if (position > 0) lower(i:i) = letters(position:position)
+      end do
+   end function lower_case
+
+   !> Characters first to last.
+   pure function slice(text, first, last) result(part)
+      !> The text
+      character(*), intent(in) :: text
+      !> Where the part begins
+      integer, intent(in) :: first
+      !> Where it ends; before `first`: it is empty
+      integer, intent(in) :: last
+      character(:), allocatable :: part
+
+      part = text(first:last)
+   end function slice
+
+   !> The start of a text, fit for one line of a message: up to the end of its line, at most 40
+   !> characters, nothing that would upset a terminal.
+   pure function excerpt(text) result(short)
+      !> The text
+      character(*), intent(in) :: text
+      character(:), allocatable :: short
+
+      integer, parameter :: longest = 40
+      integer :: i, last
+
+      last = index(text, newline) - 1
+      if (last < 0) last = len(text)
+      last = len_trim(text(:last))
+      short = text(:min(last, longest))
+      do i = 1, len(short)
+         if (iachar(short(i:i)) < 32 .or. iachar(short(i:i)) == 127) short(i:i) = '?'
+      end do
+      if (last > longest) short = short//'...'
+   end function excerpt
+
+end module namelist_tokens

@@ -1,0 +1,141 @@
+!> One value of a namelist file in words made an integer, a real, a logical or a text. The grammar is
+!> checked here before the run-time library sees a number: that library takes nan, inf and 1e999, and
+!> traps where floating-point exceptions are trapped.
+module namelist_values
+   use kinds, only: i8, wp
+   use namelist_tokens, only: lower_case
+   implicit none (type, external)
+   private
+   public :: read_integer, read_real, read_logical, read_text
+
+   character(*), parameter :: digits = '0123456789'
+   !> Reals are read from 1e-300 to 1e300 in size, and 0.
+   integer, parameter :: largest_exponent = 300
+
+contains
+
+   !> A whole number: a sign at most, then digits.
+   pure subroutine read_integer(text, value, is_legal)
+      !> The value in words
+      character(*), intent(in) :: text
+      !> The number
+      integer, intent(out) :: value
+      !> It is a whole number that fits
+      logical, intent(out) :: is_legal
+
+      integer, parameter :: most_digits = 18
+      integer(i8) :: long_value
+      integer :: first, last
+
+      value = 0
+      is_legal = .false.
+      first = 1 + sign_length(text)
+      last = len(text)
+      if (last < first) return
+      if (verify(text(first:), digits) /= 0) return
+      if (verify(text(first:), '0') > 0) first = first + verify(text(first:), '0') - 1
+      if (last - first >= most_digits) return
+      read (text(first:last), '(i18)') long_value
+      if (text(1:1) == '-') long_value = -long_value
+      if (abs(long_value) > huge(value)) return
+      value = int(long_value)
+      is_legal = .true.
+   end subroutine read_integer
+
+   !> A real: digits with a point at most, then an exponent with e or d at most.
+   pure subroutine read_real(text, value, is_legal)
+      !> The value in words
+      character(*), intent(in) :: text
+      !> The number
+      real(wp), intent(out) :: value
+      !> It is a finite number, 0 or from 1e-300 to 1e300 in size
+      logical, intent(out) :: is_legal
+
+      integer, parameter :: longest = 100
+      character(longest) :: buffer
+      character(:), allocatable :: mantissa
+      integer :: first, letter, point, exponent, leading, power
+
+      value = 0.0_wp
+      is_legal = .false.
+      if (len(text) > longest) return
+      first = 1 + sign_length(text)
+      letter = scan(text, 'eEdD')
+      exponent = 0
+      if (letter > 0) then
+         call read_integer(text(letter + 1:), exponent, is_legal)
+         if (.not. is_legal) return
+         is_legal = .false.
+         exponent = max(-10*largest_exponent, min(10*largest_exponent, exponent))
+      else
+         letter = len(text) + 1
+      end if
+      mantissa = text(first:letter - 1)
+      if (scan(mantissa, digits) == 0) return
+      if (verify(mantissa, digits//'.') /= 0) return
+      point = index(mantissa, '.')
+      if (point /= index(mantissa, '.', back=.true.)) return
+      if (point == 0) point = len(mantissa) + 1
+
+      ! Power of ten of the first digit that counts
+      leading = verify(mantissa, '0.')
+      is_legal = leading == 0
+      if (is_legal) return
+      power = exponent + merge(point - leading - 1, point - leading, leading < point)
+      is_legal = abs(power) <= largest_exponent
+      if (.not. is_legal) return
+      buffer = text
+      read (buffer, '(bn, f100.0)') value
+   end subroutine read_real
+
+   !> .true., .false. and their short forms.
+   pure subroutine read_logical(text, value, is_legal)
+      !> The value in words
+      character(*), intent(in) :: text
+      !> The logical
+      logical, intent(out) :: value
+      !> It is one
+      logical, intent(out) :: is_legal
+
+      value = .false.
+      is_legal = .true.
+      select case (lower_case(text))
+      case ('.true.', 'true', '.t.', 't')
+         value = .true.
+      case ('.false.', 'false', '.f.', 'f')
+         value = .false.
+      case default
+         is_legal = .false.
+      end select
+   end subroutine read_logical
+
+   !> A text between its quotes: doubled quotes made single.
+   pure function read_text(text, quote) result(value)
+      !> What stands between the quotes
+      character(*), intent(in) :: text
+      !> The quote, ' or "
+      character(1), intent(in) :: quote
+      character(:), allocatable :: value
+
+      integer :: i
+
+      value = ''
+      i = 1
+      do while (i <= len(text))
+         value = value//text(i:i)
+         if (text(i:i) == quote) i = i + 1
+         i = i + 1
+      end do
+   end function read_text
+
+   !> Length of the sign in front of a number: 0 or 1.
+   pure function sign_length(text) result(length)
+      !> The number in words
+      character(*), intent(in) :: text
+      integer :: length
+
+      length = 0
+      if (len(text) > 0) length = merge(1, 0, scan(text(1:1), '+-') == 1)
+   end function sign_length
+
+end module namelist_values

@@ -1,0 +1,74 @@
+!> Which of the known names did the user mean?
+module near_names
+   implicit none (type, external)
+   private
+   public :: nearest_name, edit_distance
+
+contains
+
+   !> Position of the candidate nearest to `name`; 0 if none is near enough to be a slip of the hand
+   !> (one edit for every three letters, at least one). Case counts; trailing blanks do not.
+   pure function nearest_name(name, candidates) result(position)
+      !> What the user wrote
+      character(*), intent(in) :: name
+      !> What there is, padded with blanks
+      character(*), intent(in) :: candidates(:)
+      integer :: position
+
+      integer, parameter :: longest_name = 64
+      integer :: i, distance, best
+
+      position = 0
+      if (len_trim(name) > longest_name) return
+      best = max(1, len_trim(name)/3) + 1
+      do i = 1, size(candidates)
+         distance = edit_distance(trim(name), trim(candidates(i)))
+         if (distance < best) then
+            best = distance
+            position = i
+         end if
+      end do
+   end function nearest_name
+
+   !> Fewest insertions, deletions, replacements and swaps of neighbours that turn one text into the
+   !> other, no part edited twice (the restricted Damerau-Levenshtein distance).
+   pure function edit_distance(from, to) result(distance)
+      !> One text
+      character(*), intent(in) :: from
+      !> The other
+      character(*), intent(in) :: to
+      integer :: distance
+
+      ! Distances between the first i letters of `from` and the first j of `to`
+      integer :: table(0:len(from), 0:len(to))
+      integer :: i, j, replacement
+
+      table(:, 0) = [(i, i=0, len(from))]
+      table(0, :) = [(j, j=0, len(to))]
+      do j = 1, len(to)
+         do i = 1, len(from)
+            replacement = merge(0, 1, from(i:i) == to(j:j))
+            table(i, j) = min(table(i - 1, j) + 1, table(i, j - 1) + 1, table(i - 1, j - 1) + replacement)
+            if (is_swap(from(:i), to(:j))) table(i, j) = min(table(i, j), table(max(0, i - 2), max(0, j - 2)) + 1)
+         end do
+      end do
+      distance = table(len(from), len(to))
+   end function edit_distance
+
+   !> Do two texts end with the same two letters in swapped order?
+   pure function is_swap(from, to)
+      !> One text
+      character(*), intent(in) :: from
+      !> The other
+      character(*), intent(in) :: to
+      logical :: is_swap
+
+      integer :: i, j
+
+      i = len(from)
+      j = len(to)
+      is_swap = .false.
+      if (min(i, j) > 1) is_swap = from(i - 1:i) == to(j:j)//to(j - 1:j - 1)
+   end function is_swap
+
+end module near_names

@@ -1,0 +1,101 @@
+!> Numbers in messages and tables: the fewest digits that read back to the same number.
+module number_text
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+   use kinds, only: i8, wp
+   implicit none (type, external)
+   private
+   public :: to_text
+
+   !> `to_text(value)`: an integer or a real in words, without blanks.
+   interface to_text
+      module procedure integer_to_text, long_integer_to_text, real_to_text
+   end interface to_text
+
+contains
+
+   pure function integer_to_text(value) result(text)
+      !> The number
+      integer, intent(in) :: value
+      character(:), allocatable :: text
+
+      text = long_integer_to_text(int(value, i8))
+   end function integer_to_text
+
+   pure function long_integer_to_text(value) result(text)
+      !> The number
+      integer(i8), intent(in) :: value
+      character(:), allocatable :: text
+
+      character(24) :: buffer
+
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function long_integer_to_text
+
+   !> Such as 0.075, 1e-4 (for 1.0e-4), 200000 and 2.1e11.
+   pure function real_to_text(value) result(text)
+      !> The number
+      real(wp), intent(in) :: value
+      character(:), allocatable :: text
+
+      integer, parameter :: most_digits = 17
+      ! A larger number, rounded up, may overflow when it is read back
+      real(wp), parameter :: largest_read_back = 1.0e300_wp
+      character(32) :: buffer
+      character(16) :: layout
+      character(:), allocatable :: digits
+      integer :: count, exponent
+      real(wp) :: back
+
+      if (ieee_is_nan(value)) then
+         text = 'nan'
+         return
+      else if (.not. ieee_is_finite(value)) then
+         text = trim(merge('inf ', '-inf', value > 0.0_wp))
+         return
+      else if (abs(value) <= 0.0_wp) then
+         text = '0'
+         return
+      end if
+
+      do count = 1, most_digits
+         write (layout, '(a, i0, a)') '(es32.', count - 1, 'e3)'
+         write (buffer, layout) abs(value)
+         if (abs(value) > largest_read_back) cycle
+         read (buffer, *) back
+         if (abs(back - abs(value)) <= 0.0_wp) exit
+      end do
+      buffer = adjustl(buffer)
+      digits = buffer(1:1)//buffer(3:index(buffer, 'E') - 1)
+      read (buffer(index(buffer, 'E') + 1:), *) exponent
+      text = placed(digits, exponent)
+      if (value < 0.0_wp) text = '-'//text
+   end function real_to_text
+
+   !> The digits d, ddd times ten to the exponent, with a decimal point or an exponent as is shorter.
+   pure function placed(digits, exponent) result(text)
+      !> Significant digits; the point belongs behind the first
+      character(*), intent(in) :: digits
+      !> Power of ten
+      integer, intent(in) :: exponent
+      character(:), allocatable :: text
+
+      integer :: count
+
+      count = len(digits)
+      if (exponent >= -3 .and. exponent < 0) then
+         text = '0.'//repeat('0', int(-exponent - 1, i8))//digits
+      else if (exponent >= 0 .and. exponent < 7) then
+         if (count <= exponent + 1) then
+            text = digits//repeat('0', int(exponent + 1 - count, i8))
+         else
+            text = digits(:exponent + 1)//'.'//digits(exponent + 2:)
+         end if
+      else
+         text = digits(1:1)
+         if (count > 1) text = text//'.'//digits(2:)
+         text = text//'e'//integer_to_text(exponent)
+      end if
+   end function placed
+
+end module number_text

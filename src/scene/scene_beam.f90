@@ -1,0 +1,205 @@
+!> &beam checked and completed: heights from the taper, tables that fit together.
+module scene_beam
+   use kinds, only: wp
+   use number_text, only: to_text
+   use scene_groups, only: physical_t
+   use scene_input, only: scene_input_t
+   use scene_types, only: beam_settings_t, shape_height_table, shape_section_table, shape_taper
+   implicit none (type, external)
+   private
+   public :: resolve_beam, mean_section
+
+   !> The paper's mean height over length.
+   real(wp), parameter :: default_height_ratio = 0.075_wp
+
+contains
+
+   !> Complete the beam; problems go into the input.
+   subroutine resolve_beam(input, physical, beam)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Its taper, if that is what it gives
+      type(physical_t), intent(in) :: physical
+      !> As read in; complete out
+      type(beam_settings_t), intent(inout) :: beam
+
+      real(wp), parameter :: smallest_height = 1.0e-12_wp
+      real(wp), parameter :: smallest_area = 1.0e-24_wp
+      real(wp), parameter :: smallest_inertia = 1.0e-48_wp
+
+      select case (beam%shape)
+      case (shape_taper)
+         call resolve_taper(input, physical, beam)
+      case (shape_height_table)
+         if (.not. allocated(beam%station)) then
+            call input%complain('beam', 'height', 'needs station; a beam without a table takes height_root')
+         else if (.not. allocated(beam%height)) then
+            call input%complain('beam', 'station', 'needs height, or area and inertia')
+         else
+            call check_stations(input, beam%length, beam%station)
+            call check_column(input, 'height', beam%station, beam%height, smallest_height)
+         end if
+      case (shape_section_table)
+         if (.not. allocated(beam%area)) then
+            call input%complain('beam', 'inertia', 'needs area too')
+            return
+         else if (.not. allocated(beam%inertia)) then
+            call input%complain('beam', 'area', 'needs inertia too')
+            return
+         end if
+         if (.not. allocated(beam%station) .and. size(beam%area) == 1 .and. size(beam%inertia) == 1) then
+            beam%station = [0.0_wp, beam%length]
+            beam%area = spread(beam%area(1), 1, 2)
+            beam%inertia = spread(beam%inertia(1), 1, 2)
+         else if (.not. allocated(beam%station)) then
+            call input%complain('beam', 'area', 'needs station where area or inertia has more than one value')
+            return
+         end if
+         call check_stations(input, beam%length, beam%station)
+         call check_column(input, 'area', beam%station, beam%area, smallest_area)
+         call check_column(input, 'inertia', beam%station, beam%inertia, smallest_inertia)
+      end select
+   end subroutine resolve_beam
+
+   !> Heights at both ends from the heights or from taper and mean height.
+   subroutine resolve_taper(input, physical, beam)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Its taper, if that is what it gives
+      type(physical_t), intent(in) :: physical
+      !> Heights out
+      type(beam_settings_t), intent(inout) :: beam
+
+      !> A tip less high than this in terms of the root, but not 0, is neither a taper nor a wedge in
+      !> rounded numbers
+      real(wp), parameter :: smallest_tip = 1.0e-9_wp
+      logical :: has_root, has_tip
+
+      has_root = input%has('beam', 'height_root')
+      has_tip = input%has('beam', 'height_tip')
+      if (has_tip .and. .not. has_root) then
+         call input%complain('beam', 'height_tip', 'needs height_root too (or give taper and mean_height_ratio)')
+         return
+      end if
+      if (has_root) then
+         if (.not. has_tip) beam%height_tip = beam%height_root
+      else if (input%has('beam', 'taper') .or. input%has('beam', 'mean_height_ratio')) then
+         if (abs(physical%taper) > 2.0_wp*physical%mean_height_ratio) then
+            call input%complain('beam', 'taper', 'must be at most twice mean_height_ratio = ' &
+               //to_text(physical%mean_height_ratio)//' in size (a full wedge)')
+            return
+         end if
+         beam%height_root = beam%length*(physical%mean_height_ratio + 0.5_wp*physical%taper)
+         beam%height_tip = beam%length*(physical%mean_height_ratio - 0.5_wp*physical%taper)
+      else
+         beam%height_root = default_height_ratio*beam%length
+         beam%height_tip = beam%height_root
+      end if
+      if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
+         call input%complain('beam', merge('height_root', 'taper      ', has_root), &
+            'the height at the clamp must not vanish beside that at the tip')
+      else if (beam%height_tip > 0.0_wp .and. beam%height_tip < smallest_tip*beam%height_root) then
+         call input%complain('beam', merge('height_tip', 'taper     ', has_root), &
+            'the height at the tip must be 0 or at least '//to_text(smallest_tip)//' of that at the clamp')
+      end if
+   end subroutine resolve_taper
+
+   !> Stations must run from 0 to the length, ascending; the last is made the length exactly.
+   subroutine check_stations(input, length, station)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Length of the beam
+      real(wp), intent(in) :: length
+      !> Positions
+      real(wp), intent(inout) :: station(:)
+
+      real(wp), parameter :: tolerance = 1.0e-9_wp
+      integer :: i, count
+
+      count = size(station)
+      if (count < 2) then
+         call input%complain('beam', 'station', 'needs at least two values, 0 and the length')
+         return
+      else if (station(1) > 0.0_wp) then
+         call input%complain('beam', 'station', 'the first must be 0')
+         return
+      else if (abs(station(count) - length) > tolerance*length) then
+         call input%complain('beam', 'station', 'the last, '//to_text(station(count))//', must be the length, ' &
+            //to_text(length))
+         return
+      end if
+      station(count) = length
+      do i = 2, count
+         if (station(i) - station(i - 1) > tolerance*length) cycle
+         call input%complain('beam', 'station', 'must be ascending; '//to_text(station(i))//' follows ' &
+            //to_text(station(i - 1)))
+         return
+      end do
+   end subroutine check_stations
+
+   !> As many values as stations, none zero except at the tip.
+   subroutine check_column(input, name, station, column, smallest)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Name of the column
+      character(*), intent(in) :: name
+      !> The stations
+      real(wp), intent(in) :: station(:)
+      !> Values at them
+      real(wp), intent(in) :: column(:)
+      !> Least value but for 0
+      real(wp), intent(in) :: smallest
+
+      integer :: count
+
+      count = size(column)
+      if (count /= size(station)) then
+         call input%complain('beam', name, 'needs as many values as station, '//to_text(size(station))//'; ' &
+            //to_text(count)//' given')
+      else if (any(column(:count - 1) < smallest) .or. (column(count) > 0.0_wp .and. column(count) < smallest)) then
+         call input%complain('beam', name, 'must be at least '//to_text(smallest)//' everywhere; only at the tip may it be 0')
+      end if
+   end subroutine check_column
+
+   !> Area and second moment of area of the uniform beam of mean section: of mean height, or, where
+   !> areas are given, of mean area and mean second moment.
+   pure subroutine mean_section(beam, area, inertia)
+      !> The complete beam
+      type(beam_settings_t), intent(in) :: beam
+      !> Abar
+      real(wp), intent(out) :: area
+      !> Ibar
+      real(wp), intent(out) :: inertia
+
+      real(wp) :: height
+
+      if (beam%shape == shape_section_table) then
+         area = mean_of_table(beam%station, beam%area)
+         inertia = mean_of_table(beam%station, beam%inertia)
+         return
+      end if
+      if (beam%shape == shape_taper) then
+         height = 0.5_wp*(beam%height_root + beam%height_tip)
+      else
+         height = mean_of_table(beam%station, beam%height)
+      end if
+      area = beam%width*height
+      inertia = beam%width*height**3/12.0_wp
+   end subroutine mean_section
+
+   !> Mean of a function that is linear between stations.
+   pure function mean_of_table(station, column) result(mean)
+      !> Positions, ascending
+      real(wp), intent(in) :: station(:)
+      !> Values at them
+      real(wp), intent(in) :: column(:)
+      real(wp) :: mean
+
+      integer :: count
+
+      count = size(station)
+      mean = sum(0.5_wp*(column(2:) + column(:count - 1))*(station(2:) - station(:count - 1))) &
+         /(station(count) - station(1))
+   end function mean_of_table
+
+end module scene_beam

@@ -1,0 +1,371 @@
+!> From what a file gives to a scene: the groups checked against each other, defaults that depend on
+!> other values filled in, quantities in the user's units made ratios.
+module scene_resolve
+   use kinds, only: lambda1, wp
+   use number_text, only: to_text
+   use scene_beam, only: mean_section, resolve_beam
+   use scene_groups, only: branch_range, damper_range, duration_range, physical_t, preload_range, &
+      scheme_average_acceleration, scheme_explicit, scheme_linear_acceleration, step_range, stiffness_range, &
+      tip_mass_range, zeta_range
+   use scene_input, only: scene_input_t
+   use scene_types, only: beam_settings_t, frequency_settings_t, law_three_element, mesh_settings_t, &
+      output_settings_t, reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, &
+      solver_auto, solver_dsygv, solver_lanczos, solver_names, solver_natural
+   use value_rules, only: contains_value, range_t, range_text
+   implicit none (type, external)
+   private
+   public :: resolve_scene
+
+   !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
+   real(wp), parameter :: largest_spread = 1.0e12_wp
+   !> Most numbers of one kind in the results: 0.8 GB.
+   real(wp), parameter :: most_numbers = 1.0e8_wp
+   !> Most elements for a solver with full matrices.
+   integer, parameter :: most_elements_full = 5000
+
+contains
+
+   !> Check and complete a scene; problems go into the input, and the scene is then not meant to be used.
+   subroutine resolve_scene(input, physical, scene)
+      !> The file, for what it has and for its problems
+      type(scene_input_t), intent(inout) :: input
+      !> What it gives in physical units
+      type(physical_t), intent(in) :: physical
+      !> Read values in; resolved out
+      type(scene_t), intent(inout) :: scene
+
+      call check_requests(input, scene)
+      if (input%has_problem()) return
+      call resolve_beam(input, physical, scene%beam)
+      if (input%has_problem()) return
+      call find_scales(input, scene%beam, scene%scales)
+      if (input%has_problem()) return
+      call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio)
+      call take_ratio(input, 'damping', 'stiffness_coefficient', 'zeta', zeta_range, &
+         0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
+      call take_ratio(input, 'tip_mass', 'mass', 'ratio', tip_mass_range, &
+         physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
+      if (scene%has_stop) call resolve_stop(input, physical, scene)
+      if (scene%wants_response) call resolve_response(input, physical, scene%scales%omega1, scene%response)
+      if (scene%wants_frequencies) call resolve_frequencies(input, scene)
+      if (input%has_problem()) return
+      call check_output(input, scene)
+   end subroutine resolve_scene
+
+   !> The names and the requests.
+   subroutine check_requests(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> As read
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: letters_and_digits = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
+
+      if (verify(scene%name, letters_and_digits//'._-') > 0 .or. verify(scene%name(1:1), letters_and_digits) > 0) then
+         call input%complain('scene', 'name', &
+            'must be letters, digits, . _ - and begin with a letter or a digit')
+      end if
+      if (.not. (scene%wants_response .or. scene%wants_frequencies)) then
+         call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
+      else if (scene%wants_response .and. .not. scene%has_stop) then
+         call input%complain('response', '', 'needs a stop; add &stop / (with or without names in it)')
+      end if
+   end subroutine check_requests
+
+   !> Scales of the uniform beam of mean section.
+   subroutine find_scales(input, beam, scales)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Its beam
+      type(beam_settings_t), intent(in) :: beam
+      !> Its scales, but for that of displacements
+      type(scales_t), intent(inout) :: scales
+
+      type(range_t), parameter :: height_ratio_range = range_t(1.0e-9_wp, 1.0_wp)
+      real(wp) :: area, inertia
+
+      call mean_section(beam, area, inertia)
+      scales%length = beam%length
+      scales%height_ratio = sqrt(12.0_wp*inertia/area)/beam%length
+      if (beam%shape == shape_taper) then
+         scales%height_ratio = 0.5_wp*(beam%height_root + beam%height_tip)/beam%length
+      end if
+      scales%bending_stiffness = beam%youngs_modulus*inertia
+      scales%beam_mass = beam%density*area*beam%length
+      scales%omega1 = lambda1**2*sqrt(scales%bending_stiffness/(beam%density*area))/beam%length**2
+      if (.not. contains_value(height_ratio_range, scales%height_ratio)) then
+         call input%complain('beam', 'length', 'mean height over length would be ' &
+            //to_text(scales%height_ratio)//': must be '//range_text(height_ratio_range))
+      end if
+   end subroutine find_scales
+
+   !> A ratio that the file gives by a quantity in physical units.
+   subroutine take_ratio(input, group, name, ratio_name, range, value, ratio)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Group and name of the quantity
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Name of the ratio
+      character(*), intent(in) :: ratio_name
+      !> What the ratio may be
+      type(range_t), intent(in) :: range
+      !> The quantity as a ratio
+      real(wp), intent(in) :: value
+      !> Replaced by the value if the file has the quantity
+      real(wp), intent(inout) :: ratio
+
+      if (.not. input%has(group, name)) return
+      if (contains_value(range, value)) then
+         ratio = value
+      else
+         call input%complain(group, name, ratio_name//' would be '//to_text(value)//': must be '//range_text(range))
+      end if
+   end subroutine take_ratio
+
+   !> &stop
+   subroutine resolve_stop(input, physical, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> What it gives in physical units
+      type(physical_t), intent(in) :: physical
+      !> Scales in; stop and scale of displacements out
+      type(scene_t), intent(inout) :: scene
+
+      real(wp) :: unit_stiffness
+
+      unit_stiffness = 3.0_wp*scene%scales%bending_stiffness/scene%beam%length**3
+      call resolve_heights(input, physical, scene)
+      if (scene%stop%law /= law_three_element) return
+      call take_ratio(input, 'stop', 'stiffness', 'stiffness_ratio', stiffness_range, &
+         physical%stiffness/unit_stiffness, scene%stop%stiffness_ratio)
+      call take_ratio(input, 'stop', 'branch_stiffness', 'branch_ratio', branch_range, &
+         physical%branch_stiffness/(scene%stop%stiffness_ratio*unit_stiffness), scene%stop%branch_ratio)
+      call take_ratio(input, 'stop', 'damper', 'damper_ratio', damper_range, &
+         physical%damper*scene%scales%omega1/unit_stiffness, scene%stop%damper_ratio)
+   end subroutine resolve_stop
+
+   !> The preload from the heights of the stop and of the start.
+   subroutine resolve_heights(input, physical, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> What it gives in physical units
+      type(physical_t), intent(in) :: physical
+      !> Beam in; preload and scale of displacements out
+      type(scene_t), intent(inout) :: scene
+
+      ! Shares of the length: heights below the first cannot be told from none
+      real(wp), parameter :: smallest_lift = 1.0e-15_wp
+      real(wp), parameter :: largest_height = 1.0_wp
+      logical :: has_surface, has_initial
+      real(wp) :: lift
+
+      has_surface = input%has('stop', 'surface_height')
+      has_initial = input%has('stop', 'initial_height')
+      if (.not. (has_surface .or. has_initial)) return
+      lift = physical%initial_height - physical%surface_height
+      associate (length => scene%beam%length)
+         if (.not. has_initial) then
+            call input%complain('stop', 'surface_height', 'needs initial_height too')
+         else if (.not. has_surface) then
+            call input%complain('stop', 'initial_height', 'needs surface_height too')
+         else if (abs(physical%surface_height) > largest_height*length) then
+            call input%complain('stop', 'surface_height', 'must be smaller in size than the beam''s length, ' &
+               //to_text(length))
+         else if (abs(physical%initial_height) > largest_height*length) then
+            call input%complain('stop', 'initial_height', 'must be smaller in size than the beam''s length, ' &
+               //to_text(length))
+         else if (lift < smallest_lift*length) then
+            call input%complain('stop', 'initial_height', 'must be above surface_height = ' &
+               //to_text(physical%surface_height))
+         else if (abs(physical%surface_height) > preload_range%most*lift) then
+            call input%complain('stop', 'initial_height', 'is too near to surface_height: preload must be ' &
+               //range_text(preload_range))
+         else
+            scene%stop%preload = physical%surface_height/lift
+            scene%scales%displacement = lift
+         end if
+      end associate
+   end subroutine resolve_heights
+
+   !> &response
+   subroutine resolve_response(input, physical, omega1, response)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> What it gives in physical units
+      type(physical_t), intent(in) :: physical
+      !> Reference frequency, rad per unit of time
+      real(wp), intent(in) :: omega1
+      !> As read in; resolved out
+      type(response_settings_t), intent(inout) :: response
+
+      select case (physical%newmark_scheme)
+      case (scheme_average_acceleration)
+         response%newmark_beta = 1.0_wp/4.0_wp
+      case (scheme_linear_acceleration)
+         response%newmark_beta = 1.0_wp/6.0_wp
+      case (scheme_explicit)
+         response%newmark_beta = 0.0_wp
+      end select
+      call take_ratio(input, 'response', 'duration_time', 'duration', duration_range, &
+         physical%duration_time*omega1, response%duration)
+      call take_ratio(input, 'response', 'step_time', 'step', step_range, physical%step_time*omega1, response%step)
+      if (input%has_problem()) return
+
+      if (response%step > response%duration) then
+         call input%complain('response', given_name(input, 'response', 'step', 'step_time'), 'step ' &
+            //to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)')
+      else if (response%duration/response%step > most_numbers) then
+         call input%complain('response', given_name(input, 'response', 'step', 'step_time'), 'duration over step is ' &
+            //to_text(response%duration/response%step)//' samples: must be at most '//to_text(most_numbers) &
+            //' to fit into memory')
+      end if
+      if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
+         call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
+      end if
+   end subroutine resolve_response
+
+   !> The second name if the file has that one, else the first.
+   function given_name(input, group, first, second) result(name)
+      !> The file
+      type(scene_input_t), intent(in) :: input
+      !> Group of both
+      character(*), intent(in) :: group
+      !> The two names
+      character(*), intent(in) :: first
+      character(*), intent(in) :: second
+      character(:), allocatable :: name
+
+      name = first
+      if (input%has(group, second)) name = second
+   end function given_name
+
+   !> &frequencies
+   subroutine resolve_frequencies(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Beam and mesh in; solvers, meshes and reference out
+      type(scene_t), intent(inout) :: scene
+
+      logical :: has_exact
+
+      associate (frequencies => scene%frequencies)
+         if (.not. allocated(frequencies%solver)) allocate (frequencies%solver(1), source=solver_dsygv)
+         call resolve_meshes(input, scene%mesh, frequencies)
+         if (input%has_problem()) return
+         if (frequencies%count > 2*maxval(frequencies%mesh_elements)) then
+            call input%complain('frequencies', 'count', 'the largest mesh has only ' &
+               //to_text(2*maxval(frequencies%mesh_elements))//' modes (2 for each element)')
+         end if
+
+         ! The determinants hold for a taper that narrows; a mass at the point of a wedge has no limit
+         has_exact = scene%beam%shape == shape_taper .and. scene%beam%height_tip <= scene%beam%height_root &
+            .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
+         if (has_exact) return
+         if (.not. input%has('frequencies', 'reference')) then
+            frequencies%reference = reference_none
+         else if (frequencies%reference == reference_exact) then
+            call input%complain('frequencies', 'reference', 'exact values are known only for uniform and narrowing ' &
+               //'beams without tables, and for a full wedge without tip mass; give ''none''')
+         end if
+      end associate
+   end subroutine resolve_frequencies
+
+   !> The meshes of the frequency table, pairwise.
+   subroutine resolve_meshes(input, mesh, frequencies)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> &mesh, which stands where the table names no mesh
+      type(mesh_settings_t), intent(in) :: mesh
+      !> Elements and ratios as read in; as many of both out
+      type(frequency_settings_t), intent(inout) :: frequencies
+
+      integer :: count, i, worst
+
+      if (.not. allocated(frequencies%mesh_elements)) allocate (frequencies%mesh_elements(1), source=mesh%elements)
+      if (.not. allocated(frequencies%mesh_ratios)) allocate (frequencies%mesh_ratios(1), source=mesh%ratio)
+      associate (elements => frequencies%mesh_elements, ratios => frequencies%mesh_ratios)
+         count = max(size(elements), size(ratios))
+         if (min(size(elements), size(ratios)) < count .and. min(size(elements), size(ratios)) > 1) then
+            call input%complain('frequencies', 'mesh_ratios', 'needs one value or as many as mesh_elements, ' &
+               //to_text(size(elements))//'; '//to_text(size(ratios))//' given')
+            return
+         end if
+      end associate
+      if (size(frequencies%mesh_elements) < count) then
+         frequencies%mesh_elements = spread(frequencies%mesh_elements(1), 1, count)
+      else if (size(frequencies%mesh_ratios) < count) then
+         frequencies%mesh_ratios = spread(frequencies%mesh_ratios(1), 1, count)
+      end if
+
+      do i = 1, count
+         call check_spread(input, 'frequencies', 'mesh_ratios', frequencies%mesh_elements(i), frequencies%mesh_ratios(i))
+         if (input%has_problem()) return
+      end do
+      worst = maxval(frequencies%mesh_elements)
+      if (worst <= most_elements_full) return
+      do i = 1, size(frequencies%solver)
+         if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
+         call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
+            //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst)//'; use ''' &
+            //trim(solver_names(solver_lanczos))//''' or '''//trim(solver_names(solver_auto))//'''')
+         return
+      end do
+   end subroutine resolve_meshes
+
+   !> Neighbouring lengths in the ratio r make the longest element r^(n - 1) times the shortest.
+   subroutine check_spread(input, group, name, elements, ratio)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Where the ratio stands
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Number of elements
+      integer, intent(in) :: elements
+      !> Ratio of neighbouring lengths
+      real(wp), intent(in) :: ratio
+
+      real(wp) :: decades
+
+      decades = real(elements - 1, wp)*abs(log10(ratio))
+      if (decades <= log10(largest_spread)) return
+      call input%complain(group, name, 'with '//to_text(elements)//' elements and ratio '//to_text(ratio) &
+         //' the longest element is 1e'//to_text(nint(decades))//' times the shortest: must be at most ' &
+         //to_text(largest_spread))
+   end subroutine check_spread
+
+   !> &output against what is asked for.
+   subroutine check_output(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> The resolved scene
+      type(scene_t), intent(in) :: scene
+
+      integer :: modes, i
+      real(wp) :: numbers
+
+      if (allocated(scene%output%shape_times)) then
+         associate (times => scene%output%shape_times)
+            numbers = real(size(times), wp)*real(scene%mesh%elements + 1, wp)
+            if (maxval(times) > scene%response%duration) then
+               call input%complain('output', 'shape_times', 'must be at most the duration, ' &
+                  //to_text(scene%response%duration)//' (tau)')
+            else if (any([(times(i) >= times(i + 1), i=1, size(times) - 1)])) then
+               call input%complain('output', 'shape_times', 'must be ascending')
+            else if (numbers > most_numbers) then
+               call input%complain('output', 'shape_times', to_text(size(times))//' shapes of ' &
+                  //to_text(scene%mesh%elements + 1)//' nodes: the product must be at most '//to_text(most_numbers))
+            end if
+         end associate
+      end if
+      if (.not. scene%wants_frequencies) return
+      modes = 2*scene%frequencies%mesh_elements(1)
+      if (scene%frequencies%count > 0) modes = min(modes, scene%frequencies%count)
+      if (scene%frequencies%count == 0) modes = min(modes, 12)
+      if (scene%output%mode_shapes > modes) then
+         call input%complain('output', 'mode_shapes', 'must be at most the number of modes of the first mesh, ' &
+            //to_text(modes))
+      end if
+   end subroutine check_output
+
+end module scene_resolve

@@ -1,0 +1,76 @@
+!> A whole text file in one string.
+module text_file
+   use, intrinsic :: iso_fortran_env, only: iostat_end
+   implicit none (type, external)
+   private
+   public :: load_text
+
+   !> Longest file that is read, bytes: far beyond any scene.
+   integer, parameter :: longest_file = 2**25
+
+contains
+
+   !> Read a file byte by byte up to its end; this also serves pipes, whose size is not known.
+   subroutine load_text(file, text, problem)
+      !> Name of the file
+      character(*), intent(in) :: file
+      !> What is in it
+      character(:), allocatable, intent(out) :: text
+      !> What went wrong; unallocated: nothing
+      character(:), allocatable, intent(out) :: problem
+
+      character(:), allocatable :: larger
+      character(256) :: reason
+      character(1) :: byte
+      integer :: unit, status, length
+      logical :: is_there, is_directory
+
+      if (len_trim(file) == 0) then
+         problem = 'no file name'
+         return
+      end if
+      ! Opening a directory succeeds in some run-time libraries
+      inquire (file=trim(file)//'/.', exist=is_directory)
+      inquire (file=file, exist=is_there)
+      if (is_directory) then
+         problem = 'is a directory, not a scene file'
+         return
+      else if (.not. is_there) then
+         problem = 'no such file'
+         return
+      end if
+
+      open (newunit=unit, file=file, status='old', action='read', access='stream', form='unformatted', &
+         iostat=status, iomsg=reason)
+      if (status /= 0) then
+         problem = 'cannot be opened: '//trim(reason)
+         return
+      end if
+      allocate (character(4096) :: text)
+      length = 0
+      do
+         read (unit, iostat=status, iomsg=reason) byte
+         if (status /= 0) exit
+         if (length == longest_file) exit
+         if (length == len(text)) then
+            allocate (character(2*length) :: larger)
+            larger(:length) = text
+            call move_alloc(larger, text)
+         end if
+         length = length + 1
+         text(length:length) = byte
+      end do
+      close (unit)
+      text = text(:length)
+      if (status == 0) then
+         problem = 'is too long for a scene'
+      else if (status /= iostat_end) then
+         problem = 'cannot be read: '//trim(reason)
+      else if (length == 0) then
+         problem = 'the file is empty'
+      else if (index(text, achar(0)) > 0) then
+         problem = 'is not a text file'
+      end if
+   end subroutine load_text
+
+end module text_file
