@@ -32,7 +32,7 @@ contains
       text = trim(buffer)
    end function long_integer_to_text
 
-   !> Such as 0.075, 1e-4 (for 1.0e-4), 200000 and 2.1e11.
+   !> Such as 0.075, 1e-4 (for 1.0e-4), 200000 and 1e6.
    pure function real_to_text(value) result(text)
       !> The number
       real(wp), intent(in) :: value
@@ -85,7 +85,7 @@ contains
       count = len(digits)
       if (exponent >= -3 .and. exponent < 0) then
          text = '0.'//repeat('0', int(-exponent - 1, i8))//digits
-      else if (exponent >= 0 .and. exponent < 7) then
+      else if (exponent >= 0 .and. exponent < 6) then
          if (count <= exponent + 1) then
             text = digits//repeat('0', int(exponent + 1 - count, i8))
          else

@@ -156,8 +156,10 @@ contains
       if (count /= size(station)) then
          call input%complain('beam', name, 'needs as many values as station, '//to_text(size(station))//'; ' &
             //to_text(count)//' given')
-      else if (any(column(:count - 1) < smallest) .or. (column(count) > 0.0_wp .and. column(count) < smallest)) then
-         call input%complain('beam', name, 'must be at least '//to_text(smallest)//' everywhere; only at the tip may it be 0')
+      else if (any(column(:count - 1) < smallest) &
+         .or. (column(count) > 0.0_wp .and. column(count) < smallest)) then
+         call input%complain('beam', name, 'must be at least '//to_text(smallest) &
+            //' everywhere; only at the tip may it be 0')
       end if
    end subroutine check_column
 

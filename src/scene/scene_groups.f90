@@ -175,7 +175,8 @@ contains
 
       call walk%open_group('mesh')
       call walk%item('elements', mesh%elements, 'number of elements', elements_range)
-      call walk%item('ratio', mesh%ratio, 'length of an element over that of the next towards the tip', ratio_range)
+      call walk%item('ratio', mesh%ratio, 'length of an element over that of the next towards the tip', &
+         ratio_range)
    end subroutine walk_mesh
 
    !> &stop
@@ -209,8 +210,8 @@ contains
          role_t(is_three, three_element))
       call walk%item('stiffness', physical%stiffness, 'spring k, force over length', physical_range, &
          role_t(is_three, three_element, 'stiffness_ratio'))
-      call walk%item('branch_ratio', stop%branch_ratio, 'beta = spring of the Maxwell branch over k', branch_range, &
-         role_t(is_three, three_element))
+      call walk%item('branch_ratio', stop%branch_ratio, 'beta = spring of the Maxwell branch over k', &
+         branch_range, role_t(is_three, three_element))
       call walk%item('branch_stiffness', physical%branch_stiffness, 'spring beta k, force over length', &
          physical_range, role_t(is_three, three_element, 'branch_ratio'))
       call walk%item('damper_ratio', stop%damper_ratio, 'c* = c omega1 / (3 E Ibar / L^3); 0: no branch', &
@@ -236,7 +237,8 @@ contains
       call walk%item('duration_time', physical%duration_time, 'length of the run, time', physical_range, &
          role_t(instead_of='duration'))
       call walk%item('step', response%step, 'distance of the samples, and Newmark''s step, d tau', step_range)
-      call walk%item('step_time', physical%step_time, 'the same in time', physical_range, role_t(instead_of='step'))
+      call walk%item('step_time', physical%step_time, 'the same in time', physical_range, &
+         role_t(instead_of='step'))
       call walk%choice('method', response%method, 'way through time', method_names)
       is_newmark = response%method == method_newmark
       is_exact = response%method == method_exact
@@ -254,7 +256,8 @@ contains
          above(0.0_wp, 1.0e3_wp), role_t(is_newmark, newmark))
       call walk%item('hop_tolerance', response%hop_tolerance, 'eta that a flight must exceed to be no rest', &
          within(1.0e-14_wp, 0.1_wp))
-      call walk%item('event_limit', response%event_limit, 'events after which the run fails', within(1, 1000000000))
+      call walk%item('event_limit', response%event_limit, 'events after which the run fails', &
+         within(1, 1000000000))
       call walk%item('mode_tolerance', response%mode_tolerance, 'eta that modes left out may contribute', &
          within(0.0_wp, 0.1_wp), role_t(is_exact, exact))
       call walk%item('keep_all_modes', response%keep_all_modes, 'leave out no mode', role_t(is_exact, exact))

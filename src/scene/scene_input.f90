@@ -546,7 +546,8 @@ contains
          if (value > 0 .and. part%last_value > part%first_value) then
             position = input%namelist%values(value)%first
             subject = subject//excerpt(value_text(input%namelist, value))//' (value ' &
-               //to_text(value - part%first_value + 1)//' of '//to_text(part%last_value - part%first_value + 1)//')'
+               //to_text(value - part%first_value + 1)//' of ' &
+               //to_text(part%last_value - part%first_value + 1)//')'
          else
             position = part%first
             subject = subject//item_text(input%namelist, item)

@@ -4,7 +4,7 @@ module scene_reader
    use namelist_text, only: namelist_t, parse_namelist
    use number_text, only: to_text
    use scene_groups, only: physical_t, walk_scene
-   use scene_resolve, only: resolve_scene
+   use scene_resolve, only: letters_and_digits, name_characters, resolve_scene
    use scene_types, only: name_length, scene_t
    use scene_walk, only: scene_walk_t
    use text_file, only: load_text
@@ -74,7 +74,6 @@ contains
       character(*), intent(in) :: file
       character(:), allocatable :: name
 
-      character(*), parameter :: letters_and_digits = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
       integer :: i
 
       name = file(index(file, '/', back=.true.) + 1:)
@@ -82,7 +81,7 @@ contains
       if (i > 1) name = name(:i - 1)
       name = name(:min(len(name), name_length))
       do i = 1, len(name)
-         if (verify(name(i:i), letters_and_digits//'._-') > 0) name(i:i) = '_'
+         if (verify(name(i:i), name_characters) > 0) name(i:i) = '_'
       end do
       if (verify(name(:min(1, len(name))), letters_and_digits) > 0 .or. len(name) == 0) name = 'scene'
    end function name_of_file

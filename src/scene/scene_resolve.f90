@@ -14,7 +14,12 @@ module scene_resolve
    use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
-   public :: resolve_scene
+   public :: resolve_scene, letters_and_digits, name_characters
+
+   !> What the name of a scene begins with, and what it is made of.
+   character(*), parameter :: letters_and_digits = &
+      'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
+   character(*), parameter :: name_characters = letters_and_digits//'._-'
 
    !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
@@ -59,9 +64,7 @@ contains
       !> As read
       type(scene_t), intent(inout) :: scene
 
-      character(*), parameter :: letters_and_digits = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
-
-      if (verify(scene%name, letters_and_digits//'._-') > 0 .or. verify(scene%name(1:1), letters_and_digits) > 0) then
+      if (verify(scene%name, name_characters) > 0 .or. verify(scene%name(1:1), letters_and_digits) > 0) then
          call input%complain('scene', 'name', &
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
@@ -119,7 +122,8 @@ contains
       if (contains_value(range, value)) then
          ratio = value
       else
-         call input%complain(group, name, ratio_name//' would be '//to_text(value)//': must be '//range_text(range))
+         call input%complain(group, name, ratio_name//' would be '//to_text(value)//': must be ' &
+            //range_text(range))
       end if
    end subroutine take_ratio
 
@@ -216,9 +220,9 @@ contains
          call input%complain('response', given_name(input, 'response', 'step', 'step_time'), 'step ' &
             //to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)')
       else if (response%duration/response%step > most_numbers) then
-         call input%complain('response', given_name(input, 'response', 'step', 'step_time'), 'duration over step is ' &
-            //to_text(response%duration/response%step)//' samples: must be at most '//to_text(most_numbers) &
-            //' to fit into memory')
+         call input%complain('response', given_name(input, 'response', 'step', 'step_time'), &
+            'duration over step is '//to_text(response%duration/response%step) &
+            //' samples: must be at most '//to_text(most_numbers)//' to fit into memory')
       end if
       if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
          call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
@@ -265,8 +269,8 @@ contains
          if (.not. input%has('frequencies', 'reference')) then
             frequencies%reference = reference_none
          else if (frequencies%reference == reference_exact) then
-            call input%complain('frequencies', 'reference', 'exact values are known only for uniform and narrowing ' &
-               //'beams without tables, and for a full wedge without tip mass; give ''none''')
+            call input%complain('frequencies', 'reference', 'exact values are known only for uniform ' &
+               //'and narrowing beams without tables, and for a full wedge without tip mass; give ''none''')
          end if
       end associate
    end subroutine resolve_frequencies
@@ -299,7 +303,8 @@ contains
       end if
 
       do i = 1, count
-         call check_spread(input, 'frequencies', 'mesh_ratios', frequencies%mesh_elements(i), frequencies%mesh_ratios(i))
+         call check_spread(input, 'frequencies', 'mesh_ratios', frequencies%mesh_elements(i), &
+            frequencies%mesh_ratios(i))
          if (input%has_problem()) return
       end do
       worst = maxval(frequencies%mesh_elements)
@@ -307,8 +312,8 @@ contains
       do i = 1, size(frequencies%solver)
          if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
          call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
-            //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst)//'; use ''' &
-            //trim(solver_names(solver_lanczos))//''' or '''//trim(solver_names(solver_auto))//'''')
+            //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst) &
+            //'; use '''//trim(solver_names(solver_lanczos))//''' or '''//trim(solver_names(solver_auto))//'''')
          return
       end do
    end subroutine resolve_meshes
@@ -354,7 +359,8 @@ contains
                call input%complain('output', 'shape_times', 'must be ascending')
             else if (numbers > most_numbers) then
                call input%complain('output', 'shape_times', to_text(size(times))//' shapes of ' &
-                  //to_text(scene%mesh%elements + 1)//' nodes: the product must be at most '//to_text(most_numbers))
+                  //to_text(scene%mesh%elements + 1)//' nodes: the product must be at most ' &
+                  //to_text(most_numbers))
             end if
          end associate
       end if
