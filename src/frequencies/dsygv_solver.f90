@@ -1,0 +1,99 @@
+!> Frequencies by LAPACK's DSYGV on dense copies of (K, M), as Irie, Yamada and Asano (1977) have it.
+!>
+!> K is formed by cancellation and the small eigenvalues are the ones wanted, so digits are lost as
+!> the mesh is refined: for what a mesh can give, see `natural_solver`.
+module dsygv_solver
+   use beam_model, only: beam_model_t
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use lapack_interfaces, only: dsygv, lapack_message
+   use mode_shapes, only: fix_mode_signs
+   use skyline_matrix, only: to_dense
+   implicit none (type, external)
+   private
+   public :: dsygv_lambda, dsygv_modes
+
+contains
+
+   !> The first lambda_i of the mesh, ascending; no vectors are computed.
+   subroutine dsygv_lambda(model, count, lambda, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> Number of modes, at most 2 n
+      integer, intent(in) :: count
+      !> lambda_i, [count]
+      real(wp), allocatable, intent(out) :: lambda(:)
+      !> Set when DSYGV fails or its eigenvalues have lost all digits
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: vectors(:, :)
+
+      call solve_dense(model, count, 'N', lambda, vectors, error)
+   end subroutine dsygv_lambda
+
+   !> The first lambda_i of the mesh, ascending, and the mode shapes.
+   subroutine dsygv_modes(model, count, lambda, modes, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> Number of modes, at most 2 n
+      integer, intent(in) :: count
+      !> lambda_i, [count]
+      real(wp), allocatable, intent(out) :: lambda(:)
+      !> Shapes as columns, unit modal mass, positive tip, [2 n, count]
+      real(wp), allocatable, intent(out) :: modes(:, :)
+      !> Set when DSYGV fails or its eigenvalues have lost all digits
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: vectors(:, :)
+
+      call solve_dense(model, count, 'V', lambda, vectors, error)
+      if (allocated(error)) return
+      ! DSYGV's vectors have x^T M x = 1 already.
+      allocate (modes, source=vectors(:, :count))
+      call fix_mode_signs(model%tip_dof, modes)
+   end subroutine dsygv_modes
+
+   !> DSYGV on dense copies.
+   subroutine solve_dense(model, count, job, lambda, vectors, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> Number of modes, at most 2 n
+      integer, intent(in) :: count
+      !> 'V': with vectors, 'N': without
+      character, intent(in) :: job
+      !> lambda_i, [count]
+      real(wp), allocatable, intent(out) :: lambda(:)
+      !> Eigenvectors as columns if asked for, [2 n, 2 n]
+      real(wp), allocatable, intent(out) :: vectors(:, :)
+      !> Set when DSYGV fails or its eigenvalues have lost all digits
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: eigenvalue(:), mass(:, :), work(:)
+      real(wp) :: work_size(1)
+      integer :: info, order
+
+      order = model%stiffness%order
+      if (count < 0 .or. count > order) then
+         call fail(error, status_run_failed, 'DSYGV: more modes asked for than the mesh has')
+         return
+      end if
+      allocate (vectors, source=to_dense(model%stiffness))
+      allocate (mass, source=to_dense(model%mass))
+      allocate (eigenvalue(order))
+      call dsygv(1, job, 'U', order, vectors, order, mass, order, eigenvalue, work_size, -1, info)
+      allocate (work(int(work_size(1))))
+      call dsygv(1, job, 'U', order, vectors, order, mass, order, eigenvalue, work, size(work), info)
+      if (info /= 0) then
+         call fail(error, status_run_failed, lapack_message('DSYGV', info, order))
+         return
+      end if
+      ! written so that a NaN is refused too
+      if (.not. all(eigenvalue(:count) > 0.0_wp)) then
+         call fail(error, status_run_failed, 'DSYGV: an eigenvalue of this mesh came out zero or negative; '// &
+                   'rounding has taken over, use another solver')
+         return
+      end if
+      allocate (lambda, source=sqrt(sqrt(eigenvalue(:count))))
+   end subroutine solve_dense
+
+end module dsygv_solver

@@ -1,0 +1,396 @@
+!> Frequencies of the continuous beam, from the determinants of its closed-form solutions: uniform,
+!> linear taper, full wedge; with a point mass at the tip.
+!>
+!> h/hbar = 1 + s (1 - 2 x/L); with z = lambda sqrt(h/hbar)/(2 s) the shapes are h^(-1/2) times J_1,
+!> Y_1, I_1, K_1 of 2 z (Irie, Yamada and Asano 1977, eq. 10, rederived).
+!>
+!> Precision. Determinants are formed in quadruple precision: with a slight taper the arguments
+!> lambda/s are large and J and Y would lose their phase, with a heavy tip mass the first root is
+!> small and the determinant cancels like lambda^-4, and near a full wedge Y and K cancel at the tip.
+!> I and K have no phase to lose and come from the library in double, except where one of the latter
+!> two cancellations counts. So every root is right to 3e-16 for 0 <= s < 1 and masses up to 1e9.
+module exact_frequencies
+   use kinds, only: wp
+   use failures, only: fail, failure_t, status_bad_input, status_run_failed
+   use bessel_functions, only: bessel_i_scaled, bessel_i_scaled_quad, bessel_k_scaled, bessel_k_scaled_quad, qp
+   implicit none (type, external)
+   private
+   public :: exact_lambda, characteristic_t, characteristic_value
+
+   !> Below this taper the beam is uniform to working precision.
+   real(wp), parameter :: least_taper = 1.0e-17_wp
+   !> Below this lambda, or this argument, I and K are needed in quadruple precision.
+   real(qp), parameter :: small_lambda = 1.5_qp
+   real(qp), parameter :: small_argument = 2.0_qp
+   !> Steps of the search in the asymptotic distance of two roots.
+   integer, parameter :: steps_per_root = 6
+
+   !> What the determinant belongs to.
+   type :: characteristic_t
+      !> s = (h_root - h_tip)/(h_root + h_tip), above -1, at most 1 (full wedge)
+      real(wp) :: taper = 0.0_wp
+      !> m/(rho Abar L)
+      real(wp) :: tip_mass_ratio = 0.0_wp
+      !> The tip is held at y = 0 (the limit of a heavy tip mass)
+      logical :: held_tip = .false.
+   end type characteristic_t
+
+contains
+
+   !> The first `count` lambda_i, ascending; omega_i = lambda_i^2 sqrt(E Ibar/(rho Abar L^4)).
+   !>
+   !> No root is missed: without tip mass, roots are searched with steps well below their distance
+   !> and must then follow each other regularly; with one, root i lies alone between root i - 1 of
+   !> the beam held at the tip and root i of the beam without tip mass.
+   subroutine exact_lambda(count, taper, tip_mass_ratio, lambda, error)
+      !> Number of roots, >= 0
+      integer, intent(in) :: count
+      !> s = (h_root - h_tip)/(h_root + h_tip), above -1, at most 1 (full wedge)
+      real(wp), intent(in) :: taper
+      !> m/(rho Abar L), >= 0; a full wedge has none
+      real(wp), intent(in) :: tip_mass_ratio
+      !> The roots, [count]
+      real(wp), allocatable, intent(out) :: lambda(:)
+      !> Unallocated: done
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(qp) :: free_roots(count)
+      real(qp) :: held_roots(count)
+      real(qp) :: lower
+      real(qp) :: root
+      integer :: i
+
+      if (.not. (taper > -1.0_wp .and. taper <= 1.0_wp)) then
+         call fail(error, status_bad_input, 'exact frequencies: the taper must lie above -1 and at most at 1')
+         return
+      end if
+      if (.not. tip_mass_ratio >= 0.0_wp .or. tip_mass_ratio > huge(1.0_wp)) then
+         call fail(error, status_bad_input, 'exact frequencies: the tip mass must be finite and not negative')
+         return
+      end if
+      if (taper >= 1.0_wp .and. tip_mass_ratio > 0.0_wp) then
+         ! The static compliance of the tip, int (1-x)^2/I dx, diverges.
+         call fail(error, status_run_failed, 'exact frequencies: a full wedge gives way without limit under a &
+            &point mass at its tip, so there are none; take a tip of finite height, or no tip mass')
+         return
+      end if
+
+      allocate (lambda(count))
+      if (count == 0) return
+      call search_roots(characteristic_t(taper, 0.0_wp, .false.), free_roots, error)
+      if (allocated(error)) return
+      if (.not. tip_mass_ratio > 0.0_wp) then
+         lambda = real(free_roots, wp)
+         return
+      end if
+
+      if (count > 1) call search_roots(characteristic_t(taper, 0.0_wp, .true.), held_roots(:count - 1), error)
+      if (allocated(error)) return
+      ! Dunkerley's bound
+      lower = 1.0_qp/(1.0_qp/free_roots(1)**4 + real(tip_mass_ratio, qp)*tip_compliance(taper))**0.25_qp
+      do i = 1, count
+         if (lower > free_roots(i)) then
+            call fail(error, status_run_failed, 'exact frequencies: the roots with free and with held tip do not interlace')
+            return
+         end if
+         ! A vanishing or very heavy mass puts the root on an end of the bracket.
+         call find_root(characteristic_t(taper, tip_mass_ratio, .false.), lower*(1.0_qp - 1.0e-14_qp), &
+                        free_roots(i)*(1.0_qp + 1.0e-14_qp), root, error)
+         if (allocated(error)) return
+         lambda(i) = real(root, wp)
+         if (i < count) lower = held_roots(i)
+      end do
+   end subroutine exact_lambda
+
+   !> The first roots without tip mass or with held tip, by steps.
+   subroutine search_roots(problem, roots, error)
+      !> What the determinant belongs to
+      type(characteristic_t), intent(in) :: problem
+      !> The roots, ascending
+      real(qp), intent(out) :: roots(:)
+      !> Unallocated: done
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(qp) :: distance
+      real(qp) :: left
+      real(qp) :: right
+      real(qp) :: step
+      real(qp) :: value_left
+      real(qp) :: value_right
+      integer :: found
+
+      distance = asymptotic_distance(problem%taper)
+      step = distance/real(steps_per_root, qp)
+      roots = 0.0_qp
+      found = 0
+      ! Nowhere is the beam more compliant than at its tip, so lambda_1^-4 is at most this compliance.
+      left = 0.99_qp
+      if (problem%taper < 1.0_wp) left = 0.99_qp/tip_compliance(problem%taper)**0.25_qp
+      value_left = characteristic_value(problem, left)
+      do while (found < size(roots))
+         right = left + step
+         value_right = characteristic_value(problem, right)
+         if ((value_left < 0.0_qp) .neqv. (value_right < 0.0_qp)) then
+            found = found + 1
+            call find_root(problem, left, right, roots(found), error)
+            if (allocated(error)) return
+            if (found > 1) then
+               ! A pair of roots that the steps had jumped over would leave a gap of three distances.
+               if (roots(found) - roots(found - 1) > 2.0_qp*distance) then
+                  call fail(error, status_run_failed, 'exact frequencies: the distance of two roots is out of order')
+                  return
+               end if
+            end if
+         else if (right > (real(found, qp) + 3.0_qp)*distance) then
+            call fail(error, status_run_failed, 'exact frequencies: a root was not found where it must be')
+            return
+         end if
+         left = right
+         value_left = value_right
+      end do
+   end subroutine search_roots
+
+   !> Distance of neighbouring roots in the limit: pi/int_0^1 (h/hbar)^(-1/2) dx.
+   pure function asymptotic_distance(taper) result(distance)
+      !> s
+      real(wp), intent(in) :: taper
+      real(qp) :: distance
+
+      distance = 0.5_qp*acos(-1.0_qp)*(sqrt(1.0_qp + real(taper, qp)) + sqrt(1.0_qp - real(taper, qp)))
+   end function asymptotic_distance
+
+   !> Deflection of the tip under a unit force there, int_0^1 (1-x)^2/(h/hbar)^3 dx, or slightly more.
+   pure function tip_compliance(taper) result(compliance)
+      !> s, below 1
+      real(wp), intent(in) :: taper
+      real(qp) :: compliance
+
+      real(qp) :: ratio
+      real(qp) :: s
+
+      s = real(taper, qp)
+      if (abs(s) < 1.0e-3_qp) then
+         compliance = 1.0_qp/(3.0_qp*(1.0_qp - abs(s))**3)
+      else
+         ratio = (1.0_qp - s)/(1.0_qp + s)
+         compliance = (-log(ratio) - 1.5_qp + 2.0_qp*ratio - 0.5_qp*ratio**2)/(8.0_qp*s**3)
+      end if
+   end function tip_compliance
+
+   !> The determinant at lambda, with every exponential scaled: its sign and its roots are meant.
+   function characteristic_value(problem, lambda) result(value)
+      !> What the determinant belongs to
+      type(characteristic_t), intent(in) :: problem
+      !> lambda > 0
+      real(qp), intent(in) :: lambda
+      real(qp) :: value
+
+      if (abs(problem%taper) < least_taper) then
+         value = uniform_value(real(problem%tip_mass_ratio, qp), problem%held_tip, lambda)
+      else if (problem%taper >= 1.0_wp) then
+         value = wedge_value(lambda)
+      else
+         value = taper_value(problem, lambda)
+      end if
+   end function characteristic_value
+
+   !> exp(-k) (1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k)); with held tip the factor of mu k.
+   pure function uniform_value(tip_mass_ratio, held_tip, lambda) result(value)
+      !> m/(rho Abar L)
+      real(qp), intent(in) :: tip_mass_ratio
+      !> The tip is held
+      logical, intent(in) :: held_tip
+      !> lambda > 0
+      real(qp), intent(in) :: lambda
+      real(qp) :: value
+
+      real(qp) :: decay
+      real(qp) :: held
+
+      decay = exp(-lambda)
+      held = 0.5_qp*(cos(lambda)*(1.0_qp - decay**2) - sin(lambda)*(1.0_qp + decay**2))
+      if (held_tip) then
+         value = held
+      else
+         value = decay + 0.5_qp*cos(lambda)*(1.0_qp + decay**2) + tip_mass_ratio*lambda*held
+      end if
+   end function uniform_value
+
+   !> J_1 I_2 + I_1 J_2 at lambda sqrt(2): the full wedge without tip mass.
+   function wedge_value(lambda) result(value)
+      !> lambda > 0
+      real(qp), intent(in) :: lambda
+      real(qp) :: value
+
+      real(qp) :: x
+
+      x = lambda*sqrt(2.0_qp)
+      value = bessel_jn(1, x)*real(bessel_i_scaled(2, real(x, wp)), qp) + &
+              bessel_jn(2, x)*real(bessel_i_scaled(1, real(x, wp)), qp)
+   end function wedge_value
+
+   !> The 4 x 4 determinant of a taper: rows clamp, clamp, moment, shear (or held tip); columns J, Y, I, K.
+   function taper_value(problem, lambda) result(value)
+      !> What the determinant belongs to
+      type(characteristic_t), intent(in) :: problem
+      !> lambda > 0
+      real(qp), intent(in) :: lambda
+      real(qp) :: value
+
+      real(qp) :: matrix(4, 4)
+      real(qp) :: clamp(4, 2)
+      real(qp) :: tip(4, 3)
+      real(qp) :: scale_root
+      real(qp) :: scale_tip
+      real(qp) :: shear
+      real(qp) :: taper
+      real(qp) :: x_root
+      real(qp) :: x_tip
+      logical :: all_digits
+      integer :: n
+
+      taper = real(problem%taper, qp)
+      x_root = lambda*sqrt(1.0_qp + taper)/abs(taper)
+      x_tip = lambda*sqrt(1.0_qp - taper)/abs(taper)
+      all_digits = lambda < small_lambda .or. min(x_root, x_tip) < small_argument
+      do n = 1, 2
+         clamp(:, n) = four_functions(n, x_root, all_digits)
+      end do
+      do n = 1, 3
+         tip(:, n) = four_functions(n, x_tip, all_digits)
+      end do
+      ! One scale a column: I by the larger of its two exponentials, K by the smaller of its arguments.
+      scale_root = exp(x_root - max(x_root, x_tip))
+      scale_tip = exp(x_tip - max(x_root, x_tip))
+      clamp(3, :) = clamp(3, :)*scale_root
+      tip(3, :) = tip(3, :)*scale_tip
+      clamp(4, :) = clamp(4, :)*scale_tip
+      tip(4, :) = tip(4, :)*scale_root
+
+      matrix(1, :) = clamp(:, 1)
+      matrix(2, :) = clamp(:, 2)*[1.0_qp, 1.0_qp, -1.0_qp, 1.0_qp]
+      matrix(3, :) = tip(:, 3)
+      if (problem%held_tip) then
+         matrix(4, :) = tip(:, 1)
+      else
+         ! 8 s^3 z1^3 = lambda^3 (h_tip/hbar)^(3/2), with the sign of s; divided by lambda^3
+         shear = sign((1.0_qp - taper)*sqrt(1.0_qp - taper), taper)
+         matrix(4, :) = shear*tip(:, 2)*[1.0_qp, 1.0_qp, 1.0_qp, -1.0_qp] &
+                        - real(problem%tip_mass_ratio, qp)*lambda*tip(:, 1)
+      end if
+      value = determinant(matrix)
+   end function taper_value
+
+   !> J_n, Y_n, exp(-x) I_n, exp(x) K_n
+   function four_functions(n, x, all_digits) result(values)
+      !> Order
+      integer, intent(in) :: n
+      !> Argument, > 0
+      real(qp), intent(in) :: x
+      !> I and K in quadruple precision
+      logical, intent(in) :: all_digits
+      real(qp) :: values(4)
+
+      values(1) = bessel_jn(n, x)
+      values(2) = bessel_yn(n, x)
+      if (all_digits) then
+         values(3) = bessel_i_scaled_quad(n, x)
+         values(4) = bessel_k_scaled_quad(n, x)
+      else
+         values(3) = real(bessel_i_scaled(n, real(x, wp)), qp)
+         values(4) = real(bessel_k_scaled(n, real(x, wp)), qp)
+      end if
+   end function four_functions
+
+   !> Determinant by the 2 x 2 minors of the upper and lower pair of rows (Laplace).
+   pure function determinant(matrix) result(value)
+      !> [4, 4]
+      real(qp), intent(in) :: matrix(4, 4)
+      real(qp) :: value
+
+      value = minor(1, 1, 2)*minor(3, 3, 4) - minor(1, 1, 3)*minor(3, 2, 4) + minor(1, 1, 4)*minor(3, 2, 3) &
+              + minor(1, 2, 3)*minor(3, 1, 4) - minor(1, 2, 4)*minor(3, 1, 3) + minor(1, 3, 4)*minor(3, 1, 2)
+
+   contains
+
+      pure function minor(row, i, j) result(difference)
+         !> Upper row of the pair
+         integer, intent(in) :: row
+         !> Left column
+         integer, intent(in) :: i
+         !> Right column
+         integer, intent(in) :: j
+         real(qp) :: difference
+
+         difference = matrix(row, i)*matrix(row + 1, j) - matrix(row, j)*matrix(row + 1, i)
+      end function minor
+
+   end function determinant
+
+   !> The root in a bracket by Chandrupatla's rule: inverse quadratic interpolation where three points
+   !> make it safe, bisection elsewhere (Adv. Eng. Software 28 (1997) 145-149).
+   subroutine find_root(problem, lower, upper, root, error)
+      !> What the determinant belongs to
+      type(characteristic_t), intent(in) :: problem
+      !> Lower end
+      real(qp), intent(in) :: lower
+      !> Upper end
+      real(qp), intent(in) :: upper
+      !> The root
+      real(qp), intent(out) :: root
+      !> Unallocated: done
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(qp), parameter :: tolerance = 1.0e-19_qp
+      integer, parameter :: limit = 300
+      real(qp) :: x(3)
+      real(qp) :: f(3)
+      real(qp) :: point
+      real(qp) :: value
+      real(qp) :: share
+      real(qp) :: ratio_x
+      real(qp) :: ratio_f
+      integer :: iteration
+
+      ! x(1) is the newest point, x(2) the other end of the bracket, x(3) the point before.
+      x = [upper, lower, lower]
+      f(1) = characteristic_value(problem, x(1))
+      f(2) = characteristic_value(problem, x(2))
+      f(3) = f(2)
+      root = x(1)
+      if ((f(1) < 0.0_qp) .eqv. (f(2) < 0.0_qp)) then
+         call fail(error, status_run_failed, 'exact frequencies: the determinant does not change sign where a root must be')
+         return
+      end if
+      share = 0.5_qp
+      do iteration = 1, limit
+         point = x(1) + share*(x(2) - x(1))
+         value = characteristic_value(problem, point)
+         if ((value < 0.0_qp) .eqv. (f(1) < 0.0_qp)) then
+            x(3) = x(1)
+            f(3) = f(1)
+         else
+            x(3) = x(2)
+            f(3) = f(2)
+            x(2) = x(1)
+            f(2) = f(1)
+         end if
+         x(1) = point
+         f(1) = value
+         root = merge(x(1), x(2), abs(f(1)) < abs(f(2)))
+         if (.not. (abs(f(1)) > 0.0_qp .and. abs(x(2) - x(1)) > tolerance*abs(root))) return
+         share = 0.5_qp
+         ratio_x = (x(1) - x(2))/(x(3) - x(2))
+         ratio_f = (f(1) - f(2))/(f(3) - f(2))
+         if (ratio_f**2 < ratio_x .and. (1.0_qp - ratio_f)**2 < 1.0_qp - ratio_x) then
+            share = f(1)/(f(2) - f(1))*f(3)/(f(2) - f(3)) &
+                    + (x(3) - x(1))/(x(2) - x(1))*f(1)/(f(3) - f(1))*f(2)/(f(3) - f(2))
+         end if
+         ! Step past the root rather than creep towards it from one side.
+         share = min(max(share, 0.5_qp*tolerance*abs(root)/abs(x(2) - x(1))), 1.0_qp)
+         if (share > 0.5_qp) share = min(share, 1.0_qp - 0.5_qp*tolerance*abs(root)/abs(x(2) - x(1)))
+      end do
+      call fail(error, status_run_failed, 'exact frequencies: the search for a root did not end')
+   end subroutine find_root
+
+end module exact_frequencies

@@ -1,0 +1,69 @@
+!> Mode shapes: sign and normalisation are fixed here, and their quality is measured.
+!>
+!> Every solver returns unit modal mass, phi^T M phi = 1 in units of rho Abar L (tip mass included),
+!> and a positive displacement of the tip. The tip of a mode never stands still, so the sign is sure.
+module mode_shapes
+   use beam_model, only: beam_model_t
+   use kinds, only: wp
+   use skyline_matrix, only: multiply
+   implicit none (type, external)
+   private
+   public :: fix_mode_signs, mode_quality, mode_quality_t
+
+   !> How good a set of modes is; every figure is relative.
+   type :: mode_quality_t
+      !> Largest |phi_i^T M phi_j - delta_ij|
+      real(wp) :: mass_orthogonality = 0.0_wp
+      !> Largest |phi_i^T K phi_j - lambda_i^4 delta_ij| / (lambda_i^2 lambda_j^2)
+      real(wp) :: stiffness_orthogonality = 0.0_wp
+   end type mode_quality_t
+
+contains
+
+   !> Turn each mode so that its tip moves by a positive amount.
+   pure subroutine fix_mode_signs(tip_dof, modes)
+      !> Row of the displacement of the tip
+      integer, intent(in) :: tip_dof
+      !> Shapes as columns
+      real(wp), intent(inout) :: modes(:, :)
+
+      integer :: mode
+
+      do mode = 1, size(modes, 2)
+         if (modes(tip_dof, mode) < 0.0_wp) modes(:, mode) = -modes(:, mode)
+      end do
+   end subroutine fix_mode_signs
+
+   !> M- and K-orthogonality of a set of modes. With K assembled, the second figure contains the
+   !> cancellation inside K, which grows with the mesh, beside the error of the modes.
+   pure function mode_quality(model, lambda, modes) result(quality)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> lambda_i, [modes]
+      real(wp), intent(in) :: lambda(:)
+      !> Shapes as columns, [2 n, modes]
+      real(wp), intent(in) :: modes(:, :)
+      type(mode_quality_t) :: quality
+
+      real(wp), allocatable :: product(:)
+      real(wp) :: expected, value
+      integer :: i, j
+
+      allocate (product(size(modes, 1)))
+      do j = 1, size(modes, 2)
+         call multiply(model%mass, modes(:, j), product)
+         do i = 1, size(modes, 2)
+            expected = merge(1.0_wp, 0.0_wp, i == j)
+            value = dot_product(modes(:, i), product)
+            quality%mass_orthogonality = max(quality%mass_orthogonality, abs(value - expected))
+         end do
+         call multiply(model%stiffness, modes(:, j), product)
+         do i = 1, size(modes, 2)
+            expected = merge(1.0_wp, 0.0_wp, i == j)
+            value = dot_product(modes(:, i), product)/(lambda(i)*lambda(j))**2
+            quality%stiffness_orthogonality = max(quality%stiffness_orthogonality, abs(value - expected))
+         end do
+      end do
+   end function mode_quality
+
+end module mode_shapes
