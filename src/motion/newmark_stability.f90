@@ -1,0 +1,117 @@
+!> How long a Newmark step may be.
+!>
+!> Hughes, The Finite Element Method, section 9.1: with gamma >= 1/2 and 2 beta < gamma a mode of frequency omega and damping
+!> ratio xi is stable as long as
+!>    omega h <= (xi (gamma - 1/2) + sqrt(gamma/2 - beta + xi^2 (gamma - 1/2)^2)) / (gamma/2 - beta);
+!> with 2 beta >= gamma every step is stable.
+module newmark_stability
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use skyline_matrix, only: add_to_diagonal, combine, factorise, negative_pivots, skyline_t
+   implicit none (type, external)
+   private
+   public :: is_unconditionally_stable, critical_step, highest_frequency
+
+contains
+
+   !> Is every step stable?
+   elemental function is_unconditionally_stable(beta, gamma) result(stable)
+      !> Newmark's beta
+      real(wp), intent(in) :: beta
+      !> Newmark's gamma, at least 1/2
+      real(wp), intent(in) :: gamma
+      logical :: stable
+
+      stable = 2.0_wp*beta >= gamma
+   end function is_unconditionally_stable
+
+   !> The longest stable step of a conditionally stable scheme with damping in proportion to the stiffness, where the highest
+   !> frequency decides: its step falls with the frequency.
+   elemental function critical_step(beta, gamma, zeta, frequency) result(step)
+      !> Newmark's beta, below gamma/2
+      real(wp), intent(in) :: beta
+      !> Newmark's gamma, at least 1/2
+      real(wp), intent(in) :: gamma
+      !> The damping ratio of a mode is zeta omega
+      real(wp), intent(in) :: zeta
+      !> Highest frequency, in omega1
+      real(wp), intent(in) :: frequency
+      real(wp) :: step
+
+      real(wp) :: damping
+
+      damping = zeta*frequency*(gamma - 0.5_wp)
+      associate (short => 0.5_wp*gamma - beta)
+         step = (damping + sqrt(short + damping**2))/(short*frequency)
+      end associate
+   end function critical_step
+
+   !> An upper bound, right to one part in a million, of the highest frequency of (K + k e_c e_c^T, M). By bisection on the
+   !> number of negative pivots of K - sigma M, which is the number of eigenvalues below sigma.
+   pure subroutine highest_frequency(stiffness, mass, stop_dof, spring, frequency, error)
+      !> K
+      type(skyline_t), intent(in) :: stiffness
+      !> M, of the same profile
+      type(skyline_t), intent(in) :: mass
+      !> Where the spring acts
+      integer, intent(in) :: stop_dof
+      !> k, >= 0
+      real(wp), intent(in) :: spring
+      !> sqrt of the highest eigenvalue, or a little above
+      real(wp), intent(out) :: frequency
+      !> Set when no bound is found
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), parameter :: accuracy = 2.0e-6_wp
+      integer, parameter :: doublings = 2000, halvings = 100
+      type(skyline_t) :: sprung
+      real(wp) :: below, above, middle
+      integer :: i
+
+      frequency = 0.0_wp
+      sprung = stiffness
+      call add_to_diagonal(sprung, stop_dof, spring)
+      ! each Rayleigh quotient of a unit vector is a lower bound
+      below = maxval(sprung%values(sprung%diagonal)/mass%values(mass%diagonal))
+      above = 2.0_wp*below
+      do i = 1, doublings
+         if (all_below(sprung, mass, above)) exit
+         below = above
+         above = 2.0_wp*above
+      end do
+      if (i > doublings) then
+         call fail(error, status_run_failed, 'no bound of the highest frequency of this beam was found')
+         return
+      end if
+      do i = 1, halvings
+         if (above - below <= accuracy*above) exit
+         middle = 0.5_wp*(below + above)
+         if (all_below(sprung, mass, middle)) then
+            above = middle
+         else
+            below = middle
+         end if
+      end do
+      frequency = sqrt(above)
+   end subroutine highest_frequency
+
+   !> Are all eigenvalues of (K, M) below sigma? A pivot that vanishes counts as no: the bound is then sought above.
+   pure function all_below(stiffness, mass, sigma) result(below)
+      !> K
+      type(skyline_t), intent(in) :: stiffness
+      !> M
+      type(skyline_t), intent(in) :: mass
+      !> sigma
+      real(wp), intent(in) :: sigma
+      logical :: below
+
+      type(skyline_t) :: shifted
+      type(failure_t), allocatable :: error
+
+      shifted = combine(1.0_wp, stiffness, -sigma, mass)
+      call factorise(shifted, error, positive=.false.)
+      below = .false.
+      if (.not. allocated(error)) below = negative_pivots(shifted) == shifted%order
+   end function all_below
+
+end module newmark_stability

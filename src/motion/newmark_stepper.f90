@@ -1,0 +1,464 @@
+!> One Newmark step of the beam: M y'' + 2 zeta K y' + K y = f e_c, time in tau, K that of E Ibar = rho Abar = L = 1
+!> over lambda1^4, e_c the stop point.
+!>
+!> Form with the acceleration as the unknown (Hughes, The Finite Element Method, section 9.1): one product and one
+!> solve a step. The force f enters afterwards through the column A^-1 e_c, so that one factorisation
+!> of A = M + gamma h C + beta h^2 K serves free motion, the held stop point and contact with a yielding stop.
+!>
+!> The profile of the beam is known, so product and solve run over diagonals, three beside the main one, padded with
+!> zeros: without branches, several times as fast as the general skyline loops at n = 8.
+module newmark_stepper
+   use beam_model, only: beam_model_t, static_shape
+   use failures, only: failure_t
+   use kinds, only: lambda1_power4, wp
+   use skyline_matrix, only: combine, factorise, multiply, skyline_t, solve_factorised
+   use stop_models, only: branch_decay, branch_gain, surface_decay, three_element_t
+   implicit none (type, external)
+   private
+   public :: newmark_stepper_t, newmark_state_t, deepest_level
+   public :: make_newmark_stepper, make_start_state, make_factors, predict_step, finish_step
+   public :: restart_acceleration, kinetic_energy, strain_energy, beam_dissipation, momentum_at_stop, copy_state
+
+   !> A step may be halved this often.
+   integer, parameter :: deepest_level = 40
+   !> Entries beside the diagonal.
+   integer, parameter :: band = 3
+
+   !> Displacement, velocity and acceleration of all degrees of freedom, and the force on the stop point.
+   type :: newmark_state_t
+      !> y, y', y'', padded with zeros, [-2 : order + 3]
+      real(wp), allocatable :: displacement(:)
+      real(wp), allocatable :: velocity(:)
+      real(wp), allocatable :: acceleration(:)
+      !> f
+      real(wp) :: force = 0.0_wp
+      !> Model B: indentation u and branch force P2
+      real(wp) :: indentation = 0.0_wp
+      real(wp) :: branch_force = 0.0_wp
+   end type newmark_state_t
+
+   !> What a step of one length needs.
+   type :: newmark_factors_t
+      !> Has it been made?
+      logical :: made = .false.
+      !> h
+      real(wp) :: step = 0.0_wp
+      !> L of A = L D L^T by diagonals: L(i, i - k) at (i, k), and 1/D, [order + 3, 3] and [order]
+      real(wp), allocatable :: lower(:, :)
+      real(wp), allocatable :: reciprocal_pivot(:)
+      !> A^-1 e_c, padded, [-2 : order + 3], and its entry at the stop point
+      real(wp), allocatable :: column(:)
+      real(wp) :: column_at_stop = 0.0_wp
+      !> Model B over this step: `branch_decay`, `branch_gain`, `surface_decay`
+      real(wp) :: decay = 1.0_wp
+      real(wp) :: gain = 0.0_wp
+      real(wp) :: surface = 1.0_wp
+   end type newmark_factors_t
+
+   type :: newmark_stepper_t
+      !> Number of degrees of freedom
+      integer :: order = 0
+      !> The stop point and the tip among them
+      integer :: stop_dof = 0
+      integer :: tip_dof = 0
+      !> 2 zeta, so that C = 2 zeta K
+      real(wp) :: double_zeta = 0.0_wp
+      !> Newmark's beta and gamma
+      real(wp) :: beta = 0.25_wp
+      real(wp) :: gamma = 0.5_wp
+      !> Length of the undivided step
+      real(wp) :: step = 0.0_wp
+      !> K by diagonals, K(i, i + k) at (i, k), [order, -3:3]
+      real(wp), allocatable :: stiffness_diagonals(:, :)
+      !> K, M and the factors of M
+      type(skyline_t) :: stiffness
+      type(skyline_t) :: mass
+      type(skyline_t) :: mass_factors
+      !> M^-1 e_c, [order], its entry at the stop point, and M_cc
+      real(wp), allocatable :: mass_column(:)
+      real(wp) :: mobility = 0.0_wp
+      real(wp) :: mass_diagonal = 0.0_wp
+      !> Step h = step/2^level, made when first needed, [0:deepest_level]
+      type(newmark_factors_t), allocatable :: factors(:)
+      !> Number of factorisations so far
+      integer :: factorisations = 0
+      !> Room for one product, padded, [-2 : order + 3]
+      real(wp), allocatable :: work(:)
+   end type newmark_stepper_t
+
+contains
+
+   !> Everything that does not depend on the length of the step.
+   pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> zeta
+      real(wp), intent(in) :: zeta
+      !> Newmark's beta and gamma
+      real(wp), intent(in) :: beta
+      real(wp), intent(in) :: gamma
+      !> Length of the undivided step, tau
+      real(wp), intent(in) :: step
+      !> Ready to make factors
+      type(newmark_stepper_t), intent(out) :: stepper
+      !> Set when the mass matrix cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: column, row
+      real(wp) :: entry
+
+      stepper%order = model%stiffness%order
+      stepper%stop_dof = model%stop_dof
+      stepper%tip_dof = model%tip_dof
+      stepper%double_zeta = 2.0_wp*zeta
+      stepper%beta = beta
+      stepper%gamma = gamma
+      stepper%step = step
+      stepper%mass = model%mass
+      stepper%stiffness = model%stiffness
+      stepper%stiffness%values = model%stiffness%values/lambda1_power4
+
+      allocate (stepper%stiffness_diagonals(stepper%order, -band:band))
+      stepper%stiffness_diagonals = 0.0_wp
+      associate (k => stepper%stiffness)
+         do column = 1, k%order
+            do row = k%first_row(column), column
+               entry = k%values(k%diagonal(column) - column + row)
+               stepper%stiffness_diagonals(row, column - row) = entry
+               stepper%stiffness_diagonals(column, row - column) = entry
+            end do
+         end do
+      end associate
+
+      stepper%mass_factors = model%mass
+      call factorise(stepper%mass_factors, error)
+      if (allocated(error)) return
+      stepper%factorisations = 1
+      allocate (stepper%mass_column(stepper%order))
+      stepper%mass_column = 0.0_wp
+      stepper%mass_column(stepper%stop_dof) = 1.0_wp
+      call solve_factorised(stepper%mass_factors, stepper%mass_column)
+      stepper%mobility = stepper%mass_column(stepper%stop_dof)
+      stepper%mass_diagonal = model%mass%values(model%mass%diagonal(model%stop_dof))
+      allocate (stepper%factors(0:deepest_level))
+      allocate (stepper%work(1 - band:stepper%order + band))
+      stepper%work = 0.0_wp
+   end subroutine make_newmark_stepper
+
+   !> At rest in the static shape of a point force at the stop point, this point at y = displacement.
+   pure subroutine make_start_state(model, stepper, displacement, state, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> From `make_newmark_stepper`
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> y_c(0)
+      real(wp), intent(in) :: displacement
+      !> The state just after the force is taken away
+      type(newmark_state_t), intent(out) :: state
+      !> Set when the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: shape(:)
+
+      call static_shape(model, shape, error)
+      if (allocated(error)) return
+      allocate (state%displacement(1 - band:stepper%order + band), source=0.0_wp)
+      allocate (state%velocity(1 - band:stepper%order + band), source=0.0_wp)
+      allocate (state%acceleration(1 - band:stepper%order + band), source=0.0_wp)
+      state%displacement(1:stepper%order) = displacement*shape
+      call restart_acceleration(stepper, state, .false.)
+   end subroutine make_start_state
+
+   !> The factors for the step h = step/2^level, unless they are there.
+   pure subroutine make_factors(stepper, level, stop, error)
+      !> Keeps them
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> How often the step is halved
+      integer, intent(in) :: level
+      !> Model B; without it the defaults
+      type(three_element_t), intent(in) :: stop
+      !> Set when A cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skyline_t) :: matrix
+      real(wp) :: h
+      integer :: column, row
+
+      if (stepper%factors(level)%made) return
+      h = scale(stepper%step, -level)
+      matrix = combine(1.0_wp, stepper%mass, &
+                       h*(stepper%gamma*stepper%double_zeta + stepper%beta*h), stepper%stiffness)
+      call factorise(matrix, error)
+      if (allocated(error)) return
+      stepper%factorisations = stepper%factorisations + 1
+      associate (factors => stepper%factors(level), n => stepper%order)
+         factors%step = h
+         allocate (factors%lower(n + band, band), source=0.0_wp)
+         allocate (factors%reciprocal_pivot(n))
+         do column = 1, n
+            do row = matrix%first_row(column), column - 1
+               factors%lower(column, column - row) = matrix%values(matrix%diagonal(column) - column + row)
+            end do
+            factors%reciprocal_pivot(column) = 1.0_wp/matrix%values(matrix%diagonal(column))
+         end do
+         allocate (factors%column(1 - band:n + band), source=0.0_wp)
+         factors%column(stepper%stop_dof) = 1.0_wp
+         call solve_banded(n, factors%lower, factors%reciprocal_pivot, factors%column)
+         factors%column_at_stop = factors%column(stepper%stop_dof)
+         factors%decay = branch_decay(stop, h)
+         factors%gain = branch_gain(stop, h)
+         factors%surface = surface_decay(stop, h)
+         factors%made = .true.
+      end associate
+   end subroutine make_factors
+
+   !> The step as it is without force: predictors of displacement and velocity, and the acceleration they lead to.
+   pure subroutine predict_step(stepper, level, old, new)
+      !> The beam, the factors of this level made; its room is used
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> How often the step is halved
+      integer, intent(in) :: level
+      !> State at the beginning
+      type(newmark_state_t), intent(in) :: old
+      !> Predictors and force-free acceleration
+      type(newmark_state_t), intent(inout) :: new
+
+      associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
+         call predict(stepper%order, h, h*h*(0.5_wp - stepper%beta), h*(1.0_wp - stepper%gamma), stepper%double_zeta, &
+                      old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
+         call negative_product(stepper%order, stepper%stiffness_diagonals, stepper%work, new%acceleration)
+         call solve_banded(stepper%order, factors%lower, factors%reciprocal_pivot, new%acceleration)
+      end associate
+   end subroutine predict_step
+
+   !> Predicted displacement y + h v + h^2 (1/2 - beta) a and velocity v + h (1 - gamma) a, and y + 2 zeta v of them.
+   pure subroutine predict(order, h, factor_y, factor_v, double_zeta, y, v, a, y_new, v_new, combined)
+      !> Number of degrees of freedom
+      integer, intent(in) :: order
+      !> Length of the step
+      real(wp), intent(in) :: h
+      !> h^2 (1/2 - beta)
+      real(wp), intent(in) :: factor_y
+      !> h (1 - gamma)
+      real(wp), intent(in) :: factor_v
+      !> 2 zeta
+      real(wp), intent(in) :: double_zeta
+      !> State at the beginning
+      real(wp), intent(in) :: y(1 - band:order + band)
+      real(wp), intent(in) :: v(1 - band:order + band)
+      real(wp), intent(in) :: a(1 - band:order + band)
+      !> Predictors
+      real(wp), intent(inout) :: y_new(1 - band:order + band)
+      real(wp), intent(inout) :: v_new(1 - band:order + band)
+      !> What the stiffness acts on
+      real(wp), intent(inout) :: combined(1 - band:order + band)
+
+      integer :: i
+
+      do i = 1, order
+         y_new(i) = y(i) + (h*v(i) + factor_y*a(i))
+         v_new(i) = v(i) + factor_v*a(i)
+         combined(i) = y_new(i) + double_zeta*v_new(i)
+      end do
+   end subroutine predict
+
+   !> -K x by diagonals.
+   pure subroutine negative_product(order, diagonals, x, product)
+      !> Number of degrees of freedom
+      integer, intent(in) :: order
+      !> K(i, i + k) at (i, k)
+      real(wp), intent(in) :: diagonals(order, -band:band)
+      !> x, padded with zeros
+      real(wp), intent(in) :: x(1 - band:order + band)
+      !> -K x; the padding stays as it is
+      real(wp), intent(inout) :: product(1 - band:order + band)
+
+      integer :: i
+
+      do i = 1, order
+         product(i) = -(diagonals(i, -3)*x(i - 3) + diagonals(i, -2)*x(i - 2) + diagonals(i, -1)*x(i - 1) &
+                        + diagonals(i, 0)*x(i) &
+                        + diagonals(i, 1)*x(i + 1) + diagonals(i, 2)*x(i + 2) + diagonals(i, 3)*x(i + 3))
+      end do
+   end subroutine negative_product
+
+   !> Solve L D L^T x = b. The entry just computed is used last, which keeps the chain of dependent operations short.
+   pure subroutine solve_banded(order, lower, reciprocal_pivot, x)
+      !> Number of degrees of freedom
+      integer, intent(in) :: order
+      !> L(i, i - k) at (i, k), zero where there is none
+      real(wp), intent(in) :: lower(order + band, band)
+      !> 1/D
+      real(wp), intent(in) :: reciprocal_pivot(order)
+      !> b; x on return
+      real(wp), intent(inout) :: x(1 - band:order + band)
+
+      integer :: i
+
+      do i = 1, order
+         x(i) = ((x(i) - lower(i, 3)*x(i - 3)) - lower(i, 2)*x(i - 2)) - lower(i, 1)*x(i - 1)
+      end do
+      do i = 1, order
+         x(i) = x(i)*reciprocal_pivot(i)
+      end do
+      do i = order, 1, -1
+         x(i) = ((x(i) - lower(i + 3, 3)*x(i + 3)) - lower(i + 2, 2)*x(i + 2)) - lower(i + 1, 1)*x(i + 1)
+      end do
+   end subroutine solve_banded
+
+   !> Add what the force at the end of the step does, and go from predictors to the state.
+   pure subroutine finish_step(stepper, level, force, state)
+      !> The beam, the factors of this level made
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> How often the step is halved
+      integer, intent(in) :: level
+      !> f at the end of the step
+      real(wp), intent(in) :: force
+      !> From `predict_step`; the state on return
+      type(newmark_state_t), intent(inout) :: state
+
+      state%force = force
+      associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
+         call correct(stepper%order, force, factors%column, h*h*stepper%beta, h*stepper%gamma, &
+                      state%displacement, state%velocity, state%acceleration)
+      end associate
+   end subroutine finish_step
+
+   !> a + f A^-1 e_c, y + beta h^2 a, v + gamma h a.
+   pure subroutine correct(order, force, column, factor_y, factor_v, y, v, a)
+      !> Number of degrees of freedom
+      integer, intent(in) :: order
+      !> f
+      real(wp), intent(in) :: force
+      !> A^-1 e_c
+      real(wp), intent(in) :: column(1 - band:order + band)
+      !> beta h^2
+      real(wp), intent(in) :: factor_y
+      !> gamma h
+      real(wp), intent(in) :: factor_v
+      !> Predictors; the state on return
+      real(wp), intent(inout) :: y(1 - band:order + band)
+      real(wp), intent(inout) :: v(1 - band:order + band)
+      real(wp), intent(inout) :: a(1 - band:order + band)
+
+      integer :: i
+
+      do i = 1, order
+         a(i) = a(i) + force*column(i)
+         y(i) = y(i) + factor_y*a(i)
+         v(i) = v(i) + factor_v*a(i)
+      end do
+   end subroutine correct
+
+   !> The acceleration that the equation of motion gives, after velocities or forces have jumped. Without force, or
+   !> with the stop point held: then the force is the reaction.
+   pure subroutine restart_acceleration(stepper, state, held)
+      !> The beam; its room is used
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> Displacement and velocity; acceleration and force are set
+      type(newmark_state_t), intent(inout) :: state
+      !> Hold the stop point
+      logical, intent(in) :: held
+
+      associate (n => stepper%order)
+         stepper%work = state%displacement + stepper%double_zeta*state%velocity
+         call negative_product(n, stepper%stiffness_diagonals, stepper%work, state%acceleration)
+         call solve_factorised(stepper%mass_factors, state%acceleration(1:n))
+         state%force = 0.0_wp
+         if (held) then
+            state%force = -state%acceleration(stepper%stop_dof)/stepper%mobility
+            state%acceleration(1:n) = state%acceleration(1:n) + state%force*stepper%mass_column
+            state%acceleration(stepper%stop_dof) = 0.0_wp
+         end if
+      end associate
+   end subroutine restart_acceleration
+
+   !> y' M y' / 2
+   pure subroutine kinetic_energy(stepper, state, energy)
+      !> The beam; its room is used
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> The state
+      type(newmark_state_t), intent(in) :: state
+      !> The energy
+      real(wp), intent(out) :: energy
+
+      associate (n => stepper%order)
+         call multiply(stepper%mass, state%velocity(1:n), stepper%work(1:n))
+         energy = 0.5_wp*dot_product(state%velocity(1:n), stepper%work(1:n))
+      end associate
+   end subroutine kinetic_energy
+
+   !> y K y / 2
+   pure subroutine strain_energy(stepper, state, energy)
+      !> The beam; its room is used
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> The state
+      type(newmark_state_t), intent(in) :: state
+      !> The energy
+      real(wp), intent(out) :: energy
+
+      associate (n => stepper%order)
+         call negative_product(n, stepper%stiffness_diagonals, state%displacement, stepper%work)
+         energy = -0.5_wp*dot_product(state%displacement(1:n), stepper%work(1:n))
+      end associate
+   end subroutine strain_energy
+
+   !> Energy dissipated inside the beam over a step: h v C v with the mean velocity. With beta = 1/4 and
+   !> gamma = 1/2 the scheme's own balance, exact to rounding.
+   pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
+      !> The beam; its room is used
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> Length of the step
+      real(wp), intent(in) :: step
+      !> State at the beginning
+      type(newmark_state_t), intent(in) :: old
+      !> State at the end
+      type(newmark_state_t), intent(in) :: new
+      !> The energy
+      real(wp), intent(out) :: dissipated
+
+      integer :: k
+
+      dissipated = 0.0_wp
+      if (stepper%double_zeta <= 0.0_wp) return
+      stepper%work = 0.5_wp*(old%velocity + new%velocity)
+      associate (n => stepper%order)
+         do k = -band, band
+            dissipated = dissipated + dot_product(stepper%stiffness_diagonals(:, k), &
+                                                  stepper%work(1:n)*stepper%work(1 + k:n + k))
+         end do
+      end associate
+      dissipated = step*stepper%double_zeta*dissipated
+   end subroutine beam_dissipation
+
+   !> (M y')_c
+   pure subroutine momentum_at_stop(stepper, state, momentum)
+      !> The beam; its room is used
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> The state
+      type(newmark_state_t), intent(in) :: state
+      !> The component
+      real(wp), intent(out) :: momentum
+
+      associate (n => stepper%order)
+         call multiply(stepper%mass, state%velocity(1:n), stepper%work(1:n))
+         momentum = stepper%work(stepper%stop_dof)
+      end associate
+   end subroutine momentum_at_stop
+
+   !> Copy without allocating.
+   pure subroutine copy_state(from, to)
+      !> The state
+      type(newmark_state_t), intent(in) :: from
+      !> The copy, allocated to the same size
+      type(newmark_state_t), intent(inout) :: to
+
+      to%displacement(:) = from%displacement
+      to%velocity(:) = from%velocity
+      to%acceleration(:) = from%acceleration
+      to%force = from%force
+      to%indentation = from%indentation
+      to%branch_force = from%branch_force
+   end subroutine copy_state
+
+end module newmark_stepper
