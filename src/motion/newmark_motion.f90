@@ -8,11 +8,12 @@ module newmark_motion
    use beam_model, only: beam_model_t
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: i8, lambda1_power4, wp
-   use newmark_recorder, only: ledger_t, open_records, record_sample, record_shapes
+   use newmark_recorder, only: ledger_t, record_sample, record_shapes
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
    use newmark_stepper, only: beam_dissipation, copy_state, deepest_level, finish_step, make_factors, make_newmark_stepper, &
                               make_start_state, momentum_at_stop, newmark_state_t, newmark_stepper_t, predict_step, &
                               restart_acceleration, strain_energy
+   use response_records, only: count_samples, open_records
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
                              event_t, response_t
    use scene_types, only: impulse_nodal, law_three_element, output_settings_t, response_settings_t, stop_settings_t
@@ -109,7 +110,7 @@ contains
       call make_run(model, zeta, stop_settings, response_settings, height_ratio, run, error)
       if (allocated(error)) return
       samples = count_samples(response_settings%duration, response_settings%step)
-      call open_records(model, output_settings, samples, response_settings%step, response)
+      call open_records(model%mesh%elements, output_settings, samples, response_settings%step, response)
       run%keeps_ledger = allocated(response%energy)
       run%keeps_shapes = allocated(response%shape_tau)
       call strain_energy(run%stepper, run%states(1), response%initial_energy)
@@ -126,17 +127,6 @@ contains
       response%ends_in_contact = run%phase /= phase_free
       response%factorisations = run%stepper%factorisations
    end subroutine newmark_response
-
-   !> Samples after the start: whole steps within the duration, rounding forgiven.
-   pure function count_samples(duration, step) result(samples)
-      !> Length of the run
-      real(wp), intent(in) :: duration
-      !> Distance of the samples
-      real(wp), intent(in) :: step
-      integer :: samples
-
-      samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
-   end function count_samples
 
    !> Check the step, make the stepper, the stop and the start.
    pure subroutine make_run(model, zeta, stop_settings, response_settings, height_ratio, run, error)

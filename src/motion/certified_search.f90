@@ -1,0 +1,226 @@
+!> The first zero of a signal, found so that no zero before it can be missed.
+!>
+!> A signal tells its value s, its slope s' and a bound B on |s''| that holds from that instant on. As
+!> long as s + s' h - B h^2/2 > 0 there is no zero: each step goes up to the root of that parabola.
+!> Once s' < 0 is certain to keep its sign up to a certain zero, a safeguarded Newton iteration ends the search.
+module certified_search
+   use kinds, only: i8, wp
+   implicit none (type, external)
+   private
+   public :: certified_signal_t, local_t, search_t, first_zero
+   public :: found_zero, found_none, found_never_left
+
+   !> The signal falls through zero at `time`.
+   integer, parameter :: found_zero = 1
+   !> No zero up to the limit.
+   integer, parameter :: found_none = 2
+   !> A signal that starts at zero never rises above its rounding error.
+   integer, parameter :: found_never_left = 3
+
+   !> Something that swings, with certain bounds on its derivatives.
+   type, abstract :: certified_signal_t
+      !> 0: s(0) > 0. k > 0: s and its first k - 1 derivatives vanish at 0, the k-th is positive
+      integer :: start_order = 0
+   contains
+      procedure(look_interface), deferred :: look
+      procedure(evaluate_interface), deferred :: evaluate
+   end type certified_signal_t
+
+   type :: search_t
+      !> `found_zero`, `found_none` or `found_never_left`
+      integer :: outcome = found_none
+      !> Where
+      real(wp) :: time = 0.0_wp
+      !> Greatest value seen on the way
+      real(wp) :: greatest = 0.0_wp
+      !> Sums evaluated
+      integer(i8) :: evaluations = 0_i8
+   end type search_t
+
+   !> Values at one instant of a derivative of the signal (or of itself).
+   type :: local_t
+      !> That derivative and the next one
+      real(wp) :: value = 0.0_wp
+      real(wp) :: slope = 0.0_wp
+      !> From here on the one after never falls below minus this
+      real(wp) :: bound = 0.0_wp
+      !> Nor does its magnitude exceed this
+      real(wp) :: bound_both = 0.0_wp
+      !> Rounding error of the value
+      real(wp) :: rounding = 0.0_wp
+      !> The signal itself, its rounding error
+      real(wp) :: signal = 0.0_wp
+      real(wp) :: signal_rounding = 0.0_wp
+      !> From here on the signal never falls below this
+      real(wp) :: floor = -huge(1.0_wp)
+   end type local_t
+
+   abstract interface
+      !> Values of a derivative at an instant.
+      subroutine look_interface(self, t, order, here)
+         import :: certified_signal_t, local_t, wp
+         implicit none (type, external)
+         class(certified_signal_t), intent(in) :: self
+         !> Instant
+         real(wp), intent(in) :: t
+         !> Which derivative, 0: the signal itself
+         integer, intent(in) :: order
+         !> What is there
+         type(local_t), intent(out) :: here
+      end subroutine look_interface
+
+      !> The signal and its slope at an instant.
+      subroutine evaluate_interface(self, t, value, slope)
+         import :: certified_signal_t, wp
+         implicit none (type, external)
+         class(certified_signal_t), intent(in) :: self
+         !> Instant
+         real(wp), intent(in) :: t
+         !> s and s'
+         real(wp), intent(out) :: value
+         real(wp), intent(out) :: slope
+      end subroutine evaluate_interface
+   end interface
+
+contains
+
+   !> First zero of the signal in (0, limit].
+   subroutine first_zero(signal, limit, search)
+      !> The signal
+      class(certified_signal_t), intent(in) :: signal
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> What was found
+      type(search_t), intent(out) :: search
+
+      real(wp) :: t, step
+      type(local_t) :: here
+      integer :: order
+
+      ! march on the highest derivative that vanishes at the start: while it is positive, so is the signal
+      order = max(signal%start_order - 1, 0)
+      t = 0.0_wp
+      call signal%look(t, order, here)
+      search%evaluations = 1_i8
+      if (signal%start_order > 0) then
+         here%value = 0.0_wp
+         here%signal = 0.0_wp
+      end if
+      do
+         search%greatest = max(search%greatest, here%signal)
+         if (order > 0 .and. here%signal > 64.0_wp*here%signal_rounding) then
+            order = 0
+            call signal%look(t, order, here)
+            search%evaluations = search%evaluations + 1_i8
+         end if
+         if (order == 0 .and. here%slope < 0.0_wp .and. here%value > 0.0_wp &
+             .and. here%slope**2 > 4.0_wp*here%bound_both*here%value) then
+            call finish(signal, t, here, limit, search)
+            return
+         end if
+         if (t > 0.0_wp .and. here%value <= here%rounding) then
+            ! at zero as far as rounding can tell
+            if (order > 0 .or. (signal%start_order > 0 .and. here%signal <= here%signal_rounding .and. &
+                                search%greatest <= 4.0_wp*here%signal_rounding)) then
+               search%outcome = found_never_left
+               search%time = t
+               return
+            else if (here%slope <= 0.0_wp) then
+               search%outcome = found_zero
+               search%time = t
+               return
+            end if
+         end if
+         if (order == 0 .and. here%floor > here%rounding) then
+            search%outcome = found_none
+            search%time = limit
+            return
+         end if
+         step = safe_step(max(here%value, 0.0_wp), here%slope, here%bound)
+         if (t + step >= limit) then
+            search%outcome = found_none
+            search%time = limit
+            return
+         end if
+         if (.not. t + step > t) then
+            ! no room left between the instants that can be told apart
+            search%outcome = merge(found_never_left, found_zero, order > 0)
+            search%time = t
+            return
+         end if
+         t = t + step
+         call signal%look(t, order, here)
+         search%evaluations = search%evaluations + 1_i8
+      end do
+   end subroutine first_zero
+
+   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; huge if there is none.
+   elemental function safe_step(value, slope, bound) result(step)
+      !> Value, >= 0
+      real(wp), intent(in) :: value
+      !> Slope
+      real(wp), intent(in) :: slope
+      !> Bound on the second derivative, >= 0
+      real(wp), intent(in) :: bound
+      real(wp) :: step
+
+      real(wp) :: root
+
+      root = sqrt(slope**2 + 2.0_wp*bound*value)
+      if (slope >= 0.0_wp) then
+         if (bound <= (slope + root)*1.0e-300_wp) then
+            step = huge(1.0_wp)
+         else
+            step = (slope + root)/bound
+         end if
+      else
+         step = 2.0_wp*value/(root - slope)
+      end if
+   end function safe_step
+
+   !> The slope keeps its sign up to a zero that is certain to come: Newton's iteration inside a bracket.
+   subroutine finish(signal, start, at_start, limit, search)
+      !> The signal
+      class(certified_signal_t), intent(in) :: signal
+      !> Where the certificate was given
+      real(wp), intent(in) :: start
+      !> Values there: slope^2 > 4 bound_both value, slope < 0
+      type(local_t), intent(in) :: at_start
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> What was found
+      type(search_t), intent(inout) :: search
+
+      integer, parameter :: iteration_cap = 100
+      real(wp) :: low, high, t, next, value, slope
+      integer :: iteration
+
+      associate (value => at_start%value, slope => at_start%slope, bound => at_start%bound_both)
+         low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*bound*value) - slope)
+         high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*bound*value) - slope)
+      end associate
+      t = start - at_start%value/at_start%slope
+      do iteration = 1, iteration_cap
+         t = min(max(t, low), high)
+         call signal%evaluate(t, value, slope)
+         search%evaluations = search%evaluations + 1_i8
+         if (value > 0.0_wp) then
+            low = t
+         else
+            high = t
+         end if
+         next = t - value/slope
+         if (.not. (next >= low .and. next <= high)) next = 0.5_wp*(low + high)
+         if (abs(next - t) <= 2.0_wp*spacing(t) .or. abs(value) <= tiny(1.0_wp)) exit
+         if (abs(value) <= 0.25_wp*at_start%rounding) exit
+         t = next
+      end do
+      search%time = t
+      search%outcome = found_zero
+      if (t > limit) then
+         search%time = limit
+         search%outcome = found_none
+      end if
+   end subroutine finish
+
+end module certified_search

@@ -1,0 +1,104 @@
+!> The response in closed form between events: free modes of the beam, then model A or B of the stop.
+module exact_motion
+   use beam_model, only: beam_model_t
+   use dsygv_solver, only: dsygv_modes
+   use exact_restitution, only: restitution_run_t, run_exact_restitution
+   use exact_three_element, only: run_exact_three_element, three_element_run_t
+   use failures, only: failure_t
+   use kinds, only: wp
+   use modal_beam, only: make_modal_beam, modal_beam_t
+   use modal_recorder, only: make_recorder, recorder_t
+   use response_records, only: count_samples, open_records
+   use response_types, only: response_t
+   use scene_types, only: impulse_nodal, law_three_element, output_settings_t, response_settings_t, stop_settings_t
+   use skyline_matrix, only: multiply
+   use stop_models, only: make_three_element
+   implicit none (type, external)
+   private
+   public :: exact_response
+
+contains
+
+   !> Run from rest, the stop point pulled to eta = 1 by a point force, to the end.
+   !>
+   !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are.
+   subroutine exact_response(model, zeta, stop_settings, response_settings, output_settings, height_ratio, response, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> zeta = gamma omega1 / 2
+      real(wp), intent(in) :: zeta
+      !> The stop
+      type(stop_settings_t), intent(in) :: stop_settings
+      !> Duration, samples, tolerances
+      type(response_settings_t), intent(in) :: response_settings
+      !> What to keep
+      type(output_settings_t), intent(in) :: output_settings
+      !> hbar/L
+      real(wp), intent(in) :: height_ratio
+      !> Events and histories
+      type(response_t), intent(out) :: response
+      !> Set when the modes cannot be found or the run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(modal_beam_t), target :: beam
+      type(recorder_t) :: recorder
+      real(wp), allocatable :: lambda(:), modes(:, :), start(:)
+      integer :: samples
+
+      call dsygv_modes(model, model%stiffness%order, lambda, modes, error)
+      if (allocated(error)) return
+      call make_modal_beam(lambda, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
+      samples = count_samples(response_settings%duration, response_settings%step)
+      call open_records(model%mesh%elements, output_settings, samples, response_settings%step, response)
+      call make_recorder(samples, response_settings%step, recorder)
+      allocate (start, source=(1.0_wp + stop_settings%preload)*beam%stop_value &
+                /(beam%oscillators%square*beam%flexibility))
+      response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
+      response%modes_kept = beam%count
+      response%factorisations = 1
+      if (stop_settings%law == law_three_element) then
+         call run_exact_three_element(beam, three_element_run(), start, recorder, response, error)
+      else
+         call run_exact_restitution(beam, restitution_run(), start, recorder, response, error)
+      end if
+
+   contains
+
+      !> Model A from the settings.
+      function restitution_run() result(run)
+         type(restitution_run_t) :: run
+
+         real(wp), allocatable :: unit(:), mass_column(:)
+
+         run%surface = stop_settings%preload
+         run%restitution = stop_settings%restitution
+         run%zeta = zeta
+         run%duration = response_settings%duration
+         run%hop_tolerance = response_settings%hop_tolerance
+         run%event_limit = response_settings%event_limit
+         run%force_scale = height_ratio
+         if (stop_settings%impulse /= impulse_nodal) return
+         allocate (unit(model%mass%order), mass_column(model%mass%order))
+         unit = 0.0_wp
+         unit(model%stop_dof) = 1.0_wp
+         call multiply(model%mass, unit, mass_column)
+         allocate (run%nodal_mass(beam%count))
+         run%nodal_mass(:) = matmul(mass_column, modes)
+      end function restitution_run
+
+      !> Model B from the settings.
+      function three_element_run() result(run)
+         type(three_element_run_t) :: run
+
+         run%spring = make_three_element(stop_settings%stiffness_ratio, stop_settings%branch_ratio, &
+                                         stop_settings%damper_ratio)
+         run%surface = stop_settings%preload
+         run%zeta = zeta
+         run%duration = response_settings%duration
+         run%event_limit = response_settings%event_limit
+         run%force_scale = height_ratio
+      end function three_element_run
+
+   end subroutine exact_response
+
+end module exact_motion

@@ -1,0 +1,316 @@
+!> Model A in closed form: free flights, impacts with a coefficient of restitution, capture, contact as a
+!> pinned support, release. No step in time: every phase ends at an event that `certified_search` finds.
+module exact_restitution
+   use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
+   use damped_oscillators, only: propagate
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t
+   use modal_signal, only: make_modal_signal, modal_signal_t
+   use modal_recorder, only: next_sample, next_sample_time, phase_sampler_t, record_free_motion, record_sample, recorder_t, &
+                             samples_before, start_sampler, steps_t
+   use response_types, only: append_event, event_capture, event_impact, event_release, event_t, response_t
+   implicit none (type, external)
+   private
+   public :: run_exact_restitution, restitution_run_t
+
+   !> What the run needs besides the beam.
+   type :: restitution_run_t
+      !> Surface of the stop, delta
+      real(wp) :: surface = 0.0_wp
+      !> eps
+      real(wp) :: restitution = 0.0_wp
+      !> Nodal reading: (M phi_i)_c, [modes]; unallocated: the momentum reading
+      real(wp), allocatable :: nodal_mass(:)
+      !> zeta
+      real(wp) :: zeta = 0.0_wp
+      !> Length of the run, tau
+      real(wp) :: duration = 0.0_wp
+      !> Flights that stay below this are captured
+      real(wp) :: hop_tolerance = 0.0_wp
+      !> Events after which the run fails
+      integer :: event_limit = 0
+      !> Pbar per unit of force
+      real(wp) :: force_scale = 0.0_wp
+   end type restitution_run_t
+
+contains
+
+   !> From rest at the given modal coordinates to the end of the run.
+   subroutine run_exact_restitution(beam, run, start, recorder, response, error)
+      !> The beam in its free modes
+      type(modal_beam_t), target, intent(in) :: beam
+      !> Stop and run
+      type(restitution_run_t), intent(in) :: run
+      !> Modal coordinates at tau = 0, at rest, [modes]
+      real(wp), intent(in) :: start(:)
+      !> Samples
+      type(recorder_t), intent(inout) :: recorder
+      !> Gets events and histories
+      type(response_t), intent(inout) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer, parameter :: standstill_cap = 1000
+      type(pinned_beam_t), target :: pinned
+      type(steps_t) :: free_steps, pinned_steps
+      type(modal_signal_t) :: gap
+      type(search_t) :: search
+      real(wp), dimension(beam%count) :: q, v
+      real(wp) :: t, before
+      logical :: after_rebound, held
+      integer :: standstill
+
+      t = 0.0_wp
+      q = start
+      v = 0.0_wp
+      after_rebound = .false.
+      standstill = 0
+      call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
+      gap%start_order = merge(0, 2, sum(gap%weight*q) + gap%offset > 0.0_wp)
+      do
+         gap%z = q
+         gap%v = v
+         call first_zero(gap, run%duration - t, search)
+         response%evaluations = response%evaluations + search%evaluations
+         if (search%outcome == found_none) then
+            call record_free_motion(beam, run%surface, t, run%duration, .true., q, v, free_steps, recorder, response)
+            return
+         end if
+         before = t
+         held = .false.
+         if (search%outcome == found_zero .and. after_rebound) then
+            if (search%greatest < run%hop_tolerance) held = is_hop(beam, gap, search%time, run%hop_tolerance)
+         end if
+         if (held) then
+            call capture(beam, run, t, q, v, held, response)
+         else
+            call record_free_motion(beam, run%surface, t, t + search%time, .false., q, v, free_steps, recorder, &
+                                    response)
+            call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
+            t = t + search%time
+            if (search%outcome == found_never_left) then
+               call capture(beam, run, t, q, v, held, response)
+            else
+               call impact(beam, run, t, q, v, held, response)
+            end if
+         end if
+         after_rebound = .not. held .and. sum(beam%stop_value*v) > 0.0_wp
+         gap%start_order = merge(1, 2, after_rebound)
+         if (held) then
+            if (.not. pinned%made) then
+               call make_pinned_beam(beam, run%zeta, pinned)
+               response%factorisations = response%factorisations + 1
+            end if
+            call contact(run, pinned, t, q, v, pinned_steps, recorder, response)
+            if (response%ends_in_contact) return
+            gap%start_order = 3
+         end if
+         if (response%event_count > run%event_limit) then
+            call fail(error, status_run_failed, 'more events than event_limit allows; the run was given up')
+            return
+         end if
+         standstill = merge(0, standstill + 1, t > before)
+         if (standstill > standstill_cap) then
+            call fail(error, status_run_failed, 'the motion does not advance: events follow each other without end')
+            return
+         end if
+      end do
+   end subroutine run_exact_restitution
+
+   !> Does a flight stay below the tolerance all the way?
+   pure function is_hop(beam, gap, length, tolerance) result(hop)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> The gap and its state at the start of the flight
+      type(modal_signal_t), intent(in) :: gap
+      !> Time to the return
+      real(wp), intent(in) :: length
+      !> Hop tolerance, in eta
+      real(wp), intent(in) :: tolerance
+      logical :: hop
+
+      integer, parameter :: points = 8
+      integer :: i
+      real(wp), dimension(beam%count) :: z, v
+
+      hop = .true.
+      do i = 1, points - 1
+         call propagate(beam%oscillators, length*real(i, wp)/real(points, wp), gap%z, gap%v, z, v)
+         hop = gap%offset + sum(gap%weight*z) < tolerance
+         if (.not. hop) return
+      end do
+   end function is_hop
+
+   !> Force of a support that would hold the stop point, per the equation of motion; > 0 presses.
+   pure function holding_force(beam, zeta, q, v) result(force)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> zeta
+      real(wp), intent(in) :: zeta
+      !> Modal state
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+      real(wp) :: force
+
+      force = sum(beam%stop_value*beam%oscillators%square*(q + 2.0_wp*zeta*v))/beam%mobility
+   end function holding_force
+
+   !> Impact: the velocity of the stop point becomes -eps times what it was.
+   pure subroutine impact(beam, run, t, q, v, held, response)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> Stop and run
+      type(restitution_run_t), intent(in) :: run
+      !> Instant
+      real(wp), intent(in) :: t
+      !> Modal state
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(inout) :: v(:)
+      !> Without rebound and pressed: contact lasts
+      logical, intent(out) :: held
+      !> Gets the event
+      type(response_t), intent(inout) :: response
+
+      type(event_t) :: event
+      real(wp) :: kinetic
+
+      event%tau = t
+      event%kind = event_impact
+      event%eta = sum(beam%stop_value*q) - run%surface
+      event%velocity_before = min(sum(beam%stop_value*v), 0.0_wp)
+      event%velocity_after = -run%restitution*event%velocity_before
+      if (allocated(run%nodal_mass)) then
+         kinetic = 0.5_wp*sum(v**2)
+         v = v + run%nodal_mass*(event%velocity_after - event%velocity_before)
+         event%energy_change = 0.5_wp*sum(v**2) - kinetic
+         event%impulse = sum(run%nodal_mass**2)*(event%velocity_after - event%velocity_before)
+      else
+         event%impulse = (event%velocity_after - event%velocity_before)/beam%mobility
+         v = v + beam%stop_value*event%impulse
+         event%energy_change = -0.5_wp*(1.0_wp - run%restitution**2)*event%velocity_before**2/beam%mobility
+      end if
+      call append_event(response, event)
+      held = .false.
+      if (.not. event%velocity_after > 0.0_wp) call capture(beam, run, t, q, v, held, response)
+   end subroutine impact
+
+   !> Bring the stop point to rest and, if it is pressed against the stop, hold it.
+   pure subroutine capture(beam, run, t, q, v, held, response)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> Stop and run
+      type(restitution_run_t), intent(in) :: run
+      !> Instant
+      real(wp), intent(in) :: t
+      !> Modal state
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(inout) :: v(:)
+      !> The stop point is held
+      logical, intent(out) :: held
+      !> Gets the event
+      type(response_t), intent(inout) :: response
+
+      type(event_t) :: event
+
+      event%tau = t
+      event%eta = sum(beam%stop_value*q) - run%surface
+      event%velocity_before = sum(beam%stop_value*v)
+      event%impulse = -event%velocity_before/beam%mobility
+      event%energy_change = -0.5_wp*event%velocity_before**2/beam%mobility
+      v = v + beam%stop_value*event%impulse
+      held = holding_force(beam, run%zeta, q, v) > 0.0_wp
+      event%kind = merge(event_capture, event_impact, held)
+      if (held .or. abs(event%velocity_before) > 0.0_wp) call append_event(response, event)
+   end subroutine capture
+
+   !> Contact that lasts: the stop point is held until the reaction would pull.
+   subroutine contact(run, pinned, t, q, v, steps, recorder, response)
+      !> Stop and run
+      type(restitution_run_t), intent(in) :: run
+      !> The beam held at the stop
+      type(pinned_beam_t), target, intent(in) :: pinned
+      !> Instant; the release on return
+      real(wp), intent(inout) :: t
+      !> Modal state, free modes
+      real(wp), intent(inout) :: q(:)
+      real(wp), intent(inout) :: v(:)
+      !> Step matrices of the pinned modes
+      type(steps_t), intent(inout) :: steps
+      !> Samples
+      type(recorder_t), intent(inout) :: recorder
+      !> Gets event and histories
+      type(response_t), intent(inout) :: response
+
+      type(modal_signal_t) :: reaction
+      type(search_t) :: search
+      type(event_t) :: event
+      real(wp), dimension(pinned%count) :: p, rate, p_end, rate_end
+      real(wp) :: two_zeta
+
+      two_zeta = 2.0_wp*run%zeta
+      q = q - run%surface*pinned%static
+      p = matmul(q, pinned%mode)
+      rate = matmul(v, pinned%mode)
+      call make_modal_signal(pinned%oscillators, run%surface*pinned%static_force, pinned%reaction, reaction)
+      ! p + 2 zeta p' swings like p itself
+      reaction%z = p + two_zeta*rate
+      reaction%v = rate - two_zeta*pinned%oscillators%square*reaction%z
+      call first_zero(reaction, run%duration - t, search)
+      response%evaluations = response%evaluations + search%evaluations
+      if (search%outcome == found_none) then
+         call record_contact(run, pinned, reaction, t, run%duration, .true., p, rate, steps, recorder, response)
+         response%ends_in_contact = .true.
+         return
+      end if
+      call record_contact(run, pinned, reaction, t, t + search%time, .false., p, rate, steps, recorder, response)
+      call propagate(pinned%oscillators, search%time, p, rate, p_end, rate_end)
+      q = run%surface*pinned%static + matmul(pinned%mode, p_end)
+      v = matmul(pinned%mode, rate_end)
+      t = t + search%time
+      event%tau = t
+      event%kind = event_release
+      call append_event(response, event)
+   end subroutine contact
+
+   !> Samples of a contact.
+   pure subroutine record_contact(run, pinned, reaction, from, to, to_the_end, p, rate, steps, recorder, response)
+      !> Stop and run
+      type(restitution_run_t), intent(in) :: run
+      !> The beam held at the stop
+      type(pinned_beam_t), intent(in) :: pinned
+      !> Its reaction
+      type(modal_signal_t), intent(in) :: reaction
+      !> Start and end of the contact
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: to
+      !> The run ends with this contact
+      logical, intent(in) :: to_the_end
+      !> State in the pinned modes at its start
+      real(wp), intent(in) :: p(:)
+      real(wp), intent(in) :: rate(:)
+      !> Step matrices of the pinned modes
+      type(steps_t), intent(inout) :: steps
+      !> Samples
+      type(recorder_t), intent(inout) :: recorder
+      !> Gets the histories
+      type(response_t), intent(inout) :: response
+
+      type(phase_sampler_t) :: sampler
+      integer :: place
+
+      if (.not. samples_before(recorder, to, to_the_end)) return
+      call start_sampler(from, p, rate, sampler)
+      do while (samples_before(recorder, to, to_the_end))
+         call next_sample(sampler, pinned%oscillators, steps, recorder%step, next_sample_time(recorder))
+         call record_sample(recorder, place)
+         if (allocated(response%displacement_stop)) response%displacement_stop(place) = 0.0_wp
+         if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
+            run%surface*pinned%static_tip - run%surface + sum(pinned%tip_value*sampler%z)
+         if (allocated(response%velocity_stop)) response%velocity_stop(place) = 0.0_wp
+         if (allocated(response%contact_force)) response%contact_force(place) = run%force_scale* &
+            (reaction%offset + sum(pinned%reaction*(sampler%z + 2.0_wp*run%zeta*sampler%v)))
+      end do
+   end subroutine record_contact
+
+end module exact_restitution

@@ -1,0 +1,207 @@
+!> Model B in closed form: free flights over a surface that relaxes, and contacts with the three-element
+!> stop. No step in time: every phase ends at an event that `certified_search` finds.
+module exact_three_element
+   use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
+   use contact_modes, only: contact_amplitudes, contact_modes_t, contact_state, make_contact_modes
+   use damped_oscillators, only: propagate
+   use exponential_signal, only: exponential_signal_t
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use modal_beam, only: modal_beam_t
+   use modal_recorder, only: next_sample_time, record_free_motion, record_sample, recorder_t, samples_before, steps_t
+   use modal_signal, only: make_modal_signal, modal_signal_t
+   use response_types, only: append_event, event_contact, event_separation, event_t, response_t
+   use stop_models, only: three_element_t
+   implicit none (type, external)
+   private
+   public :: run_exact_three_element, three_element_run_t
+
+   !> What the run needs besides the beam.
+   type :: three_element_run_t
+      type(three_element_t) :: spring
+      !> Surface of the stop at rest, delta
+      real(wp) :: surface = 0.0_wp
+      !> zeta
+      real(wp) :: zeta = 0.0_wp
+      !> Length of the run, tau
+      real(wp) :: duration = 0.0_wp
+      !> Events after which the run fails
+      integer :: event_limit = 0
+      !> Pbar per unit of force
+      real(wp) :: force_scale = 0.0_wp
+   end type three_element_run_t
+
+contains
+
+   !> From rest at the given modal coordinates to the end of the run.
+   subroutine run_exact_three_element(beam, run, start, recorder, response, error)
+      !> The beam in its free modes
+      type(modal_beam_t), target, intent(in) :: beam
+      !> Stop and run
+      type(three_element_run_t), intent(in) :: run
+      !> Modal coordinates at tau = 0, at rest, [modes]
+      real(wp), intent(in) :: start(:)
+      !> Samples
+      type(recorder_t), intent(inout) :: recorder
+      !> Gets events and histories
+      type(response_t), intent(inout) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer, parameter :: standstill_cap = 1000
+      type(contact_modes_t) :: modes
+      type(steps_t) :: steps
+      type(modal_signal_t) :: gap
+      type(search_t) :: search
+      type(event_t) :: event
+      real(wp), dimension(beam%count) :: q, v
+      real(wp) :: t, before, branch_force
+      integer :: standstill
+
+      t = 0.0_wp
+      q = start
+      v = 0.0_wp
+      branch_force = 0.0_wp
+      standstill = 0
+      call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
+      if (run%spring%branch_stiffness > 0.0_wp) gap%rate = run%spring%surface_rate
+      gap%start_order = merge(0, 2, sum(gap%weight*q) + gap%offset > 0.0_wp)
+      do
+         before = t
+         gap%z = q
+         gap%v = v
+         gap%surface = -branch_force/run%spring%stiffness
+         call first_zero(gap, run%duration - t, search)
+         response%evaluations = response%evaluations + search%evaluations
+         if (search%outcome == found_none) search%time = run%duration - t
+         call record_free_motion(beam, run%surface, t, t + search%time, search%outcome == found_none, q, v, steps, &
+                                 recorder, response)
+         if (search%outcome == found_none) return
+         call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
+         t = t + search%time
+         ! the surface pushes back nothing: P = k u + P2 = 0
+         branch_force = branch_force*exp(-gap%rate*search%time)
+         event = event_t(tau=t, kind=event_contact, eta=sum(beam%stop_value*q) - run%surface, &
+                         velocity_before=sum(beam%stop_value*v), velocity_after=sum(beam%stop_value*v))
+         call append_event(response, event)
+         if (.not. modes%made) then
+            call make_contact_modes(beam, run%zeta, run%spring, modes, error)
+            if (allocated(error)) return
+            response%factorisations = response%factorisations + 1
+         end if
+         call contact(beam, run, modes, t, q, v, branch_force, recorder, response)
+         if (response%ends_in_contact) return
+         gap%start_order = 1
+         if (response%event_count > run%event_limit) then
+            call fail(error, status_run_failed, 'more events than event_limit allows; the run was given up')
+            return
+         end if
+         standstill = merge(0, standstill + 1, t > before)
+         if (standstill > standstill_cap) then
+            call fail(error, status_run_failed, 'the motion does not advance: events follow each other without end')
+            return
+         end if
+      end do
+   end subroutine run_exact_three_element
+
+   !> One contact, from P = 0 to P = 0.
+   subroutine contact(beam, run, modes, t, q, v, branch_force, recorder, response)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> Stop and run
+      type(three_element_run_t), intent(in) :: run
+      !> Exponents of the contact
+      type(contact_modes_t), intent(in) :: modes
+      !> Instant; the separation on return
+      real(wp), intent(inout) :: t
+      !> Modal state
+      real(wp), intent(inout) :: q(:)
+      real(wp), intent(inout) :: v(:)
+      !> P2, the force in the branch
+      real(wp), intent(inout) :: branch_force
+      !> Samples
+      type(recorder_t), intent(inout) :: recorder
+      !> Gets event and histories
+      type(response_t), intent(inout) :: response
+
+      type(exponential_signal_t) :: force
+      type(search_t) :: search
+      complex(wp) :: amplitude(modes%count)
+      real(wp), dimension(beam%count) :: q_end, v_end
+      real(wp) :: static_force
+
+      call contact_amplitudes(beam, run%zeta, run%spring, modes, run%surface, q, v, branch_force, static_force, amplitude)
+      force%offset = static_force
+      allocate (force%exponent, source=modes%exponent)
+      allocate (force%amplitude, source=modes%weight*amplitude)
+      force%start_order = 1
+      call first_zero(force, run%duration - t, search)
+      response%evaluations = response%evaluations + search%evaluations
+      if (search%outcome == found_none) search%time = run%duration - t
+      call record_contact(beam, run, modes, static_force, force%amplitude, t, t + search%time, &
+                          search%outcome == found_none, recorder, response)
+      if (search%outcome == found_none) then
+         response%ends_in_contact = .true.
+         return
+      end if
+      call contact_state(beam, modes, static_force, amplitude, q, v, search%time, q_end, v_end)
+      q = q_end
+      v = v_end
+      t = t + search%time
+      ! P = k u + P2 = 0
+      branch_force = 0.0_wp
+      if (run%spring%branch_stiffness > 0.0_wp) branch_force = -run%spring%stiffness*max(run%surface - sum(beam%stop_value*q), 0.0_wp)
+      call append_event(response, event_t(tau=t, kind=event_separation, eta=sum(beam%stop_value*q) - run%surface, &
+                                          velocity_before=sum(beam%stop_value*v), velocity_after=sum(beam%stop_value*v)))
+   end subroutine contact
+
+   !> Samples of a contact.
+   subroutine record_contact(beam, run, modes, static_force, amplitude, from, to, to_the_end, recorder, response)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> Stop and run
+      type(three_element_run_t), intent(in) :: run
+      !> Exponents of the contact
+      type(contact_modes_t), intent(in) :: modes
+      !> The force that remains
+      real(wp), intent(in) :: static_force
+      !> weight times c at its start
+      complex(wp), intent(in) :: amplitude(:)
+      !> Start and end of the contact
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: to
+      !> The run ends with this contact
+      logical, intent(in) :: to_the_end
+      !> Samples
+      type(recorder_t), intent(inout) :: recorder
+      !> Gets the histories
+      type(response_t), intent(inout) :: response
+
+      integer, parameter :: renewal = 64
+      complex(wp), dimension(modes%count) :: term, factor, velocity_value
+      integer :: place, since
+
+      if (.not. samples_before(recorder, to, to_the_end)) return
+      factor = exp(modes%exponent*recorder%step)
+      velocity_value = modes%exponent*modes%stop_value
+      since = renewal
+      do while (samples_before(recorder, to, to_the_end))
+         if (since >= renewal) then
+            term = amplitude*exp(modes%exponent*max(next_sample_time(recorder) - from, 0.0_wp))
+            since = 0
+         else
+            term = term*factor
+            since = since + 1
+         end if
+         call record_sample(recorder, place)
+         if (allocated(response%displacement_stop)) response%displacement_stop(place) = &
+            static_force*beam%flexibility - run%surface + sum(real(modes%stop_value*term, wp))
+         if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
+            static_force*modes%static_tip - run%surface + sum(real(modes%tip_value*term, wp))
+         if (allocated(response%velocity_stop)) response%velocity_stop(place) = sum(real(velocity_value*term, wp))
+         if (allocated(response%contact_force)) response%contact_force(place) = &
+            run%force_scale*(static_force + sum(real(term, wp)))
+      end do
+   end subroutine record_contact
+
+end module exact_three_element

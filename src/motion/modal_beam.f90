@@ -1,0 +1,214 @@
+!> The beam in its free modes, with what the motion needs of each: frequency, and value at the stop and at the
+!> tip. Mass-normalised modes: M becomes the unit matrix, K the squared frequencies.
+module modal_beam
+   use damped_oscillators, only: make_oscillators, oscillators_t
+   use kinds, only: lambda1, wp
+   implicit none (type, external)
+   private
+   public :: modal_beam_t, make_modal_beam, pinned_beam_t, make_pinned_beam, attach_spring
+
+   type :: modal_beam_t
+      !> Number of modes kept
+      integer :: count = 0
+      !> The modes as oscillators in tau
+      type(oscillators_t) :: oscillators
+      !> b_i: mode i at the stop point, [count]
+      real(wp), allocatable :: stop_value(:)
+      !> Mode i at the tip, [count]
+      real(wp), allocatable :: tip_value(:)
+      !> sum b_i^2 = (M^-1)_cc: one over the mass that takes part in an impact
+      real(wp) :: mobility = 0.0_wp
+      !> sum b_i^2/W_i^2 = (K^-1)_cc
+      real(wp) :: flexibility = 0.0_wp
+   end type modal_beam_t
+
+   !> The beam held at the stop point, as a constraint on the free modes.
+   type :: pinned_beam_t
+      !> Made at the first capture
+      logical :: made = .false.
+      !> Number of pinned modes, one less than free ones
+      integer :: count = 0
+      type(oscillators_t) :: oscillators
+      !> Pinned modes in the free ones, orthonormal, [free, pinned]
+      real(wp), allocatable :: mode(:, :)
+      !> Reaction per unit of each pinned mode (and of 2 zeta times its rate), [count]
+      real(wp), allocatable :: reaction(:)
+      !> Free modal coordinates of the static shape that moves the stop point by 1, [free]
+      real(wp), allocatable :: static(:)
+      !> The tip in this shape, and in each pinned mode, [count]
+      real(wp) :: static_tip = 0.0_wp
+      real(wp), allocatable :: tip_value(:)
+      !> Force that it takes
+      real(wp) :: static_force = 0.0_wp
+   end type pinned_beam_t
+
+contains
+
+   !> Free modes for the motion.
+   pure subroutine make_modal_beam(lambda, stop_value, tip_value, zeta, beam)
+      !> lambda_i, ascending
+      real(wp), intent(in) :: lambda(:)
+      !> Mass-normalised modes at the stop point and at the tip, rho Abar L = 1
+      real(wp), intent(in) :: stop_value(:)
+      real(wp), intent(in) :: tip_value(:)
+      !> zeta, >= 0
+      real(wp), intent(in) :: zeta
+      !> The beam in its modes
+      type(modal_beam_t), intent(out) :: beam
+
+      beam%count = size(lambda)
+      call make_oscillators((lambda/lambda1)**4, zeta, beam%oscillators)
+      allocate (beam%stop_value, source=stop_value)
+      allocate (beam%tip_value, source=tip_value)
+      beam%mobility = sum(stop_value**2)
+      beam%flexibility = sum(stop_value**2/beam%oscillators%square)
+   end subroutine make_modal_beam
+
+   !> Modes of the beam held at the stop point.
+   !>
+   !> With b_i the free modes at the stop the pinned frequencies w are the roots of
+   !> sum b_i^2/(W_i^2 - w^2) = 0, one between each two neighbouring poles, and the modes are
+   !> r b_i/(W_i^2 - w^2), r their reaction (Dowell, J. Appl. Mech. 46 (1979) 206: free vibrations of a
+   !> linear structure with constraints). A root is sought as its distance from the nearer pole, so
+   !> that no difference W_i^2 - w^2 cancels. A mode with a node at the stop (b_i vanishes) is its own pinned mode.
+   pure subroutine make_pinned_beam(beam, zeta, pinned)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> zeta, >= 0
+      real(wp), intent(in) :: zeta
+      !> The beam held at the stop
+      type(pinned_beam_t), intent(out) :: pinned
+
+      integer, allocatable :: active(:)
+      real(wp), allocatable :: square(:)
+      real(wp) :: pole_distance(beam%count), norm
+      integer :: i, j, k, a, n
+      integer :: order(beam%count - 1), held
+      real(wp) :: key
+
+      n = beam%count
+      pinned%made = .true.
+      pinned%count = n - 1
+      allocate (pinned%mode(n, n - 1), pinned%reaction(n - 1), square(n - 1))
+      pinned%mode = 0.0_wp
+      pinned%static_force = 1.0_wp/beam%flexibility
+      allocate (pinned%static, source=beam%stop_value/beam%oscillators%square*pinned%static_force)
+      associate (b => beam%stop_value, w2 => beam%oscillators%square)
+         allocate (active, source=pack([(i, i=1, n)], abs(b) > 1.0e-14_wp*maxval(abs(b))))
+         j = 0
+         do i = 1, n
+            if (any(active == i)) cycle
+            j = j + 1
+            square(j) = w2(i)
+            pinned%reaction(j) = 0.0_wp
+            pinned%mode(i, j) = 1.0_wp
+         end do
+         do a = 1, size(active) - 1
+            j = j + 1
+            call root_between(w2(active), b(active)**2, 0.0_wp, a, square(j), pole_distance(:size(active)))
+            norm = 1.0_wp/sqrt(sum((b(active)/pole_distance(:size(active)))**2))
+            pinned%reaction(j) = norm
+            pinned%mode(active, j) = norm*b(active)/pole_distance(:size(active))
+         end do
+      end associate
+      order = [(i, i=1, n - 1)]
+      do i = 2, n - 1
+         held = order(i)
+         key = square(held)
+         k = i - 1
+         do while (k >= 1)
+            if (square(order(k)) <= key) exit
+            order(k + 1) = order(k)
+            k = k - 1
+         end do
+         order(k + 1) = held
+      end do
+      pinned%mode = pinned%mode(:, order)
+      pinned%reaction = pinned%reaction(order)
+      allocate (pinned%tip_value, source=matmul(beam%tip_value, pinned%mode))
+      pinned%static_tip = sum(beam%tip_value*pinned%static)
+      call make_oscillators(square(order), zeta, pinned%oscillators)
+   end subroutine make_pinned_beam
+
+   !> Modes of the beam with a spring at the stop point: roots of 1/k + sum b_i^2/(W_i^2 - w^2) = 0.
+   pure subroutine attach_spring(free_square, stop_value, stiffness, square, at_stop)
+      !> W_i^2 of the free modes, ascending
+      real(wp), intent(in) :: free_square(:)
+      !> b_i, none zero
+      real(wp), intent(in) :: stop_value(:)
+      !> k > 0
+      real(wp), intent(in) :: stiffness
+      !> w^2 with the spring, ascending
+      real(wp), intent(out) :: square(:)
+      !> The modes with the spring at the stop point
+      real(wp), intent(out) :: at_stop(:)
+
+      real(wp) :: distance(size(free_square))
+      integer :: i
+
+      do i = 1, size(free_square)
+         call root_between(free_square, stop_value**2, 1.0_wp/stiffness, i, square(i), distance)
+         at_stop(i) = 1.0_wp/(stiffness*sqrt(sum((stop_value/distance)**2)))
+      end do
+   end subroutine attach_spring
+
+   !> The root of constant + sum weight_k/(pole_k - x) between two neighbouring poles, or above the last.
+   pure subroutine root_between(pole, weight, constant, left, root, distance)
+      !> Poles, ascending and distinct
+      real(wp), intent(in) :: pole(:)
+      !> Weights, > 0
+      real(wp), intent(in) :: weight(:)
+      !> Constant, >= 0; > 0 for the root above the last pole
+      real(wp), intent(in) :: constant
+      !> The root lies between poles `left` and `left` + 1
+      integer, intent(in) :: left
+      !> The root
+      real(wp), intent(out) :: root
+      !> pole_k - root, to full relative precision, [size(pole)]
+      real(wp), intent(out) :: distance(:)
+
+      integer, parameter :: iteration_cap = 200
+      real(wp) :: shifted(size(pole)), gap, low, high, x, next, value, slope
+      integer :: origin, iteration
+
+      origin = left
+      low = 0.0_wp
+      if (left == size(pole)) then
+         high = sum(weight)/constant*(1.0_wp + 4.0_wp*epsilon(1.0_wp))
+      else
+         gap = pole(left + 1) - pole(left)
+         high = 0.5_wp*gap
+         ! the function grows from -infinity to +infinity; its sign in the middle tells the nearer pole
+         value = constant + sum(weight/((pole - pole(left)) - 0.5_wp*gap))
+         if (value <= 0.0_wp) then
+            origin = left + 1
+            low = -0.5_wp*gap
+            high = 0.0_wp
+         end if
+      end if
+      shifted = pole - pole(origin)
+      x = 0.5_wp*(low + high)
+      do iteration = 1, iteration_cap
+         value = constant + sum(weight/(shifted - x))
+         slope = sum(weight/(shifted - x)**2)
+         if (value > 0.0_wp) then
+            high = x
+         else
+            low = x
+         end if
+         ! Newton on x f(x), whose pole at the origin is gone
+         next = x - x*value/(value + x*slope)
+         if (.not. (next > low .and. next < high)) then
+            next = 0.5_wp*(low + high)
+            ! towards a pole halve the exponent, not the interval
+            if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
+            if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
+         end if
+         if (abs(next - x) <= epsilon(1.0_wp)*abs(x)) exit
+         x = next
+      end do
+      root = pole(origin) + x
+      distance = shifted - x
+   end subroutine root_between
+
+end module modal_beam

@@ -1,0 +1,75 @@
+!> Room for what a run through time is asked to keep, whatever the method.
+module response_records
+   use kinds, only: wp
+   use response_types, only: response_t
+   use scene_types, only: output_settings_t
+   implicit none (type, external)
+   private
+   public :: open_records, count_samples
+
+contains
+
+   !> Make room for what was asked for.
+   pure subroutine open_records(elements, settings, samples, step, response)
+      !> Elements of the mesh
+      integer, intent(in) :: elements
+      !> What was asked for
+      type(output_settings_t), intent(in) :: settings
+      !> Samples beyond the one at the start
+      integer, intent(in) :: samples
+      !> Their distance, tau
+      real(wp), intent(in) :: step
+      !> Its histories are allocated, [samples + 1], and its shapes
+      type(response_t), intent(inout) :: response
+
+      integer :: i, shapes
+
+      associate (n => samples + 1, nodes => elements)
+         response%tau = [(real(i, wp)*step, i=0, samples)]
+         if (settings%displacement_stop) allocate (response%displacement_stop(n), source=0.0_wp)
+         if (settings%displacement_tip) allocate (response%displacement_tip(n), source=0.0_wp)
+         if (settings%velocity_stop) allocate (response%velocity_stop(n), source=0.0_wp)
+         if (settings%contact_force) allocate (response%contact_force(n), source=0.0_wp)
+         if (settings%energy) then
+            allocate (response%energy)
+            associate (energy => response%energy)
+               allocate (energy%kinetic(n), energy%strain(n), energy%stop(n), energy%dissipated_beam(n), &
+                         energy%dissipated_stop(n), energy%dissipated_impact(n), energy%created(n), source=0.0_wp)
+            end associate
+         end if
+         if (.not. allocated(settings%shape_times)) return
+         response%shape_tau = ascending(pack(settings%shape_times, &
+                                             settings%shape_times >= 0.0_wp .and. settings%shape_times <= response%tau(n)))
+         shapes = size(response%shape_tau)
+         allocate (response%shape_displacement(0:nodes, shapes), response%shape_slope(0:nodes, shapes), &
+                   response%shape_velocity(0:nodes, shapes), response%shape_slope_velocity(0:nodes, shapes), source=0.0_wp)
+      end associate
+   end subroutine open_records
+
+   !> In ascending order, by insertion.
+   pure function ascending(values) result(sorted)
+      !> Few values
+      real(wp), intent(in) :: values(:)
+      real(wp) :: sorted(size(values))
+
+      integer :: i, place
+
+      do i = 1, size(values)
+         place = count(sorted(:i - 1) <= values(i)) + 1
+         sorted(place + 1:i) = sorted(place:i - 1)
+         sorted(place) = values(i)
+      end do
+   end function ascending
+
+   !> Samples after the start: whole steps within the duration, rounding forgiven.
+   pure function count_samples(duration, step) result(samples)
+      !> Length of the run
+      real(wp), intent(in) :: duration
+      !> Distance of the samples
+      real(wp), intent(in) :: step
+      integer :: samples
+
+      samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
+   end function count_samples
+
+end module response_records
