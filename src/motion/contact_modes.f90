@@ -114,7 +114,7 @@ contains
       complex(wp), intent(out) :: s(:)
 
       real(wp), dimension(size(active)) :: square, at_stop
-      real(wp) :: stiff, damping, root, share, branch
+      real(wp) :: stiff, damping, root, share
       integer :: j
 
       stiff = spring%stiffness

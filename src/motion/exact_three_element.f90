@@ -150,7 +150,8 @@ contains
       t = t + search%time
       ! P = k u + P2 = 0
       branch_force = 0.0_wp
-      if (run%spring%branch_stiffness > 0.0_wp) branch_force = -run%spring%stiffness*max(run%surface - sum(beam%stop_value*q), 0.0_wp)
+      if (run%spring%branch_stiffness > 0.0_wp) &
+         branch_force = -run%spring%stiffness*max(run%surface - sum(beam%stop_value*q), 0.0_wp)
       call append_event(response, event_t(tau=t, kind=event_separation, eta=sum(beam%stop_value*q) - run%surface, &
                                           velocity_before=sum(beam%stop_value*v), velocity_after=sum(beam%stop_value*v)))
    end subroutine contact
