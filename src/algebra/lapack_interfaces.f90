@@ -3,7 +3,7 @@ module lapack_interfaces
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: dsygv, lapack_message
+   public :: dsygv, dgejsv, dpotrf, dstevd, dgemm, dgemv, dtrsm, lapack_message
 
    interface
       !> All eigenvalues, and on request eigenvectors, of A x = lambda B x, A symmetric, B positive definite.
@@ -16,6 +16,63 @@ module lapack_interfaces
          real(wp), intent(out) :: w(*), work(*)
          integer, intent(out) :: info
       end subroutine dsygv
+      !> Singular values to high relative accuracy, and on request vectors, by one-sided Jacobi
+      !> rotations; they are s work(1)/work(2).
+      subroutine dgejsv(joba, jobu, jobv, jobr, jobt, jobp, m, n, a, lda, s, u, ldu, v, ldv, work, lwork, iwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: joba, jobu, jobv, jobr, jobt, jobp
+         integer, intent(in) :: m, n, lda, ldu, ldv, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: s(*), u(ldu, *), v(ldv, *), work(*)
+         integer, intent(out) :: iwork(*), info
+      end subroutine dgejsv
+      !> Cholesky factor of a symmetric matrix, in place.
+      subroutine dpotrf(uplo, n, a, lda, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: info
+      end subroutine dpotrf
+      !> Eigenvalues, and on request eigenvectors, of a symmetric tridiagonal matrix.
+      subroutine dstevd(jobz, n, d, e, z, ldz, work, lwork, iwork, liwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: jobz
+         integer, intent(in) :: n, ldz, lwork, liwork
+         real(wp), intent(inout) :: d(*), e(*)
+         real(wp), intent(out) :: z(ldz, *), work(*)
+         integer, intent(out) :: iwork(*), info
+      end subroutine dstevd
+      !> C = alpha op(A) op(B) + beta C
+      subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: transa, transb
+         integer, intent(in) :: m, n, k, lda, ldb, ldc
+         real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)
+         real(wp), intent(inout) :: c(ldc, *)
+      end subroutine dgemm
+      !> y = alpha op(A) x + beta y
+      subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: trans
+         integer, intent(in) :: m, n, lda, incx, incy
+         real(wp), intent(in) :: alpha, beta, a(lda, *), x(*)
+         real(wp), intent(inout) :: y(*)
+      end subroutine dgemv
+      !> X op(A) = alpha B or op(A) X = alpha B, A triangular; X replaces B
+      subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: side, uplo, transa, diag
+         integer, intent(in) :: m, n, lda, ldb
+         real(wp), intent(in) :: alpha, a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+      end subroutine dtrsm
    end interface
 
 contains

@@ -1,0 +1,236 @@
+!> The beam in its element curvatures.
+!>
+!> A cantilever is statically determinate: the curvatures of its elements (linear in each element,
+!> two values) determine all displacements through sums of positive terms down the beam, in which
+!> nothing cancels. The stiffness is block diagonal, 2 x 2; each block S = L L^T gives coordinates
+!> q = L^T (curvatures) in which the strain energy is q.q/2. The kinetic energy is |B q'|^2/2, where
+!> the rows of B are sqrt(w rho A) y at the quadrature points of the mass matrix, and sqrt(mu) y(L).
+!> So omega^-2 = lambda^-4 are the squared singular values of B.
+!>
+!> These are the same K, M and elements as the assembled matrices', the same quadrature, only other
+!> coordinates. Units: E Ibar = rho Abar = L = 1.
+module natural_coordinates
+   use beam_element, only: gauss_rule, section_pieces
+   use beam_mesh, only: mesh_t
+   use beam_section, only: area, area_degree, inertia, inertia_degree, section_t
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
+   public :: flexibility_matrix, nodal_flexibility
+
+   type :: natural_beam_t
+      !> Number of elements n
+      integer :: elements = 0
+      !> Rows of B
+      integer :: rows = 0
+      !> Lengths of the elements, [n]
+      real(wp), allocatable :: length(:)
+      !> L of each element's stiffness: l11, l21, l22, [3, n]
+      real(wp), allocatable :: factor(:, :)
+      !> Last row of B of each element, [0:n]; those of element i are last_row(i - 1) + 1 ... last_row(i)
+      integer, allocatable :: last_row(:)
+      !> Place of each quadrature point in its element, 0 left to 1 right, [last_row(n)]
+      real(wp), allocatable :: point(:)
+      !> sqrt(w rho A) there, [last_row(n)]
+      real(wp), allocatable :: root_mass(:)
+      !> sqrt(mu); above 0 it has a last row of its own
+      real(wp) :: root_tip_mass = 0.0_wp
+   end type natural_beam_t
+
+contains
+
+   !> Stiffness factors and quadrature points.
+   pure subroutine make_natural_beam(section, mesh, tip_mass_ratio, natural)
+      !> The section along the beam
+      type(section_t), intent(in) :: section
+      !> The partition
+      type(mesh_t), intent(in) :: mesh
+      !> mu, >= 0
+      real(wp), intent(in) :: tip_mass_ratio
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(out) :: natural
+
+      real(wp), allocatable :: cut(:), mass_point(:), mass_weight(:), stiffness_point(:), stiffness_weight(:)
+      real(wp) :: block(3), right, width, xi
+      integer :: element, i, piece, row
+      logical :: in_pieces
+
+      natural%elements = mesh%elements
+      natural%length = mesh%length
+      natural%root_tip_mass = sqrt(tip_mass_ratio)
+      call gauss_rule((6 + area_degree(section))/2 + 1, mass_point, mass_weight)
+      call gauss_rule((2 + inertia_degree(section))/2 + 1, stiffness_point, stiffness_weight)
+      allocate (natural%factor(3, mesh%elements), natural%last_row(0:mesh%elements))
+
+      in_pieces = allocated(section%tip_distance)
+      cut = [0.0_wp, 1.0_wp]
+      natural%last_row(0) = 0
+      do element = 1, mesh%elements
+         if (in_pieces) cut = section_pieces(section, mesh%length(element), mesh%tip_distance(element))
+         natural%last_row(element) = natural%last_row(element - 1) + (size(cut) - 1)*size(mass_point)
+      end do
+      natural%rows = natural%last_row(mesh%elements)
+      allocate (natural%point(natural%rows), natural%root_mass(natural%rows))
+
+      row = 0
+      do element = 1, mesh%elements
+         right = mesh%tip_distance(element)
+         associate (length => mesh%length(element))
+            if (in_pieces) cut = section_pieces(section, length, right)
+            block = 0.0_wp
+            do piece = 1, size(cut) - 1
+               width = cut(piece + 1) - cut(piece)
+               do i = 1, size(stiffness_point)
+                  xi = cut(piece) + width*stiffness_point(i)
+                  block = block + stiffness_weight(i)*width*length*inertia(section, right + (1.0_wp - xi)*length) &
+                          *[(1.0_wp - xi)**2, (1.0_wp - xi)*xi, xi**2]
+               end do
+               do i = 1, size(mass_point)
+                  row = row + 1
+                  xi = cut(piece) + width*mass_point(i)
+                  natural%point(row) = xi
+                  natural%root_mass(row) = sqrt(mass_weight(i)*width*length &
+                                                *area(section, right + (1.0_wp - xi)*length))
+               end do
+            end do
+            natural%factor(1, element) = sqrt(block(1))
+            natural%factor(2, element) = block(2)/natural%factor(1, element)
+            natural%factor(3, element) = sqrt(block(3) - natural%factor(2, element)**2)
+         end associate
+      end do
+      if (tip_mass_ratio > 0.0_wp) natural%rows = natural%rows + 1
+   end subroutine make_natural_beam
+
+   !> B q: from the clamp to the tip.
+   pure subroutine deflect(natural, q, deflection)
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      !> Coordinates, [2 n]
+      real(wp), intent(in) :: q(:)
+      !> B q, [rows]
+      real(wp), intent(out) :: deflection(:)
+
+      real(wp) :: displacement, left, right, rotation, xi
+      integer :: element, row
+
+      displacement = 0.0_wp
+      rotation = 0.0_wp
+      do element = 1, natural%elements
+         associate (length => natural%length(element), factor => natural%factor(:, element))
+            right = q(2*element)/factor(3)
+            left = (q(2*element - 1) - factor(2)*right)/factor(1)
+            left = left*length**2
+            right = right*length**2
+            rotation = rotation*length
+            do row = natural%last_row(element - 1) + 1, natural%last_row(element)
+               xi = natural%point(row)
+               deflection(row) = natural%root_mass(row)*(displacement + xi*(rotation + &
+                                 xi*(left*(3.0_wp - xi) + right*xi)/6.0_wp))
+            end do
+            displacement = displacement + (rotation + (2.0_wp*left + right)/6.0_wp)
+            rotation = (rotation + 0.5_wp*(left + right))/length
+         end associate
+      end do
+      if (natural%root_tip_mass > 0.0_wp) deflection(natural%rows) = natural%root_tip_mass*displacement
+   end subroutine deflect
+
+   !> B^T f: from the tip to the clamp, summing forces and moments.
+   pure subroutine deflect_transposed(natural, f, q)
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      !> f, [rows]
+      real(wp), intent(in) :: f(:)
+      !> B^T f, [2 n]
+      real(wp), intent(out) :: q(:)
+
+      real(wp) :: force, left, local, moment, right, shear, xi
+      integer :: element, row
+
+      shear = 0.0_wp
+      if (natural%root_tip_mass > 0.0_wp) shear = natural%root_tip_mass*f(natural%rows)
+      moment = 0.0_wp
+      do element = natural%elements, 1, -1
+         associate (length => natural%length(element), factor => natural%factor(:, element))
+            moment = moment/length
+            left = shear/3.0_wp + 0.5_wp*moment
+            right = shear/6.0_wp + 0.5_wp*moment
+            moment = moment + shear
+            do row = natural%last_row(element - 1) + 1, natural%last_row(element)
+               xi = natural%point(row)
+               force = natural%root_mass(row)*f(row)
+               local = force*xi
+               shear = shear + force
+               moment = moment + local
+               local = local*xi/6.0_wp
+               left = left + local*(3.0_wp - xi)
+               right = right + local*xi
+            end do
+            moment = moment*length
+            q(2*element - 1) = left*length**2/factor(1)
+            q(2*element) = (right*length**2 - factor(2)*q(2*element - 1))/factor(3)
+         end associate
+      end do
+   end subroutine deflect_transposed
+
+   !> y and dy/dx of the nodes.
+   pure subroutine nodal_displacements(natural, q, nodal)
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      !> Coordinates, [2 n]
+      real(wp), intent(in) :: q(:)
+      !> y and dy/dx of node 1, 2 ..., [2 n]
+      real(wp), intent(out) :: nodal(:)
+
+      real(wp) :: displacement, left, right, rotation
+      integer :: element
+
+      displacement = 0.0_wp
+      rotation = 0.0_wp
+      do element = 1, natural%elements
+         associate (length => natural%length(element), factor => natural%factor(:, element))
+            right = q(2*element)/factor(3)
+            left = (q(2*element - 1) - factor(2)*right)/factor(1)
+            displacement = displacement + length*(rotation + length*(2.0_wp*left + right)/6.0_wp)
+            rotation = rotation + 0.5_wp*length*(left + right)
+            nodal(2*element - 1) = displacement
+            nodal(2*element) = rotation
+         end associate
+      end do
+   end subroutine nodal_displacements
+
+   !> B as a full matrix, [rows, 2 n].
+   pure function flexibility_matrix(natural) result(matrix)
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      real(wp) :: matrix(natural%rows, 2*natural%elements)
+
+      real(wp) :: unit(2*natural%elements)
+      integer :: column
+
+      unit = 0.0_wp
+      do column = 1, 2*natural%elements
+         unit(column) = 1.0_wp
+         call deflect(natural, unit, matrix(:, column))
+         unit(column) = 0.0_wp
+      end do
+   end function flexibility_matrix
+
+   !> The matrix that turns coordinates into y and dy/dx of the nodes, [2 n, 2 n].
+   pure function nodal_flexibility(natural) result(matrix)
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      real(wp) :: matrix(2*natural%elements, 2*natural%elements)
+
+      real(wp) :: unit(2*natural%elements)
+      integer :: column
+
+      unit = 0.0_wp
+      do column = 1, 2*natural%elements
+         unit(column) = 1.0_wp
+         call nodal_displacements(natural, unit, matrix(:, column))
+         unit(column) = 0.0_wp
+      end do
+   end function nodal_flexibility
+
+end module natural_coordinates
