@@ -140,7 +140,7 @@ contains
       item%line = cursor%token_line
       item%group = namelist%group_count
       item%first_value = namelist%value_count + 1
-      subject = group//' '//excerpt(slice(namelist%text, item%first, item%last))
+      subject = group//' '//excerpt(slice(namelist%text, cursor%first, cursor%next - 1))
       if (cursor%value%is_quoted .or. .not. equals_follows(namelist%text, cursor%next)) then
          problem = subject//': name = value expected here'
          return

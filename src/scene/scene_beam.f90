@@ -96,10 +96,10 @@ contains
          beam%height_tip = beam%height_root
       end if
       if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
-         call input%complain('beam', merge('height_root', 'taper      ', has_root), &
+         call input%complain('beam', trim(merge('height_root', 'taper      ', has_root)), &
             'the height at the clamp must not vanish beside that at the tip')
       else if (beam%height_tip > 0.0_wp .and. beam%height_tip < smallest_tip*beam%height_root) then
-         call input%complain('beam', merge('height_tip', 'taper     ', has_root), &
+         call input%complain('beam', trim(merge('height_tip', 'taper     ', has_root)), &
             'the height at the tip must be 0 or at least '//to_text(smallest_tip)//' of that at the clamp')
       end if
    end subroutine resolve_taper

@@ -483,7 +483,7 @@ contains
          is_legal = is_legal .and. .not. input%namelist%values(i)%is_quoted
          if (is_legal) is_legal = contains_value(range, number)
          if (.not. is_legal) then
-            call input%reject(item, i, 'must be a '//trim(merge('whole', '     ', are_whole))//' number ' &
+            call input%reject(item, i, 'must be a '//trim(merge('whole number', 'number      ', are_whole))//' ' &
                //range_text(range))
             return
          end if

@@ -45,7 +45,9 @@ contains
       if (input%has_problem()) return
       call find_scales(input, scene%beam, scene%scales)
       if (input%has_problem()) return
+      ! The mesh serves the frequencies too: a problem is told where it stands
       call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio)
+      if (input%has_problem()) return
       call take_ratio(input, 'damping', 'stiffness_coefficient', 'zeta', zeta_range, &
          0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
       call take_ratio(input, 'tip_mass', 'mass', 'ratio', tip_mass_range, &
@@ -136,15 +138,18 @@ contains
       !> Scales in; stop and scale of displacements out
       type(scene_t), intent(inout) :: scene
 
-      real(wp) :: unit_stiffness
+      real(wp) :: unit_stiffness, spring
 
       unit_stiffness = 3.0_wp*scene%scales%bending_stiffness/scene%beam%length**3
       call resolve_heights(input, physical, scene)
       if (scene%stop%law /= law_three_element) return
       call take_ratio(input, 'stop', 'stiffness', 'stiffness_ratio', stiffness_range, &
          physical%stiffness/unit_stiffness, scene%stop%stiffness_ratio)
+      if (input%has_problem()) return
+      spring = scene%stop%stiffness_ratio*unit_stiffness
+      if (input%has('stop', 'stiffness')) spring = physical%stiffness
       call take_ratio(input, 'stop', 'branch_stiffness', 'branch_ratio', branch_range, &
-         physical%branch_stiffness/(scene%stop%stiffness_ratio*unit_stiffness), scene%stop%branch_ratio)
+         physical%branch_stiffness/spring, scene%stop%branch_ratio)
       call take_ratio(input, 'stop', 'damper', 'damper_ratio', damper_range, &
          physical%damper*scene%scales%omega1/unit_stiffness, scene%stop%damper_ratio)
    end subroutine resolve_stop
