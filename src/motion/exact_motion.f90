@@ -43,14 +43,14 @@ contains
       type(modal_beam_t), target :: beam
       type(recorder_t) :: recorder
       real(wp), allocatable :: lambda(:), modes(:, :), start(:)
-      integer :: samples
+      integer :: i, samples
 
       call dsygv_modes(model, model%stiffness%order, lambda, modes, error)
       if (allocated(error)) return
       call make_modal_beam(lambda, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
       samples = count_samples(response_settings%duration, response_settings%step)
       call open_records(model%mesh%elements, output_settings, samples, response_settings%step, response)
-      call make_recorder(samples, response_settings%step, recorder)
+      call make_recorder(samples, response_settings%step, beam%count, response, recorder)
       allocate (start, source=(1.0_wp + stop_settings%preload)*beam%stop_value &
                 /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
@@ -61,6 +61,14 @@ contains
       else
          call run_exact_restitution(beam, restitution_run(), start, recorder, response, error)
       end if
+      if (allocated(error) .or. .not. allocated(response%shape_tau)) return
+      do i = 1, model%mesh%elements
+         response%shape_displacement(i, :) = matmul(modes(2*i - 1, :), recorder%shape_z) - stop_settings%preload
+         response%shape_slope(i, :) = matmul(modes(2*i, :), recorder%shape_z)
+         response%shape_velocity(i, :) = matmul(modes(2*i - 1, :), recorder%shape_v)
+         response%shape_slope_velocity(i, :) = matmul(modes(2*i, :), recorder%shape_v)
+      end do
+      response%shape_displacement(0, :) = -stop_settings%preload
 
    contains
 

@@ -7,8 +7,9 @@ module exact_restitution
    use kinds, only: wp
    use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use modal_recorder, only: next_sample, next_sample_time, phase_sampler_t, record_free_motion, record_sample, recorder_t, &
-                             samples_before, start_sampler, steps_t
+   use modal_recorder, only: charge_event, keep_energy, keep_shape, modal_energy, next_sample, next_sample_time, &
+                             phase_sampler_t, record_free_motion, record_sample, recorder_t, samples_before, shape_due, &
+                             start_sampler, steps_t
    use response_types, only: append_event, event_capture, event_impact, event_release, event_t, response_t
    implicit none (type, external)
    private
@@ -74,7 +75,8 @@ contains
          call first_zero(gap, run%duration - t, search)
          response%evaluations = response%evaluations + search%evaluations
          if (search%outcome == found_none) then
-            call record_free_motion(beam, run%surface, t, run%duration, .true., q, v, free_steps, recorder, response)
+            call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, run%duration, .true., q, v, free_steps, &
+                                    recorder, response)
             return
          end if
          before = t
@@ -83,16 +85,16 @@ contains
             if (search%greatest < run%hop_tolerance) held = is_hop(beam, gap, search%time, run%hop_tolerance)
          end if
          if (held) then
-            call capture(beam, run, t, q, v, held, response)
+            call capture(beam, run, t, q, v, held, recorder, response)
          else
-            call record_free_motion(beam, run%surface, t, t + search%time, .false., q, v, free_steps, recorder, &
-                                    response)
+            call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, t + search%time, .false., q, v, free_steps, &
+                                    recorder, response)
             call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
             t = t + search%time
             if (search%outcome == found_never_left) then
-               call capture(beam, run, t, q, v, held, response)
+               call capture(beam, run, t, q, v, held, recorder, response)
             else
-               call impact(beam, run, t, q, v, held, response)
+               call impact(beam, run, t, q, v, held, recorder, response)
             end if
          end if
          after_rebound = .not. held .and. sum(beam%stop_value*v) > 0.0_wp
@@ -157,7 +159,7 @@ contains
    end function holding_force
 
    !> Impact: the velocity of the stop point becomes -eps times what it was.
-   pure subroutine impact(beam, run, t, q, v, held, response)
+   pure subroutine impact(beam, run, t, q, v, held, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -169,6 +171,8 @@ contains
       real(wp), intent(inout) :: v(:)
       !> Without rebound and pressed: contact lasts
       logical, intent(out) :: held
+      !> Its ledger is charged
+      type(recorder_t), intent(inout) :: recorder
       !> Gets the event
       type(response_t), intent(inout) :: response
 
@@ -191,12 +195,13 @@ contains
          event%energy_change = -0.5_wp*(1.0_wp - run%restitution**2)*event%velocity_before**2/beam%mobility
       end if
       call append_event(response, event)
+      call charge_event(recorder%ledger, event%energy_change)
       held = .false.
-      if (.not. event%velocity_after > 0.0_wp) call capture(beam, run, t, q, v, held, response)
+      if (.not. event%velocity_after > 0.0_wp) call capture(beam, run, t, q, v, held, recorder, response)
    end subroutine impact
 
    !> Bring the stop point to rest and, if it is pressed against the stop, hold it.
-   pure subroutine capture(beam, run, t, q, v, held, response)
+   pure subroutine capture(beam, run, t, q, v, held, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -208,6 +213,8 @@ contains
       real(wp), intent(inout) :: v(:)
       !> The stop point is held
       logical, intent(out) :: held
+      !> Its ledger is charged
+      type(recorder_t), intent(inout) :: recorder
       !> Gets the event
       type(response_t), intent(inout) :: response
 
@@ -218,6 +225,7 @@ contains
       event%velocity_before = sum(beam%stop_value*v)
       event%impulse = -event%velocity_before/beam%mobility
       event%energy_change = -0.5_wp*event%velocity_before**2/beam%mobility
+      call charge_event(recorder%ledger, event%energy_change)
       v = v + beam%stop_value*event%impulse
       held = holding_force(beam, run%zeta, q, v) > 0.0_wp
       event%kind = merge(event_capture, event_impact, held)
@@ -297,20 +305,41 @@ contains
       type(response_t), intent(inout) :: response
 
       type(phase_sampler_t) :: sampler
+      real(wp), dimension(pinned%count) :: p_then, rate_then
+      real(wp) :: start_energy, energy(2), static_energy
       integer :: place
 
-      if (.not. samples_before(recorder, to, to_the_end)) return
-      call start_sampler(from, p, rate, sampler)
-      do while (samples_before(recorder, to, to_the_end))
-         call next_sample(sampler, pinned%oscillators, steps, recorder%step, next_sample_time(recorder))
-         call record_sample(recorder, place)
-         if (allocated(response%displacement_stop)) response%displacement_stop(place) = 0.0_wp
-         if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
-            run%surface*pinned%static_tip - run%surface + sum(pinned%tip_value*sampler%z)
-         if (allocated(response%velocity_stop)) response%velocity_stop(place) = 0.0_wp
-         if (allocated(response%contact_force)) response%contact_force(place) = run%force_scale* &
-            (reaction%offset + sum(pinned%reaction*(sampler%z + 2.0_wp*run%zeta*sampler%v)))
+      do while (shape_due(recorder, to, to_the_end))
+         call propagate(pinned%oscillators, recorder%shape_tau(recorder%next_shape) - from, p, rate, p_then, rate_then)
+         call keep_shape(recorder, run%surface*pinned%static + matmul(pinned%mode, p_then), &
+                         matmul(pinned%mode, rate_then))
       end do
+      ! static shape and pinned modes are orthogonal in K
+      static_energy = 0.5_wp*run%surface**2*pinned%static_force
+      start_energy = 0.0_wp
+      if (allocated(response%energy)) start_energy = sum(modal_energy(pinned%oscillators, p, rate))
+      if (samples_before(recorder, to, to_the_end)) then
+         call start_sampler(from, p, rate, sampler)
+         do while (samples_before(recorder, to, to_the_end))
+            call next_sample(sampler, pinned%oscillators, steps, recorder%step, next_sample_time(recorder))
+            call record_sample(recorder, place)
+            if (allocated(response%displacement_stop)) response%displacement_stop(place) = 0.0_wp
+            if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
+               run%surface*pinned%static_tip - run%surface + sum(pinned%tip_value*sampler%z)
+            if (allocated(response%velocity_stop)) response%velocity_stop(place) = 0.0_wp
+            if (allocated(response%contact_force)) response%contact_force(place) = run%force_scale* &
+               (reaction%offset + sum(pinned%reaction*(sampler%z + 2.0_wp*run%zeta*sampler%v)))
+            if (allocated(response%energy)) then
+               energy = modal_energy(pinned%oscillators, sampler%z, sampler%v)
+               call keep_energy(response, place, recorder%ledger, energy + [0.0_wp, static_energy], 0.0_wp, &
+                                start_energy - sum(energy), 0.0_wp)
+            end if
+         end do
+      end if
+      if (.not. allocated(response%energy) .or. to_the_end) return
+      call propagate(pinned%oscillators, to - from, p, rate, p_then, rate_then)
+      recorder%ledger%dissipated_beam = recorder%ledger%dissipated_beam + start_energy &
+                                        - sum(modal_energy(pinned%oscillators, p_then, rate_then))
    end subroutine record_contact
 
 end module exact_restitution

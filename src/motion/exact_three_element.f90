@@ -2,16 +2,18 @@
 !> stop. No step in time: every phase ends at an event that `certified_search` finds.
 module exact_three_element
    use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
-   use contact_modes, only: contact_amplitudes, contact_modes_t, contact_state, make_contact_modes
+   use contact_modes, only: contact_amplitudes, contact_losses, contact_losses_t, contact_modes_t, contact_state, &
+                            make_contact_losses, make_contact_modes
    use damped_oscillators, only: propagate
    use exponential_signal, only: exponential_signal_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
-   use modal_recorder, only: next_sample_time, record_free_motion, record_sample, recorder_t, samples_before, steps_t
+   use modal_recorder, only: keep_energy, keep_shape, modal_energy, next_sample_time, record_free_motion, record_sample, &
+                             recorder_t, samples_before, shape_due, steps_t
    use modal_signal, only: make_modal_signal, modal_signal_t
    use response_types, only: append_event, event_contact, event_separation, event_t, response_t
-   use stop_models, only: three_element_t
+   use stop_models, only: stop_energy, three_element_t
    implicit none (type, external)
    private
    public :: run_exact_three_element, three_element_run_t
@@ -74,7 +76,8 @@ contains
          call first_zero(gap, run%duration - t, search)
          response%evaluations = response%evaluations + search%evaluations
          if (search%outcome == found_none) search%time = run%duration - t
-         call record_free_motion(beam, run%surface, t, t + search%time, search%outcome == found_none, q, v, steps, &
+         call record_free_motion(beam, run%surface, stop_energy(run%spring, gap%surface, branch_force), &
+                                 2.0_wp*gap%rate, t, t + search%time, search%outcome == found_none, q, v, steps, &
                                  recorder, response)
          if (search%outcome == found_none) return
          call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
@@ -138,7 +141,7 @@ contains
       call first_zero(force, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) search%time = run%duration - t
-      call record_contact(beam, run, modes, static_force, force%amplitude, t, t + search%time, &
+      call record_contact(beam, run, modes, static_force, force%amplitude, q, v, t, t + search%time, &
                           search%outcome == found_none, recorder, response)
       if (search%outcome == found_none) then
          response%ends_in_contact = .true.
@@ -157,7 +160,7 @@ contains
    end subroutine contact
 
    !> Samples of a contact.
-   subroutine record_contact(beam, run, modes, static_force, amplitude, from, to, to_the_end, recorder, response)
+   subroutine record_contact(beam, run, modes, static_force, amplitude, q, v, from, to, to_the_end, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -168,6 +171,9 @@ contains
       real(wp), intent(in) :: static_force
       !> weight times c at its start
       complex(wp), intent(in) :: amplitude(:)
+      !> Modal state there
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
       !> Start and end of the contact
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
@@ -180,15 +186,27 @@ contains
 
       integer, parameter :: renewal = 64
       complex(wp), dimension(modes%count) :: term, factor, velocity_value
+      type(contact_losses_t) :: losses
+      real(wp), dimension(size(q)) :: q_then, v_then
+      real(wp) :: lost(2), indentation, time
       integer :: place, since
 
-      if (.not. samples_before(recorder, to, to_the_end)) return
+      do while (shape_due(recorder, to, to_the_end))
+         call contact_state(beam, modes, static_force, amplitude/modes%weight, q, v, &
+                            recorder%shape_tau(recorder%next_shape) - from, q_then, v_then)
+         call keep_shape(recorder, q_then, v_then)
+      end do
+      if (allocated(response%energy)) then
+         call make_contact_losses(beam, run%zeta, run%spring, modes, losses)
+         if (.not. to_the_end) call contact_losses(beam, modes, losses, amplitude, q, v, to - from, lost)
+      end if
       factor = exp(modes%exponent*recorder%step)
       velocity_value = modes%exponent*modes%stop_value
       since = renewal
       do while (samples_before(recorder, to, to_the_end))
+         time = next_sample_time(recorder)
          if (since >= renewal) then
-            term = amplitude*exp(modes%exponent*max(next_sample_time(recorder) - from, 0.0_wp))
+            term = amplitude*exp(modes%exponent*max(time - from, 0.0_wp))
             since = 0
          else
             term = term*factor
@@ -202,7 +220,20 @@ contains
          if (allocated(response%velocity_stop)) response%velocity_stop(place) = sum(real(velocity_value*term, wp))
          if (allocated(response%contact_force)) response%contact_force(place) = &
             run%force_scale*(static_force + sum(real(term, wp)))
+         if (.not. allocated(response%energy)) cycle
+         call contact_state(beam, modes, static_force, amplitude/modes%weight, q, v, time - from, q_then, v_then)
+         indentation = run%surface - sum(beam%stop_value*q_then)
+         block
+            real(wp) :: loss(2)
+            call contact_losses(beam, modes, losses, amplitude, q, v, time - from, loss)
+            call keep_energy(response, place, recorder%ledger, modal_energy(beam%oscillators, q_then, v_then), &
+                             stop_energy(run%spring, indentation, static_force + sum(real(term, wp)) &
+                                         - run%spring%stiffness*indentation), loss(1), loss(2))
+         end block
       end do
+      if (.not. allocated(response%energy) .or. to_the_end) return
+      recorder%ledger%dissipated_beam = recorder%ledger%dissipated_beam + lost(1)
+      recorder%ledger%dissipated_stop = recorder%ledger%dissipated_stop + lost(2)
    end subroutine record_contact
 
 end module exact_three_element

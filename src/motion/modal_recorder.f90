@@ -9,12 +9,27 @@ module modal_recorder
    private
    public :: recorder_t, make_recorder, steps_t, next_sample_time, record_sample, samples_before
    public :: phase_sampler_t, start_sampler, next_sample, record_free_motion
+   public :: ledger_t, keep_energy, shape_due, keep_shape, charge_event, modal_energy
 
    !> Samples after which the recurrence starts anew from the closed form.
    integer, parameter :: renewal = 64
 
+   !> Energies lost and won up to the start of the present phase.
+   type :: ledger_t
+      real(wp) :: dissipated_beam = 0.0_wp
+      real(wp) :: dissipated_stop = 0.0_wp
+      real(wp) :: dissipated_impact = 0.0_wp
+      !> By the nodal reading of the impulse
+      real(wp) :: created = 0.0_wp
+   end type ledger_t
+
    !> What has been recorded so far.
    type :: recorder_t
+      type(ledger_t) :: ledger
+      !> Instants at which the whole beam is kept, the next of them, and its modal states there, [modes, instants]
+      real(wp), allocatable :: shape_tau(:)
+      integer :: next_shape = 1
+      real(wp), allocatable :: shape_z(:, :), shape_v(:, :)
       !> d tau between samples
       real(wp) :: step = 0.0_wp
       !> Samples in all, sample 0 at tau = 0
@@ -44,17 +59,104 @@ module modal_recorder
 contains
 
    !> Prepare the recording of a run.
-   pure subroutine make_recorder(samples, step, recorder)
+   pure subroutine make_recorder(samples, step, modes, response, recorder)
       !> Samples after the one at tau = 0
       integer, intent(in) :: samples
       !> Their distance, tau
       real(wp), intent(in) :: step
+      !> Number of modes
+      integer, intent(in) :: modes
+      !> What is asked for: its `shape_tau`
+      type(response_t), intent(in) :: response
       !> The recorder
       type(recorder_t), intent(out) :: recorder
 
       recorder%step = step
       recorder%last = samples
+      if (.not. allocated(response%shape_tau)) return
+      allocate (recorder%shape_tau, source=response%shape_tau)
+      allocate (recorder%shape_z(modes, size(response%shape_tau)), recorder%shape_v(modes, size(response%shape_tau)))
    end subroutine make_recorder
+
+   !> Is the whole beam to be kept at an instant of this phase?
+   pure function shape_due(recorder, to, to_the_end) result(due)
+      !> The recorder
+      type(recorder_t), intent(in) :: recorder
+      !> End of the phase
+      real(wp), intent(in) :: to
+      !> The run ends with it
+      logical, intent(in) :: to_the_end
+      logical :: due
+
+      due = .false.
+      if (.not. allocated(recorder%shape_tau)) return
+      if (recorder%next_shape > size(recorder%shape_tau)) return
+      due = to_the_end .or. recorder%shape_tau(recorder%next_shape) < to
+   end function shape_due
+
+   !> Keep the modal state at the next of these instants.
+   pure subroutine keep_shape(recorder, q, v)
+      !> The recorder
+      type(recorder_t), intent(inout) :: recorder
+      !> State in the free modes
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+
+      recorder%shape_z(:, recorder%next_shape) = q
+      recorder%shape_v(:, recorder%next_shape) = v
+      recorder%next_shape = recorder%next_shape + 1
+   end subroutine keep_shape
+
+   !> Kinetic and strain energy of modes.
+   pure function modal_energy(oscillators, z, v) result(energy)
+      !> The modes
+      type(oscillators_t), intent(in) :: oscillators
+      !> Their state
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Kinetic, strain
+      real(wp) :: energy(2)
+
+      energy = 0.5_wp*[sum(v**2), sum(oscillators%square*z**2)]
+   end function modal_energy
+
+   !> Enter a sample into the ledger.
+   pure subroutine keep_energy(response, place, ledger, energy, stop, beam_loss, stop_loss)
+      !> Gets the entry
+      type(response_t), intent(inout) :: response
+      !> Place of the sample
+      integer, intent(in) :: place
+      !> Up to the start of the phase
+      type(ledger_t), intent(in) :: ledger
+      !> Kinetic and strain energy
+      real(wp), intent(in) :: energy(2)
+      !> Energy in the springs of the stop
+      real(wp), intent(in) :: stop
+      !> Dissipated since the start of the phase, in the beam and in the stop
+      real(wp), intent(in) :: beam_loss
+      real(wp), intent(in) :: stop_loss
+
+      associate (entry => response%energy)
+         entry%kinetic(place) = energy(1)
+         entry%strain(place) = energy(2)
+         entry%stop(place) = stop
+         entry%dissipated_beam(place) = ledger%dissipated_beam + beam_loss
+         entry%dissipated_stop(place) = ledger%dissipated_stop + stop_loss
+         entry%dissipated_impact(place) = ledger%dissipated_impact
+         entry%created(place) = ledger%created
+      end associate
+   end subroutine keep_energy
+
+   !> Charge an event's change of energy to impacts, or to the nodal reading where it created some.
+   elemental subroutine charge_event(ledger, change)
+      !> The ledger
+      type(ledger_t), intent(inout) :: ledger
+      !> Change of energy
+      real(wp), intent(in) :: change
+
+      ledger%dissipated_impact = ledger%dissipated_impact + max(-change, 0.0_wp)
+      ledger%created = ledger%created + max(change, 0.0_wp)
+   end subroutine charge_event
 
    !> Instant of the next sample; huge when all are recorded.
    pure function next_sample_time(recorder) result(time)
@@ -134,12 +236,16 @@ contains
       end if
    end subroutine next_sample
 
-   !> Samples of a free flight.
-   pure subroutine record_free_motion(beam, surface, from, to, to_the_end, q, v, steps, recorder, response)
+   !> Samples of a free flight; above a surface that relaxes where the stop is model B.
+   pure subroutine record_free_motion(beam, surface, stop_energy, stop_decay, from, to, to_the_end, q, v, steps, &
+                                      recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> delta
       real(wp), intent(in) :: surface
+      !> Energy in the stop at the start, and the rate at which the relaxing surface dissipates it
+      real(wp), intent(in) :: stop_energy
+      real(wp), intent(in) :: stop_decay
       !> Start and end of the flight
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
@@ -156,20 +262,44 @@ contains
       type(response_t), intent(inout) :: response
 
       type(phase_sampler_t) :: sampler
+      real(wp), dimension(size(q)) :: q_then, v_then
+      real(wp) :: start_energy, energy(2), stop, time
       integer :: place
 
-      if (.not. samples_before(recorder, to, to_the_end)) return
-      call start_sampler(from, q, v, sampler)
-      do while (samples_before(recorder, to, to_the_end))
-         call next_sample(sampler, beam%oscillators, steps, recorder%step, next_sample_time(recorder))
-         call record_sample(recorder, place)
-         if (allocated(response%displacement_stop)) &
-            response%displacement_stop(place) = sum(beam%stop_value*sampler%z) - surface
-         if (allocated(response%displacement_tip)) &
-            response%displacement_tip(place) = sum(beam%tip_value*sampler%z) - surface
-         if (allocated(response%velocity_stop)) response%velocity_stop(place) = sum(beam%stop_value*sampler%v)
-         if (allocated(response%contact_force)) response%contact_force(place) = 0.0_wp
+      do while (shape_due(recorder, to, to_the_end))
+         call propagate(beam%oscillators, recorder%shape_tau(recorder%next_shape) - from, q, v, q_then, v_then)
+         call keep_shape(recorder, q_then, v_then)
       end do
+      start_energy = 0.0_wp
+      if (allocated(response%energy)) start_energy = sum(modal_energy(beam%oscillators, q, v))
+      if (samples_before(recorder, to, to_the_end)) then
+         call start_sampler(from, q, v, sampler)
+         do while (samples_before(recorder, to, to_the_end))
+            time = next_sample_time(recorder)
+            call next_sample(sampler, beam%oscillators, steps, recorder%step, time)
+            call record_sample(recorder, place)
+            if (allocated(response%displacement_stop)) &
+               response%displacement_stop(place) = sum(beam%stop_value*sampler%z) - surface
+            if (allocated(response%displacement_tip)) &
+               response%displacement_tip(place) = sum(beam%tip_value*sampler%z) - surface
+            if (allocated(response%velocity_stop)) response%velocity_stop(place) = sum(beam%stop_value*sampler%v)
+            if (allocated(response%contact_force)) response%contact_force(place) = 0.0_wp
+            if (allocated(response%energy)) then
+               energy = modal_energy(beam%oscillators, sampler%z, sampler%v)
+               stop = stop_energy*exp(-stop_decay*max(time - from, 0.0_wp))
+               ! what a damped mode loses is what its damping takes: 2 zeta W^2 v^2 integrated
+               call keep_energy(response, place, recorder%ledger, energy, stop, start_energy - sum(energy), &
+                                stop_energy - stop)
+            end if
+         end do
+      end if
+      if (.not. allocated(response%energy) .or. to_the_end) return
+      call propagate(beam%oscillators, to - from, q, v, q_then, v_then)
+      associate (ledger => recorder%ledger)
+         ledger%dissipated_beam = ledger%dissipated_beam + start_energy &
+                                  - sum(modal_energy(beam%oscillators, q_then, v_then))
+         ledger%dissipated_stop = ledger%dissipated_stop + stop_energy*(1.0_wp - exp(-stop_decay*(to - from)))
+      end associate
    end subroutine record_free_motion
 
 end module modal_recorder

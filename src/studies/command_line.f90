@@ -1,0 +1,123 @@
+!> What the user typed after the program's name.
+module command_line
+   use failures, only: fail, failure_t, status_bad_input
+   implicit none (type, external)
+   private
+   public :: command_line_t, get_arguments, parse_arguments, argument_t, usage, program_version
+
+   character(*), parameter :: program_version = '0.1.0'
+
+   !> One word of the command line.
+   type :: argument_t
+      character(:), allocatable :: text
+   end type argument_t
+
+   type :: command_line_t
+      !> Scene files in the order given
+      type(argument_t), allocatable :: scenes(:)
+      !> Folder of the results
+      character(:), allocatable :: folder
+      !> Stop after checking the scenes
+      logical :: check_only = .false.
+      !> Nothing on standard output but errors on standard error
+      logical :: quiet = .false.
+      !> Print the version, or the help, and nothing else
+      logical :: wants_version = .false.
+      logical :: wants_help = .false.
+   end type command_line_t
+
+contains
+
+   !> The words of the command line.
+   subroutine get_arguments(arguments)
+      !> Without the program's name
+      type(argument_t), allocatable, intent(out) :: arguments(:)
+
+      integer :: i, length
+
+      allocate (arguments(command_argument_count()))
+      do i = 1, size(arguments)
+         call get_command_argument(i, length=length)
+         allocate (character(length) :: arguments(i)%text)
+         if (length > 0) call get_command_argument(i, arguments(i)%text)
+      end do
+   end subroutine get_arguments
+
+   !> Understand the words.
+   pure subroutine parse_arguments(arguments, command, error)
+      !> The words
+      type(argument_t), intent(in) :: arguments(:)
+      !> What they mean
+      type(command_line_t), intent(out) :: command
+      !> Set when they mean nothing
+      type(failure_t), allocatable, intent(out) :: error
+
+      logical :: is_scene(size(arguments)), only_files
+      integer :: i
+
+      command%folder = 'results'
+      is_scene = .false.
+      only_files = .false.
+      i = 0
+      do while (i < size(arguments))
+         i = i + 1
+         associate (word => arguments(i)%text)
+            if (only_files .or. index(word, '-') /= 1 .or. len(word) == 1) then
+               is_scene(i) = .true.
+            else if (word == '--') then
+               only_files = .true.
+            else if (word == '--check') then
+               command%check_only = .true.
+            else if (word == '--quiet') then
+               command%quiet = .true.
+            else if (word == '--version') then
+               command%wants_version = .true.
+            else if (word == '--help' .or. word == '-h') then
+               command%wants_help = .true.
+            else if (word == '--out') then
+               i = i + 1
+               if (i > size(arguments)) then
+                  call fail(error, status_bad_input, '--out needs the name of a folder after it')
+                  return
+               end if
+               command%folder = arguments(i)%text
+            else if (index(word, '--out=') == 1) then
+               command%folder = word(len('--out=') + 1:)
+            else
+               call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
+                         &--quiet, --version, --help')
+               return
+            end if
+         end associate
+      end do
+      if (len(command%folder) == 0) then
+         call fail(error, status_bad_input, '--out needs the name of a folder, got an empty one')
+         return
+      end if
+      allocate (command%scenes(count(is_scene)))
+      command%scenes(:) = pack(arguments, is_scene)
+      if (size(command%scenes) == 0 .and. .not. (command%wants_help .or. command%wants_version)) &
+         call fail(error, status_bad_input, 'no scene file given; impactbeam --help tells how to use it')
+   end subroutine parse_arguments
+
+   !> The help text, lines separated by new_line('a').
+   pure function usage() result(text)
+      character(:), allocatable :: text
+
+      character, parameter :: next = new_line('a')
+
+      text = 'usage: impactbeam SCENE.nml... [--out DIR] [--check] [--quiet] [--version] [--help]'//next// &
+             next// &
+             'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.'//next// &
+             'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
+             next// &
+             '  --out DIR   folder of the results (default: results)'//next// &
+             '  --check     read and check the scenes, compute nothing'//next// &
+             '  --quiet     no tables'//next// &
+             '  --version   print the version'//next// &
+             '  --help      print this'//next// &
+             next// &
+             'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'
+   end function usage
+
+end module command_line

@@ -1,0 +1,50 @@
+!> From a checked scene to the assembled beam.
+module scene_beam_model
+   use beam_mesh, only: make_mesh, mesh_t
+   use beam_model, only: beam_model_t, make_beam_model
+   use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
+   use failures, only: failure_t
+   use kinds, only: wp
+   use scene_types, only: beam_settings_t, scene_t, shape_height_table, shape_section_table
+   implicit none (type, external)
+   private
+   public :: section_of, model_of
+
+contains
+
+   !> The section that a scene describes.
+   pure function section_of(settings) result(section)
+      !> &beam
+      type(beam_settings_t), intent(in) :: settings
+      type(section_t) :: section
+
+      select case (settings%shape)
+      case (shape_height_table)
+         section = height_table_section(settings%station/settings%length, settings%height)
+      case (shape_section_table)
+         section = section_table_section(settings%station/settings%length, settings%area, settings%inertia)
+      case default
+         section = tapered_section(settings%height_root, settings%height_tip)
+      end select
+   end function section_of
+
+   !> The beam of a scene, assembled on a mesh of its own or of the table.
+   pure subroutine model_of(scene, elements, ratio, model, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Mesh
+      integer, intent(in) :: elements
+      real(wp), intent(in) :: ratio
+      !> The assembled beam
+      type(beam_model_t), intent(out) :: model
+      !> Set when the mesh cannot be made
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(mesh_t) :: mesh
+
+      call make_mesh(elements, ratio, scene%stop%position, mesh, error)
+      if (allocated(error)) return
+      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model)
+   end subroutine model_of
+
+end module scene_beam_model

@@ -1,0 +1,96 @@
+!> One scene from its file to its results.
+module scene_run
+   use beam_model, only: beam_model_t
+   use command_line, only: argument_t
+   use exact_motion, only: exact_response
+   use failures, only: fail, failure_t, status_bad_input
+   use frequency_study, only: frequency_table
+   use frequency_types, only: frequency_table_t
+   use newmark_motion, only: newmark_response
+   use response_types, only: response_t
+   use scene_beam_model, only: model_of
+   use scene_reader, only: read_scene
+   use scene_types, only: method_exact, scene_t
+   implicit none (type, external)
+   private
+   public :: read_scenes, run_scene, compute_scene
+
+contains
+
+   !> Read and check all scenes before any of them runs.
+   subroutine read_scenes(files, scenes, error)
+      !> Names of the files
+      type(argument_t), intent(in) :: files(:)
+      !> The scenes
+      type(scene_t), allocatable, intent(out) :: scenes(:)
+      !> Set by the first scene that is wrong, or by two that would share a results file
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: i, j
+
+      allocate (scenes(size(files)))
+      do i = 1, size(files)
+         call read_scene(files(i)%text, scenes(i), error)
+         if (allocated(error)) return
+         do j = 1, i - 1
+            if (scenes(j)%name == scenes(i)%name) then
+               call fail(error, status_bad_input, files(i)%text//': &scene name = '''//scenes(i)%name// &
+                         ''': must differ from the other scenes'' names, '//files(j)%text//' has it too')
+               return
+            end if
+         end do
+      end do
+   end subroutine read_scenes
+
+   !> Compute what a scene asks for.
+   subroutine compute_scene(scene, model, table, response, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its beam; left empty where only a table of frequencies over other meshes is asked for
+      type(beam_model_t), intent(out) :: model
+      !> Frequencies, if asked for
+      type(frequency_table_t), allocatable, intent(out) :: table
+      !> Motion, if asked for
+      type(response_t), allocatable, intent(out) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+      if (allocated(error)) return
+      if (scene%wants_frequencies) then
+         allocate (table)
+         call frequency_table(scene, table, error)
+         if (allocated(error)) return
+      end if
+      if (.not. scene%wants_response) return
+      allocate (response)
+      if (scene%response%method == method_exact) then
+         call exact_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
+                             scene%scales%height_ratio, response, error)
+      else
+         call newmark_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
+                               scene%scales%height_ratio, response, error)
+      end if
+   end subroutine compute_scene
+
+   !> Compute a scene, write its file, print its table.
+   subroutine run_scene(scene, folder, quiet, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> No table
+      logical, intent(in) :: quiet
+      !> Set when the run fails or its file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(beam_model_t) :: model
+      type(frequency_table_t), allocatable :: table
+      type(response_t), allocatable :: response
+
+      call compute_scene(scene, model, table, response, error)
+      if (allocated(error)) return
+      if (quiet .and. folder == '') return
+   end subroutine run_scene
+
+end module scene_run
