@@ -1,14 +1,15 @@
 !> Mode shapes: sign and normalisation are fixed here, and their quality is measured.
 !>
 !> Every solver returns unit modal mass, phi^T M phi = 1 in units of rho Abar L (tip mass included),
-!> and a positive displacement of the tip. The tip of a mode never stands still, so the sign is sure.
+!> and a positive displacement of the tip. The tip of a mode never stands still, so the sign is sure,
+!> but for high modes of uneven meshes that leave the tip at rest to within rounding.
 module mode_shapes
    use beam_model, only: beam_model_t
    use kinds, only: wp
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: fix_mode_signs, mode_quality, mode_quality_t
+   public :: fix_mode_signs, mode_quality, mode_quality_t, sign_changes
 
    !> How good a set of modes is; every figure is relative.
    type :: mode_quality_t
@@ -33,6 +34,26 @@ contains
          if (modes(tip_dof, mode) < 0.0_wp) modes(:, mode) = -modes(:, mode)
       end do
    end subroutine fix_mode_signs
+
+   !> Changes of sign along a row of values; zeros count for neither sign.
+   pure function sign_changes(values) result(changes)
+      !> The values
+      real(wp), intent(in) :: values(:)
+      integer :: changes
+
+      real(wp) :: last
+      integer :: i
+
+      changes = 0
+      last = 0.0_wp
+      do i = 1, size(values)
+         if (.not. abs(values(i)) > 0.0_wp) cycle
+         if (values(i) < 0.0_wp .neqv. last < 0.0_wp) then
+            if (abs(last) > 0.0_wp) changes = changes + 1
+         end if
+         last = values(i)
+      end do
+   end function sign_changes
 
    !> M- and K-orthogonality of a set of modes. With K assembled, the second figure contains the
    !> cancellation inside K, which grows with the mesh, beside the error of the modes.

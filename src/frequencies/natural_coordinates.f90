@@ -19,6 +19,9 @@ module natural_coordinates
    public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
    public :: flexibility_matrix, nodal_flexibility
 
+   real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
+   real(wp), parameter :: one_third = 1.0_wp/3.0_wp
+
    type :: natural_beam_t
       !> Number of elements n
       integer :: elements = 0
@@ -26,8 +29,9 @@ module natural_coordinates
       integer :: rows = 0
       !> Lengths of the elements, [n]
       real(wp), allocatable :: length(:)
-      !> L of each element's stiffness: l11, l21, l22, [3, n]
-      real(wp), allocatable :: factor(:, :)
+      !> L^-T of each element's stiffness S = L L^T, its entries 11, 12, 22, which turns coordinates into
+      !> curvatures, [3, n]
+      real(wp), allocatable :: inverse(:, :)
       !> Last row of B of each element, [0:n]; those of element i are last_row(i - 1) + 1 ... last_row(i)
       integer, allocatable :: last_row(:)
       !> Place of each quadrature point in its element, 0 left to 1 right, [last_row(n)]
@@ -61,7 +65,7 @@ contains
       natural%root_tip_mass = sqrt(tip_mass_ratio)
       call gauss_rule((6 + area_degree(section))/2 + 1, mass_point, mass_weight)
       call gauss_rule((2 + inertia_degree(section))/2 + 1, stiffness_point, stiffness_weight)
-      allocate (natural%factor(3, mesh%elements), natural%last_row(0:mesh%elements))
+      allocate (natural%inverse(3, mesh%elements), natural%last_row(0:mesh%elements))
 
       in_pieces = allocated(section%tip_distance)
       cut = [0.0_wp, 1.0_wp]
@@ -94,9 +98,9 @@ contains
                                                 *area(section, right + (1.0_wp - xi)*length))
                end do
             end do
-            natural%factor(1, element) = sqrt(block(1))
-            natural%factor(2, element) = block(2)/natural%factor(1, element)
-            natural%factor(3, element) = sqrt(block(3) - natural%factor(2, element)**2)
+            natural%inverse(1, element) = 1.0_wp/sqrt(block(1))
+            natural%inverse(3, element) = 1.0_wp/sqrt(block(3) - block(2)**2/block(1))
+            natural%inverse(2, element) = -block(2)/block(1)*natural%inverse(3, element)
          end associate
       end do
       if (tip_mass_ratio > 0.0_wp) natural%rows = natural%rows + 1
@@ -111,25 +115,24 @@ contains
       !> B q, [rows]
       real(wp), intent(out) :: deflection(:)
 
-      real(wp) :: displacement, left, right, rotation, xi
+      real(wp) :: displacement, displacement_lost, left, right, rotation, rotation_lost, xi
       integer :: element, row
 
       displacement = 0.0_wp
+      displacement_lost = 0.0_wp
       rotation = 0.0_wp
+      rotation_lost = 0.0_wp
       do element = 1, natural%elements
-         associate (length => natural%length(element), factor => natural%factor(:, element))
-            right = q(2*element)/factor(3)
-            left = (q(2*element - 1) - factor(2)*right)/factor(1)
-            left = left*length**2
-            right = right*length**2
-            rotation = rotation*length
+         associate (length => natural%length(element), inverse => natural%inverse(:, element))
+            left = (inverse(1)*q(2*element - 1) + inverse(2)*q(2*element))*length
+            right = inverse(3)*q(2*element)*length
             do row = natural%last_row(element - 1) + 1, natural%last_row(element)
                xi = natural%point(row)
-               deflection(row) = natural%root_mass(row)*(displacement + xi*(rotation + &
-                                 xi*(left*(3.0_wp - xi) + right*xi)/6.0_wp))
+               deflection(row) = natural%root_mass(row)*(displacement + xi*length*(rotation + &
+                                 xi*(left*(0.5_wp - one_sixth*xi) + right*one_sixth*xi)))
             end do
-            displacement = displacement + (rotation + (2.0_wp*left + right)/6.0_wp)
-            rotation = (rotation + 0.5_wp*(left + right))/length
+            call add(displacement, displacement_lost, length*(rotation + one_sixth*(2.0_wp*left + right)))
+            call add(rotation, rotation_lost, 0.5_wp*(left + right))
          end associate
       end do
       if (natural%root_tip_mass > 0.0_wp) deflection(natural%rows) = natural%root_tip_mass*displacement
@@ -144,31 +147,37 @@ contains
       !> B^T f, [2 n]
       real(wp), intent(out) :: q(:)
 
-      real(wp) :: force, left, local, moment, right, shear, xi
+      real(wp) :: first, force, force_sum, left, moment, moment_lost, right, second, shear, shear_lost, third, xi
       integer :: element, row
 
-      shear = 0.0_wp
-      if (natural%root_tip_mass > 0.0_wp) shear = natural%root_tip_mass*f(natural%rows)
       moment = 0.0_wp
+      moment_lost = 0.0_wp
+      shear = 0.0_wp
+      shear_lost = 0.0_wp
+      if (natural%root_tip_mass > 0.0_wp) shear = natural%root_tip_mass*f(natural%rows)
       do element = natural%elements, 1, -1
-         associate (length => natural%length(element), factor => natural%factor(:, element))
-            moment = moment/length
-            left = shear/3.0_wp + 0.5_wp*moment
-            right = shear/6.0_wp + 0.5_wp*moment
-            moment = moment + shear
+         associate (length => natural%length(element), inverse => natural%inverse(:, element))
+            ! sums over the points of force, force xi, force xi^2/2 and force xi^3/6
+            force_sum = 0.0_wp
+            first = 0.0_wp
+            second = 0.0_wp
+            third = 0.0_wp
             do row = natural%last_row(element - 1) + 1, natural%last_row(element)
                xi = natural%point(row)
                force = natural%root_mass(row)*f(row)
-               local = force*xi
-               shear = shear + force
-               moment = moment + local
-               local = local*xi/6.0_wp
-               left = left + local*(3.0_wp - xi)
-               right = right + local*xi
+               force_sum = force_sum + force
+               force = force*xi
+               first = first + force
+               force = 0.5_wp*force*xi
+               second = second + force
+               third = third + force*one_third*xi
             end do
-            moment = moment*length
-            q(2*element - 1) = left*length**2/factor(1)
-            q(2*element) = (right*length**2 - factor(2)*q(2*element - 1))/factor(3)
+            right = length*(0.5_wp*moment + length*(one_sixth*shear + third))
+            left = length*(0.5_wp*moment + length*(one_third*shear + (second - third)))
+            call add(moment, moment_lost, length*(shear + first))
+            call add(shear, shear_lost, force_sum)
+            q(2*element - 1) = inverse(1)*left
+            q(2*element) = inverse(2)*left + inverse(3)*right
          end associate
       end do
    end subroutine deflect_transposed
@@ -182,22 +191,41 @@ contains
       !> y and dy/dx of node 1, 2 ..., [2 n]
       real(wp), intent(out) :: nodal(:)
 
-      real(wp) :: displacement, left, right, rotation
+      real(wp) :: displacement, displacement_lost, left, right, rotation, rotation_lost
       integer :: element
 
       displacement = 0.0_wp
+      displacement_lost = 0.0_wp
       rotation = 0.0_wp
+      rotation_lost = 0.0_wp
       do element = 1, natural%elements
-         associate (length => natural%length(element), factor => natural%factor(:, element))
-            right = q(2*element)/factor(3)
-            left = (q(2*element - 1) - factor(2)*right)/factor(1)
-            displacement = displacement + length*(rotation + length*(2.0_wp*left + right)/6.0_wp)
-            rotation = rotation + 0.5_wp*length*(left + right)
+         associate (length => natural%length(element), inverse => natural%inverse(:, element))
+            left = (inverse(1)*q(2*element - 1) + inverse(2)*q(2*element))*length
+            right = inverse(3)*q(2*element)*length
+            call add(displacement, displacement_lost, length*(rotation + one_sixth*(2.0_wp*left + right)))
+            call add(rotation, rotation_lost, 0.5_wp*(left + right))
             nodal(2*element - 1) = displacement
             nodal(2*element) = rotation
          end associate
       end do
    end subroutine nodal_displacements
+
+   !> Kahan's compensated sum: on long beams the rounding of the running sums would show.
+   pure subroutine add(total, lost, term)
+      !> Running sum
+      real(wp), intent(inout) :: total
+      !> What rounding has added to it too much
+      real(wp), intent(inout) :: lost
+      !> Next term
+      real(wp), intent(in) :: term
+
+      real(wp) :: before, rest
+
+      before = total
+      rest = term - lost
+      total = before + rest
+      lost = (total - before) - rest
+   end subroutine add
 
    !> B as a full matrix, [rows, 2 n].
    pure function flexibility_matrix(natural) result(matrix)
