@@ -1,0 +1,392 @@
+!> Short tables of results for people to read.
+module console_tables
+   use frequency_types, only: frequency_column_t, frequency_table_t
+   use kinds, only: wp
+   use number_text, only: to_text
+   use response_measures, only: quiet_level, response_measures_t
+   use scene_types, only: impulse_names, law_names, law_restitution, method_names, method_newmark, scene_t, shape_taper
+   implicit none (type, external)
+   private
+   public :: print_model, print_first_frequencies, print_frequency_table, print_measures
+
+   !> Width of the labels at the left, and of a column of numbers.
+   integer, parameter :: label_width = 20
+   integer, parameter :: column_width = 12
+   !> So many rebounds are listed; of more only the number is said.
+   integer, parameter :: most_peaks = 12
+   !> Errors in percent below this are written with an exponent.
+   real(wp), parameter :: smallest_plain_error = 0.001_wp
+
+contains
+
+   !> What is computed: name, title, beam, mesh, stop, method.
+   subroutine print_model(unit, scene)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The scene
+      type(scene_t), intent(in) :: scene
+
+      character(:), allocatable :: heading
+
+      heading = scene%name
+      if (allocated(scene%title)) then
+         if (scene%title /= '') heading = heading//': '//scene%title
+      end if
+      write (unit, '(a)') heading
+      call print_line(unit, 'beam', beam_in_words(scene))
+      if (scene%wants_response) then
+         call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
+                         //to_text(scene%mesh%ratio))
+         call print_line(unit, 'stop', stop_in_words(scene))
+         call print_line(unit, 'motion', motion_in_words(scene))
+      end if
+   end subroutine print_model
+
+   !> Section, damping and tip mass.
+   function beam_in_words(scene) result(words)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      associate (beam => scene%beam)
+         if (beam%shape /= shape_taper) then
+            words = 'section given by a table'
+         else if (abs(beam%height_root - beam%height_tip) <= 0.0_wp) then
+            words = 'uniform'
+         else if (beam%height_tip <= 0.0_wp) then
+            words = 'full wedge'
+         else
+            words = 'taper, h1/h0 = '//rounded(beam%height_tip/beam%height_root)
+         end if
+         if (beam%shape == shape_taper .and. beam%height_root > beam%height_tip) &
+            words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
+      end associate
+      words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
+      if (scene%zeta > 0.0_wp .or. scene%wants_response) words = words//', zeta = '//rounded(scene%zeta)
+      words = words//', mu = '//rounded(scene%tip_mass_ratio)
+   end function beam_in_words
+
+   !> Law and place of the stop.
+   function stop_in_words(scene) result(words)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      associate (stop => scene%stop)
+         if (stop%law == law_restitution) then
+            words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('//trim(impulse_names(stop%impulse))//')'
+         else
+            words = 'three elements, kappa = '//rounded(stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
+               //', c* = '//rounded(stop%damper_ratio)
+         end if
+         words = words//', at x/L = '//rounded(stop%position)//', delta = '//rounded(stop%preload)
+      end associate
+   end function stop_in_words
+
+   !> Method and length of the run.
+   function motion_in_words(scene) result(words)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      associate (response => scene%response)
+         words = trim(method_names(response%method))
+         if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)//', gamma = ' &
+            //rounded(response%newmark_gamma)
+         words = words//', d tau = '//rounded(response%step)//', to tau = '//rounded(response%duration)
+      end associate
+   end function motion_in_words
+
+   !> The first frequencies, in one line.
+   subroutine print_first_frequencies(unit, lambda)
+      !> Where to
+      integer, intent(in) :: unit
+      !> lambda_i from the first on
+      real(wp), intent(in) :: lambda(:)
+
+      character(:), allocatable :: words
+      integer :: i
+
+      words = ''
+      do i = 1, size(lambda)
+         if (i > 1) words = words//', '
+         words = words//fixed(lambda(i), 6)
+      end do
+      call print_line(unit, 'lambda', words)
+   end subroutine print_first_frequencies
+
+   !> A table of frequencies: a row for each mode, a column for each mesh and solver, '-' where a mesh
+   !> has no such mode; and the same for the errors, where exact values are known. A table of one column
+   !> has its errors beside it.
+   subroutine print_frequency_table(unit, table)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The table
+      type(frequency_table_t), intent(in) :: table
+
+      if (size(table%columns) == 1) then
+         call print_column(unit, table)
+      else
+         call print_columns(unit, table)
+      end if
+   end subroutine print_frequency_table
+
+   !> A table of one column.
+   subroutine print_column(unit, table)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The table
+      type(frequency_table_t), intent(in) :: table
+
+      character(column_width) :: cells(3)
+      integer :: mode
+      logical :: has_exact
+
+      has_exact = allocated(table%exact)
+      associate (column => table%columns(1))
+         write (unit, '(/, 2x, a)') 'lambda, '//to_text(column%elements)//' elements, l_i/l_(i+1) = ' &
+            //rounded(column%ratio)//', solver '//column%solver
+         cells(:) = ''
+         cells(1) = adjust_right('lambda')
+         if (has_exact) cells(2:3) = [adjust_right('exact'), adjust_right('error %')]
+         call print_cells(unit, '', cells)
+         do mode = 1, size(column%lambda)
+            cells(:) = ''
+            cells(1) = adjust_right(fixed(column%lambda(mode), 6))
+            if (has_exact) then
+               if (mode <= size(table%exact)) cells(2:3) = [ &
+                  adjust_right(fixed(table%exact(mode), 6)), &
+                  adjust_right(error_text(100.0_wp*(column%lambda(mode)/table%exact(mode) - 1.0_wp)))]
+            end if
+            call print_cells(unit, 'mode '//to_text(mode), cells)
+         end do
+      end associate
+   end subroutine print_column
+
+   !> A table of several columns.
+   subroutine print_columns(unit, table)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The table
+      type(frequency_table_t), intent(in) :: table
+
+      character(column_width) :: cells(size(table%columns) + 1)
+      integer :: column, columns, mode, rows
+
+      columns = size(table%columns)
+      rows = 0
+      if (allocated(table%exact)) rows = size(table%exact)
+      do column = 1, columns
+         rows = max(rows, size(table%columns(column)%lambda))
+      end do
+
+      call print_heading(unit, table%columns, 'lambda', allocated(table%exact))
+      do mode = 1, rows
+         cells(:) = adjust_right('-')
+         do column = 1, columns
+            associate (lambda => table%columns(column)%lambda)
+               if (mode <= size(lambda)) cells(column) = adjust_right(fixed(lambda(mode), 6))
+            end associate
+         end do
+         cells(columns + 1) = ''
+         if (allocated(table%exact)) then
+            if (mode <= size(table%exact)) cells(columns + 1) = adjust_right(fixed(table%exact(mode), 6))
+         end if
+         call print_cells(unit, 'mode '//to_text(mode), cells)
+      end do
+      if (.not. allocated(table%exact)) return
+
+      call print_heading(unit, table%columns, 'error of lambda in percent', .false.)
+      do mode = 1, min(rows, size(table%exact))
+         cells(:) = adjust_right('-')
+         cells(columns + 1) = ''
+         do column = 1, columns
+            associate (lambda => table%columns(column)%lambda, exact => table%exact(mode))
+               if (mode <= size(lambda)) cells(column) = adjust_right(error_text(100.0_wp*(lambda(mode)/exact - 1.0_wp)))
+            end associate
+         end do
+         call print_cells(unit, 'mode '//to_text(mode), cells)
+      end do
+   end subroutine print_columns
+
+   !> What the columns of a table of frequencies are.
+   subroutine print_heading(unit, columns, heading, has_exact)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The columns
+      type(frequency_column_t), intent(in) :: columns(:)
+      !> What the numbers are
+      character(*), intent(in) :: heading
+      !> The last column is that of the exact values
+      logical, intent(in) :: has_exact
+
+      character(column_width) :: cells(size(columns) + 1)
+      integer :: i
+
+      write (unit, '(/, 2x, a)') heading
+      cells(:) = ''
+      do i = 1, size(columns)
+         cells(i) = adjust_right(to_text(columns(i)%elements))
+      end do
+      if (has_exact) cells(size(cells)) = adjust_right('exact')
+      call print_cells(unit, 'elements n', cells)
+      cells(size(cells)) = ''
+      do i = 1, size(columns)
+         cells(i) = adjust_right(rounded(columns(i)%ratio))
+      end do
+      call print_cells(unit, 'l_i/l_(i+1)', cells)
+      do i = 1, size(columns)
+         cells(i) = adjust_right(columns(i)%solver)
+      end do
+      call print_cells(unit, 'solver', cells)
+   end subroutine print_heading
+
+   !> The measures of a run.
+   subroutine print_measures(unit, measures)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The measures
+      type(response_measures_t), intent(in) :: measures
+
+      character(:), allocatable :: words
+      integer :: i
+
+      write (unit, '()')
+      words = to_text(measures%impacts)
+      if (allocated(measures%contact_start)) words = words//', '//counted(size(measures%contact_start), 'lasting contact')
+      call print_line(unit, 'impacts', words)
+      if (measures%has_met_stop) then
+         call print_line(unit, 'first impact', 'tau = '//fixed(measures%first_impact_tau, 6)//', velocity ' &
+                         //fixed(measures%first_impact_velocity, 6))
+         call print_line(unit, 'longest contact', fixed(measures%longest_contact, 6)//' of tau, together ' &
+                         //fixed(measures%total_contact, 6))
+      else
+         call print_line(unit, 'first impact', 'none until tau = '//rounded(measures%duration))
+      end if
+      if (allocated(measures%peak_eta)) then
+         if (size(measures%peak_eta) == 0) call print_line(unit, 'rebound peaks', 'none')
+         do i = 1, min(size(measures%peak_eta), most_peaks)
+            call print_line(unit, trim(merge('rebound peaks', '             ', i == 1)), 'eta = ' &
+                            //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
+         end do
+         if (size(measures%peak_eta) > most_peaks) &
+            call print_line(unit, '', 'and '//to_text(size(measures%peak_eta) - most_peaks)//' more')
+      end if
+      if (.not. measures%knows_quiet) return
+      words = to_text(nint(100.0_wp*quiet_level))
+      if (measures%is_quiet) then
+         call print_line(unit, '|eta_c| > '//words//' %', 'last at tau = '//fixed(measures%quiet_tau, 6))
+      else
+         call print_line(unit, '|eta_c| > '//words//' %', 'still at the end, tau = '//rounded(measures%duration))
+      end if
+   end subroutine print_measures
+
+   !> A label and what belongs to it.
+   subroutine print_line(unit, label, words)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The label
+      character(*), intent(in) :: label
+      !> What belongs to it
+      character(*), intent(in) :: words
+
+      character(label_width) :: padded
+
+      padded = label
+      write (unit, '(2x, a, a)') padded, words
+   end subroutine print_line
+
+   !> A row of a table.
+   subroutine print_cells(unit, label, cells)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The row's label
+      character(*), intent(in) :: label
+      !> Its cells
+      character(column_width), intent(in) :: cells(:)
+
+      character(column_width) :: padded
+      character(:), allocatable :: line
+      integer :: i
+
+      padded = label
+      line = padded
+      do i = 1, size(cells)
+         line = line//cells(i)
+      end do
+      write (unit, '(2x, a)') trim(line)
+   end subroutine print_cells
+
+   !> An error in percent: four decimals, or an exponent where these would hide it.
+   pure function error_text(error) result(text)
+      !> The error
+      real(wp), intent(in) :: error
+      character(:), allocatable :: text
+
+      character(32) :: buffer
+
+      if (abs(error) >= smallest_plain_error .or. abs(error) <= 0.0_wp) then
+         text = fixed(error, 4)
+      else
+         write (buffer, '(es12.1e2)') error
+         text = trim(adjustl(buffer))
+      end if
+   end function error_text
+
+   !> A number with so many decimals; with an exponent if it is too large for that.
+   pure function fixed(value, decimals) result(text)
+      !> The number
+      real(wp), intent(in) :: value
+      !> Digits behind the point
+      integer, intent(in) :: decimals
+      character(:), allocatable :: text
+
+      real(wp), parameter :: largest = 1.0e6_wp
+      character(32) :: buffer, layout
+
+      if (abs(value) < largest) then
+         write (layout, '(a, i0, a)') '(f24.', decimals, ')'
+      else
+         write (layout, '(a, i0, a)') '(es24.', decimals, ')'
+      end if
+      write (buffer, layout) value
+      text = trim(adjustl(buffer))
+   end function fixed
+
+   !> A number of the input, without the digits that converting units leaves at the end.
+   pure function rounded(value) result(text)
+      !> The number
+      real(wp), intent(in) :: value
+      character(:), allocatable :: text
+
+      character(32) :: buffer
+      real(wp) :: back
+
+      write (buffer, '(es24.5e3)') value
+      read (buffer, *) back
+      text = to_text(back)
+   end function rounded
+
+   !> A number of things.
+   pure function counted(count, thing) result(words)
+      !> How many
+      integer, intent(in) :: count
+      !> One of them
+      character(*), intent(in) :: thing
+      character(:), allocatable :: words
+
+      words = to_text(count)//' '//thing
+      if (count /= 1) words = words//'s'
+   end function counted
+
+   !> A text at the right of a column.
+   pure function adjust_right(text) result(cell)
+      !> The text
+      character(*), intent(in) :: text
+      character(column_width) :: cell
+
+      cell = text
+      cell = adjustr(cell)
+   end function adjust_right
+
+end module console_tables

@@ -1,0 +1,169 @@
+!> Folders and files: a file appears under its name whole or not at all.
+module file_system
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
+   use failures, only: fail, failure_t, status_run_failed
+   implicit none (type, external)
+   private
+   public :: make_folder, replace_file, partial_name, is_terminal, standard_error_descriptor
+
+   !> File descriptor of standard error.
+   integer(c_int), parameter :: standard_error_descriptor = 2_c_int
+
+   interface
+      !> POSIX: the number of this process.
+      function posix_getpid() bind(c, name='getpid') result(process)
+         import :: c_int
+         implicit none (type, external)
+         integer(c_int) :: process
+      end function posix_getpid
+
+      !> POSIX: is the descriptor a terminal?
+      function posix_isatty(descriptor) bind(c, name='isatty') result(answer)
+         import :: c_int
+         implicit none (type, external)
+         integer(c_int), value :: descriptor
+         integer(c_int) :: answer
+      end function posix_isatty
+
+      !> POSIX: remove a file.
+      function posix_unlink(path) bind(c, name='unlink') result(status)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int) :: status
+      end function posix_unlink
+
+      ! The rest is explained in file_system_posix.c.
+      function impactbeam_make_folder(path) bind(c) result(code)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int) :: code
+      end function impactbeam_make_folder
+
+      function impactbeam_write_bytes(path, bytes, count) bind(c) result(code)
+         import :: c_char, c_int, c_size_t
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         character(kind=c_char), intent(in) :: bytes(*)
+         integer(c_size_t), value :: count
+         integer(c_int) :: code
+      end function impactbeam_write_bytes
+
+      function impactbeam_rename(from, to) bind(c) result(code)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: from(*)
+         character(kind=c_char), intent(in) :: to(*)
+         integer(c_int) :: code
+      end function impactbeam_rename
+
+      subroutine impactbeam_remove_leftovers(folder, prefix) bind(c)
+         import :: c_char
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: folder(*)
+         character(kind=c_char), intent(in) :: prefix(*)
+      end subroutine impactbeam_remove_leftovers
+
+      subroutine impactbeam_describe(code, text, size) bind(c)
+         import :: c_char, c_int, c_size_t
+         implicit none (type, external)
+         integer(c_int), value :: code
+         character(kind=c_char), intent(out) :: text(*)
+         integer(c_size_t), value :: size
+      end subroutine impactbeam_describe
+   end interface
+
+contains
+
+   !> Make a folder and those above it, unless it is there.
+   subroutine make_folder(path, error)
+      !> The folder
+      character(*), intent(in) :: path
+      !> Why it could not be made
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+
+      code = impactbeam_make_folder(trim(path)//c_null_char)
+      if (code /= 0) call fail(error, status_run_failed, "cannot make the folder '"//trim(path)//"': "//reason(code))
+   end subroutine make_folder
+
+   !> Write bytes to a file in a folder that is there. They go to a file of another name, which takes
+   !> the place of the old one when it is complete: whatever fails, the old file stays as it was.
+   subroutine replace_file(folder, name, bytes, error)
+      !> The folder
+      character(*), intent(in) :: folder
+      !> The file's name in it
+      character(*), intent(in) :: name
+      !> What the file is to hold
+      character(kind=c_char), intent(in) :: bytes(:)
+      !> Why it could not be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: path, partial
+      integer(c_int) :: code
+
+      path = trim(folder)//'/'//trim(name)
+      partial = trim(folder)//'/'//partial_name(name, posix_getpid())
+      call impactbeam_remove_leftovers(trim(folder)//c_null_char, partial_prefix(name)//c_null_char)
+      code = impactbeam_write_bytes(partial//c_null_char, bytes, size(bytes, kind=c_size_t))
+      if (code == 0) code = impactbeam_rename(partial//c_null_char, path//c_null_char)
+      if (code == 0) return
+      call fail(error, status_run_failed, "cannot write '"//path//"': "//reason(code))
+      ! Its own failure changes nothing: the next run removes what is left.
+      code = posix_unlink(partial//c_null_char)
+   end subroutine replace_file
+
+   !> The name under which a process writes a file before it is complete: hidden, and no result by its ending.
+   pure function partial_name(name, process) result(partial)
+      !> The file's final name
+      character(*), intent(in) :: name
+      !> The number of the process
+      integer, intent(in) :: process
+      character(:), allocatable :: partial
+
+      character(12) :: digits
+
+      write (digits, '(i0)') process
+      partial = partial_prefix(name)//trim(digits)
+   end function partial_name
+
+   !> What the names of a file's incomplete forms begin with.
+   pure function partial_prefix(name) result(prefix)
+      !> The file's final name
+      character(*), intent(in) :: name
+      character(:), allocatable :: prefix
+
+      prefix = '.'//trim(name)//'.part-'
+   end function partial_prefix
+
+   !> Does somebody watch what is written there?
+   function is_terminal(descriptor) result(answer)
+      !> A file descriptor, such as `standard_error_descriptor`
+      integer(c_int), intent(in) :: descriptor
+      logical :: answer
+
+      answer = posix_isatty(descriptor) == 1
+   end function is_terminal
+
+   !> The system's words for an error.
+   function reason(code) result(words)
+      !> errno
+      integer(c_int), intent(in) :: code
+      character(:), allocatable :: words
+
+      integer, parameter :: longest = 200
+      character(kind=c_char) :: text(longest)
+      integer :: length
+
+      call impactbeam_describe(code, text, int(longest, c_size_t))
+      allocate (character(longest) :: words)
+      do length = 1, longest
+         if (text(length) == c_null_char) exit
+         words(length:length) = text(length)
+      end do
+      words = words(:length - 1)
+   end function reason
+
+end module file_system

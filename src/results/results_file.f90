@@ -1,0 +1,493 @@
+!> The HDF5 file of a scene. What was not computed is not in it.
+!>
+!> Everything is dimensionless as inside the program; `in_scene_units`, an attribute of the datasets for
+!> which it is known, is what one unit of theirs is in the units of the scene.
+module results_file
+   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use failures, only: fail, failure_t
+   use file_system, only: make_folder, replace_file
+   use frequency_types, only: frequency_table_t
+   use hdf5_writing, only: hdf5_image_t
+   use kinds, only: lambda1, lambda1_power4, wp
+   use response_measures, only: response_measures_t
+   use response_types, only: event_name, event_separation, response_t
+   use scene_echo, only: echo_scene, echo_t
+   use scene_types, only: name_length, scales_t, scene_t
+   implicit none (type, external)
+   private
+   public :: write_results, results_name
+
+   character(*), parameter :: conventions = &
+      'tau = omega1 t; eta = (y - d)/(y_c(0) - d), y from the unstressed beam, the stop at y = d, y_c at the stop; ' &
+      //'omega1 = 1.8751040687^2 sqrt(E Ibar/(rho Abar L^4)) of the uniform beam of mean height without tip mass; ' &
+      //'omega_i = lambda_i^2 sqrt(E Ibar/(rho Abar L^4)); ' &
+      //'contact force Pbar = hbar L^2 P/(1.8751040687^4 (y_c(0) - d) E Ibar); mass in rho Abar L, ' &
+      //'so impulses in rho Abar L omega1 (y_c(0) - d) and energies in rho Abar L omega1^2 (y_c(0) - d)^2; ' &
+      //'in_scene_units: one unit of a dataset in the units of the scene'
+
+   !> One unit of each kind of quantity in the units of the scene; 0: not known.
+   type :: units_t
+      real(wp) :: length = 0.0_wp
+      real(wp) :: time = 0.0_wp
+      real(wp) :: frequency = 0.0_wp
+      real(wp) :: displacement = 0.0_wp
+      real(wp) :: slope = 0.0_wp
+      real(wp) :: velocity = 0.0_wp
+      real(wp) :: slope_velocity = 0.0_wp
+      real(wp) :: force = 0.0_wp
+      real(wp) :: impulse = 0.0_wp
+      real(wp) :: energy = 0.0_wp
+   end type units_t
+
+contains
+
+   !> The name of a scene's file in the folder of results.
+   pure function results_name(scene) result(name)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: name
+
+      name = scene%name//'.h5'
+   end function results_name
+
+   !> Write the file of a scene, whole or not at all; the folder is made if it is not there.
+   subroutine write_results(folder, version, scene, error, node_position, frequencies, response, measures)
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> Version of the program
+      character(*), intent(in) :: version
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Why the file could not be written
+      type(failure_t), allocatable, intent(out) :: error
+      !> x/L of the nodes, clamp first, if the scene has one mesh
+      real(wp), intent(in), optional :: node_position(:)
+      !> What was computed
+      type(frequency_table_t), intent(in), optional :: frequencies
+      type(response_t), intent(in), optional :: response
+      type(response_measures_t), intent(in), optional :: measures
+
+      character(kind=c_char), allocatable :: bytes(:)
+      type(failure_t), allocatable :: refusal
+      type(hdf5_image_t) :: image
+      type(units_t) :: units
+
+      call make_folder(folder, error)
+      if (allocated(error)) return
+      units = units_of(scene%scales)
+      call image%begin(expected_size(response))
+      call write_root(image, version, scene)
+      call write_scene(image, scene)
+      if (present(node_position)) call write_mesh(image, node_position, units)
+      if (present(frequencies)) call write_frequencies(image, frequencies, units)
+      if (present(response)) then
+         call write_response(image, response, units)
+         call write_events(image, response, units)
+         if (allocated(response%shape_tau) .and. present(node_position)) &
+            call write_shapes(image, response, node_position, units)
+         if (allocated(response%energy)) call write_energy(image, response, units)
+      end if
+      if (present(measures)) call write_measures(image, measures, units)
+      call image%finish(bytes, refusal)
+      if (allocated(refusal)) then
+         call fail(error, refusal%status, "cannot make '"//results_name(scene)//"': "//refusal%message)
+         return
+      end if
+      call replace_file(folder, results_name(scene), bytes, error)
+   end subroutine write_results
+
+   !> A guess at the size of the file in bytes, so that its memory is not moved about.
+   pure function expected_size(response) result(bytes)
+      !> The run
+      type(response_t), intent(in), optional :: response
+      integer(c_size_t) :: bytes
+
+      integer(c_size_t), parameter :: histories = 12_c_size_t, event_parts = 8_c_size_t, shape_parts = 4_c_size_t
+      integer(c_size_t), parameter :: overhead = 65536_c_size_t
+
+      bytes = 0_c_size_t
+      if (present(response)) then
+         if (allocated(response%tau)) bytes = bytes + histories*size(response%tau, kind=c_size_t)
+         bytes = bytes + event_parts*int(response%event_count, c_size_t)
+         if (allocated(response%shape_displacement)) &
+            bytes = bytes + shape_parts*size(response%shape_displacement, kind=c_size_t)
+      end if
+      bytes = overhead + bytes*(storage_size(1.0_wp)/8)
+   end function expected_size
+
+   !> One unit of each quantity in the units of the scene.
+   pure function units_of(scales) result(units)
+      !> The scene's scales
+      type(scales_t), intent(in) :: scales
+      type(units_t) :: units
+
+      units%length = scales%length
+      units%time = 1.0_wp/scales%omega1
+      units%frequency = scales%omega1
+      if (scales%displacement <= 0.0_wp) return
+      units%displacement = scales%displacement
+      units%slope = scales%displacement/scales%length
+      units%velocity = scales%omega1*units%displacement
+      units%slope_velocity = scales%omega1*units%slope
+      units%force = lambda1_power4*scales%displacement*scales%bending_stiffness/(scales%height_ratio*scales%length**3)
+      units%impulse = scales%beam_mass*units%velocity
+      units%energy = scales%beam_mass*units%velocity**2
+   end function units_of
+
+   !> Attributes of the file.
+   subroutine write_root(image, version, scene)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> Version of the program
+      character(*), intent(in) :: version
+      !> The scene
+      type(scene_t), intent(in) :: scene
+
+      if (allocated(scene%title)) then
+         call image%note('title', scene%title)
+      else
+         call image%note('title', scene%name)
+      end if
+      call image%note('name', scene%name)
+      call image%note('program', 'impactbeam')
+      call image%note('version', version)
+      call image%note('conventions', conventions)
+   end subroutine write_root
+
+   !> The input as read, and a group for each of its groups with the resolved values as attributes.
+   subroutine write_scene(image, scene)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The scene
+      type(scene_t), intent(in) :: scene
+
+      character(:), allocatable :: group
+      integer :: i
+      type(echo_t), allocatable :: entries(:)
+
+      call image%begin_group('scene')
+      if (allocated(scene%text)) call image%add('text', scene%text, 'none', 'scene file as read')
+      call echo_scene(scene, entries)
+      group = ''
+      do i = 1, size(entries)
+         associate (entry => entries(i))
+            if (entry%group /= group) then
+               if (group /= '') call image%end_group()
+               group = entry%group
+               call image%begin_group(group)
+            end if
+            if (.not. allocated(entry%number)) then
+               call image%note(entry%name, entry%text)
+            else if (entry%is_list) then
+               call image%note(entry%name, entry%number)
+            else
+               call image%note(entry%name, entry%number(1))
+            end if
+         end associate
+      end do
+      if (group /= '') call image%end_group()
+      call image%end_group()
+   end subroutine write_scene
+
+   !> Nodes and elements.
+   subroutine write_mesh(image, node_position, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> x/L of the nodes
+      real(wp), intent(in) :: node_position(:)
+      !> Units
+      type(units_t), intent(in) :: units
+
+      integer :: elements, i
+
+      elements = size(node_position) - 1
+      call image%begin_group('mesh')
+      call image%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true.)
+      call image%note('in_scene_units', units%length, 'x')
+      call image%add('element', [(i, i=1, elements)], '1', 'element, clamp first', is_scale=.true.)
+      call image%add('element_length', node_position(2:) - node_position(:elements), '1', &
+                     'length of the elements in L', along='element')
+      call image%note('in_scene_units', units%length, 'element_length')
+      call image%end_group()
+   end subroutine write_mesh
+
+   !> The table of frequencies; where a mesh has no such mode stands NaN.
+   subroutine write_frequencies(image, table, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The table
+      type(frequency_table_t), intent(in) :: table
+      !> Units
+      type(units_t), intent(in) :: units
+
+      character(*), parameter :: of_columns = 'column_solver column_elements column_ratio'
+      character(name_length) :: solver(size(table%columns))
+      integer :: column, columns, elements(size(table%columns)), i, modes, rows
+      real(wp) :: nan, ratio(size(table%columns))
+      real(wp), allocatable :: error(:, :), lambda(:, :), omega(:, :)
+
+      columns = size(table%columns)
+      rows = 0
+      if (allocated(table%exact)) rows = size(table%exact)
+      do column = 1, columns
+         rows = max(rows, size(table%columns(column)%lambda))
+      end do
+      nan = ieee_value(nan, ieee_quiet_nan)
+      allocate (lambda(columns, rows), omega(columns, rows), error(columns, rows), source=nan)
+      do column = 1, columns
+         solver(column) = table%columns(column)%solver
+         elements(column) = table%columns(column)%elements
+         ratio(column) = table%columns(column)%ratio
+         modes = size(table%columns(column)%lambda)
+         lambda(column, :modes) = table%columns(column)%lambda
+         omega(column, :modes) = (table%columns(column)%lambda/lambda1)**2
+         if (.not. allocated(table%exact)) cycle
+         modes = min(modes, size(table%exact))
+         error(column, :modes) = 100.0_wp*(table%columns(column)%lambda(:modes)/table%exact(:modes) - 1.0_wp)
+      end do
+
+      call image%begin_group('frequencies')
+      call image%add('mode', [(i, i=1, rows)], '1', 'mode', is_scale=.true.)
+      call image%add('column', [(i, i=1, columns)], '1', 'column of the table: a solver on a mesh', is_scale=.true.)
+      call image%add('column_solver', solver, 'none', 'solver', along='column')
+      call image%add('column_elements', elements, '1', 'number of elements n', along='column')
+      call image%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1)', along='column')
+      call image%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', ['column', 'mode  '])
+      call image%note('coordinates', of_columns, 'lambda')
+      call image%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '])
+      call image%note('in_scene_units', units%frequency, 'omega')
+      call image%note('coordinates', of_columns, 'omega')
+      if (allocated(table%exact)) then
+         call image%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
+         call image%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
+         call image%note('coordinates', of_columns, 'error')
+      end if
+      if (allocated(table%shape)) call write_mode_shapes(image, table, units)
+      call image%end_group()
+   end subroutine write_frequencies
+
+   !> Mode shapes on the first mesh of the table.
+   subroutine write_mode_shapes(image, table, units)
+      !> The file, in the group of the frequencies
+      type(hdf5_image_t), intent(inout) :: image
+      !> The table
+      type(frequency_table_t), intent(in) :: table
+      !> Units
+      type(units_t), intent(in) :: units
+
+      integer :: i
+
+      call image%begin_group('shapes')
+      call image%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
+      call image%add('x', table%node, '1', 'position of the nodes x/L', is_scale=.true.)
+      call image%note('in_scene_units', units%length, 'x')
+      call image%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', ['x   ', 'mode'])
+      if (allocated(table%shape_slope)) &
+         call image%add('slope', table%shape_slope, '1', 'its derivative by x/L', ['x   ', 'mode'])
+      call image%end_group()
+   end subroutine write_mode_shapes
+
+   !> The histories.
+   subroutine write_response(image, response, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The run
+      type(response_t), intent(in) :: response
+      !> Units
+      type(units_t), intent(in) :: units
+
+      if (.not. allocated(response%tau)) return
+      call image%begin_group('response')
+      call image%note('evaluations', real(response%evaluations, wp))
+      call image%note('rejected', real(response%rejected, wp))
+      call image%note('factorisations', real(response%factorisations, wp))
+      call image%note('modes_kept', real(response%modes_kept, wp))
+      call write_times(image, response%tau, 'time tau', units)
+      call write_along_tau(image, 'eta_stop', response%displacement_stop, &
+                           'displacement of the beam at the stop, eta', units%displacement)
+      call write_along_tau(image, 'eta_tip', response%displacement_tip, &
+                           'displacement of the tip, eta', units%displacement)
+      call write_along_tau(image, 'velocity_stop', response%velocity_stop, &
+                           'velocity of the beam at the stop, d eta/d tau', units%velocity)
+      call write_along_tau(image, 'contact_force', response%contact_force, 'contact force Pbar', units%force)
+      call image%end_group()
+   end subroutine write_response
+
+   !> The scale of a group that goes along time.
+   subroutine write_times(image, tau, long_name, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> Times
+      real(wp), intent(in) :: tau(:)
+      !> What they are
+      character(*), intent(in) :: long_name
+      !> Units
+      type(units_t), intent(in) :: units
+
+      call image%add('tau', tau, '1', long_name, is_scale=.true.)
+      call image%note('in_scene_units', units%time, 'tau')
+   end subroutine write_times
+
+   !> A list along the times of its group, if it is there.
+   subroutine write_along_tau(image, name, values, long_name, unit)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> Name, values and meaning of the dataset
+      character(*), intent(in) :: name
+      real(wp), intent(in), optional :: values(:)
+      character(*), intent(in) :: long_name
+      !> One unit of it in the units of the scene; 0: not known
+      real(wp), intent(in) :: unit
+
+      if (.not. present(values)) return
+      call image%add(name, values, '1', long_name, along='tau')
+      if (unit > 0.0_wp) call image%note('in_scene_units', unit, name)
+   end subroutine write_along_tau
+
+   !> The events.
+   subroutine write_events(image, response, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The run
+      type(response_t), intent(in) :: response
+      !> Units
+      type(units_t), intent(in) :: units
+
+      character(:), allocatable :: meanings
+      integer :: count, i
+
+      meanings = event_name(1)
+      do i = 2, event_separation
+         meanings = meanings//' '//event_name(i)
+      end do
+      count = response%event_count
+      call image%begin_group('events')
+      call write_times(image, [(response%events(i)%tau, i=1, count)], 'time of the event, tau', units)
+      call image%add('kind', [(response%events(i)%kind, i=1, count)], '1', 'kind of the event', along='tau')
+      call image%note('flag_values', [(i, i=1, event_separation)], 'kind')
+      call image%note('flag_meanings', meanings, 'kind')
+      call write_along_tau(image, 'eta', [(response%events(i)%eta, i=1, count)], &
+                           'displacement of the beam at the stop, eta', units%displacement)
+      call write_along_tau(image, 'velocity_before', [(response%events(i)%velocity_before, i=1, count)], &
+                           'velocity of the beam at the stop just before, d eta/d tau', units%velocity)
+      call write_along_tau(image, 'velocity_after', [(response%events(i)%velocity_after, i=1, count)], &
+                           'velocity of the beam at the stop just after, d eta/d tau', units%velocity)
+      call write_along_tau(image, 'impulse', [(response%events(i)%impulse, i=1, count)], &
+                           'impulse on the beam in rho Abar L omega1 (y_c(0) - d)', units%impulse)
+      call write_along_tau(image, 'energy_change', [(response%events(i)%energy_change, i=1, count)], &
+                           'change of energy in rho Abar L omega1^2 (y_c(0) - d)^2', units%energy)
+      call image%end_group()
+   end subroutine write_events
+
+   !> Shapes of the whole beam at chosen instants.
+   subroutine write_shapes(image, response, node_position, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The run
+      type(response_t), intent(in) :: response
+      !> x/L of the nodes
+      real(wp), intent(in) :: node_position(:)
+      !> Units
+      type(units_t), intent(in) :: units
+
+      call image%begin_group('shapes')
+      call write_times(image, response%shape_tau, 'time tau', units)
+      call image%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true.)
+      call image%note('in_scene_units', units%length, 'x')
+      call write_shape('displacement', response%shape_displacement, 'displacement of the beam, eta', units%displacement)
+      call write_shape('slope', response%shape_slope, 'd eta/d(x/L)', units%slope)
+      call write_shape('velocity', response%shape_velocity, 'velocity of the beam, d eta/d tau', units%velocity)
+      call write_shape('slope_velocity', response%shape_slope_velocity, 'd^2 eta/(d(x/L) d tau)', units%slope_velocity)
+      call image%end_group()
+
+   contains
+
+      !> One table over nodes and instants, if it is there.
+      subroutine write_shape(name, values, long_name, unit)
+         !> Name, values and meaning of the dataset
+         character(*), intent(in) :: name
+         real(wp), intent(in), optional :: values(:, :)
+         character(*), intent(in) :: long_name
+         !> One unit of it in the units of the scene; 0: not known
+         real(wp), intent(in) :: unit
+
+         if (.not. present(values)) return
+         call image%add(name, values, '1', long_name, ['x  ', 'tau'])
+         if (unit > 0.0_wp) call image%note('in_scene_units', unit, name)
+      end subroutine write_shape
+
+   end subroutine write_shapes
+
+   !> The ledger.
+   subroutine write_energy(image, response, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The run
+      type(response_t), intent(in) :: response
+      !> Units
+      type(units_t), intent(in) :: units
+
+      call image%begin_group('energy')
+      call image%note('initial', response%initial_energy)
+      call write_times(image, response%tau, 'time tau', units)
+      associate (energy => response%energy)
+         call write_along_tau(image, 'kinetic', energy%kinetic, 'kinetic energy of beam and tip mass', units%energy)
+         call write_along_tau(image, 'strain', energy%strain, 'strain energy of the beam', units%energy)
+         call write_along_tau(image, 'stop', energy%stop, 'energy in the springs of the stop', units%energy)
+         call write_along_tau(image, 'dissipated_beam', energy%dissipated_beam, &
+                              'dissipated so far inside the beam', units%energy)
+         call write_along_tau(image, 'dissipated_stop', energy%dissipated_stop, &
+                              'dissipated so far in the stop', units%energy)
+         call write_along_tau(image, 'dissipated_impact', energy%dissipated_impact, &
+                              'dissipated so far at impacts', units%energy)
+         call write_along_tau(image, 'created', energy%created, &
+                              'created so far by the nodal reading of the impulse', units%energy)
+      end associate
+      call image%end_group()
+   end subroutine write_energy
+
+   !> What the table on the console says.
+   subroutine write_measures(image, measures, units)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The measures
+      type(response_measures_t), intent(in) :: measures
+      !> Units
+      type(units_t), intent(in) :: units
+
+      integer :: i
+
+      call image%begin_group('measures')
+      call image%add('duration', measures%duration, '1', 'length of the run, tau')
+      call image%note('in_scene_units', units%time, 'duration')
+      call image%add('impacts', measures%impacts, '1', 'number of impacts')
+      if (measures%has_met_stop) then
+         call image%add('first_impact', measures%first_impact_tau, '1', 'time of the first impact, tau')
+         call image%note('in_scene_units', units%time, 'first_impact')
+         call image%add('first_impact_velocity', measures%first_impact_velocity, '1', &
+                        'velocity at the stop before the first impact, d eta/d tau')
+         if (units%velocity > 0.0_wp) call image%note('in_scene_units', units%velocity, 'first_impact_velocity')
+      end if
+      if (measures%knows_quiet .and. measures%is_quiet) then
+         call image%add('quiet', measures%quiet_tau, '1', 'time when |eta| at the stop last exceeded 0.02, tau')
+         call image%note('in_scene_units', units%time, 'quiet')
+      end if
+      if (allocated(measures%contact_start)) then
+         call image%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
+         call image%add('contact_start', measures%contact_start, '1', 'begin of the contact, tau', along='contact')
+         call image%note('in_scene_units', units%time, 'contact_start')
+         call image%add('contact_end', measures%contact_end, '1', 'end of the contact or of the run, tau', along='contact')
+         call image%note('in_scene_units', units%time, 'contact_end')
+      end if
+      if (allocated(measures%peak_eta)) then
+         call image%add('rebound', [(i, i=1, size(measures%peak_eta))], '1', 'rebound', is_scale=.true.)
+         call image%add('peak_tau', measures%peak_tau, '1', 'time of the peak of the rebound, tau', along='rebound')
+         call image%note('in_scene_units', units%time, 'peak_tau')
+         call image%add('peak', measures%peak_eta, '1', 'peak of the rebound, eta at the stop', along='rebound')
+         if (units%displacement > 0.0_wp) call image%note('in_scene_units', units%displacement, 'peak')
+      end if
+      call image%end_group()
+   end subroutine write_measures
+
+end module results_file
