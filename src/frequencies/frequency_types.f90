@@ -15,6 +15,8 @@ module frequency_types
       real(wp), allocatable :: lambda(:)
       !> Seconds that the solve took
       real(wp) :: seconds = 0.0_wp
+      !> Why the solver gave no values; unallocated: it did
+      character(:), allocatable :: failure
    end type frequency_column_t
 
    type :: frequency_table_t

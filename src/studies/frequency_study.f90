@@ -1,14 +1,17 @@
 !> Tables of frequencies: every solver on every mesh that a scene asks for, beside the exact values.
 module frequency_study
+   use auto_solver, only: auto_lambda, auto_modes
    use beam_model, only: beam_model_t
    use beam_section, only: kind_taper, kind_uniform, section_t
    use dsygv_solver, only: dsygv_lambda, dsygv_modes
    use exact_frequencies, only: exact_lambda
-   use failures, only: fail, failure_t, status_bad_input
+   use failures, only: failure_t
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: i8, wp
+   use lanczos_solver, only: lanczos_lambda, lanczos_modes
+   use natural_solver, only: natural_lambda, natural_modes
    use scene_beam_model, only: model_of, section_of
-   use scene_types, only: reference_exact, scene_t, solver_dsygv, solver_names
+   use scene_types, only: reference_exact, scene_t, solver_dsygv, solver_lanczos, solver_names, solver_natural
    implicit none (type, external)
    private
    public :: frequency_table, has_exact_frequencies
@@ -24,9 +27,10 @@ contains
       type(scene_t), intent(in) :: scene
       !> The table
       type(frequency_table_t), intent(out) :: table
-      !> Set when a mesh cannot be made or a solver fails
+      !> Set when a mesh cannot be made, or no solver gives anything
       type(failure_t), allocatable, intent(out) :: error
 
+      type(failure_t), allocatable :: trouble
       type(beam_model_t) :: model
       type(section_t) :: section
       integer, allocatable :: elements(:), solvers(:)
@@ -43,11 +47,18 @@ contains
          do j = 1, size(solvers)
             column = column + 1
             call fill_column(model, solvers(j), wanted(scene%frequencies%count, model), ratios(i), &
-                             table%columns(column), error)
-            if (allocated(error)) return
+                             table%columns(column), trouble)
             rows = max(rows, size(table%columns(column)%lambda))
          end do
+         if (i == 1 .and. scene%output%mode_shapes > 0) then
+            call fill_shapes(model, solvers(1), scene%output%mode_shapes, table, error)
+            if (allocated(error)) return
+         end if
       end do
+      if (rows == 0 .and. allocated(trouble)) then
+         call move_alloc(trouble, error)
+         return
+      end if
       if (scene%frequencies%reference == reference_exact) then
          section = section_of(scene%beam)
          if (.not. has_exact_frequencies(section, scene%tip_mass_ratio)) return
@@ -99,7 +110,7 @@ contains
          if (allocated(asked%solver)) then
             allocate (solvers, source=asked%solver)
          else
-            allocate (solvers, source=[solver_dsygv])
+            allocate (solvers, source=[solver_natural])
          end if
       end associate
    end subroutine meshes_and_solvers
@@ -117,8 +128,8 @@ contains
       modes = min(modes, model%stiffness%order)
    end function wanted
 
-   !> One solver on one mesh.
-   subroutine fill_column(model, solver, count, ratio, column, error)
+   !> One solver on one mesh. A solver that fails leaves an empty column with the reason.
+   subroutine fill_column(model, solver, count, ratio, column, trouble)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants
@@ -130,7 +141,7 @@ contains
       !> The column
       type(frequency_column_t), intent(out) :: column
       !> Set when the solver fails
-      type(failure_t), allocatable, intent(out) :: error
+      type(failure_t), allocatable, intent(out) :: trouble
 
       integer(i8) :: start, finish, rate
 
@@ -140,12 +151,57 @@ contains
       call system_clock(start, rate)
       select case (solver)
       case (solver_dsygv)
-         call dsygv_lambda(model, count, column%lambda, error)
+         call dsygv_lambda(model, count, column%lambda, trouble)
+      case (solver_natural)
+         call natural_lambda(model, count, column%lambda, trouble)
+      case (solver_lanczos)
+         call lanczos_lambda(model, min(count, model%mesh%elements), column%lambda, trouble)
       case default
-         call fail(error, status_bad_input, 'solver '//column%solver//' is not there')
+         call auto_lambda(model, count, column%lambda, trouble)
       end select
       call system_clock(finish)
       column%seconds = real(finish - start, wp)/real(rate, wp)
+      if (allocated(trouble)) then
+         column%failure = trouble%message
+         if (allocated(column%lambda)) deallocate (column%lambda)
+         allocate (column%lambda(0))
+      end if
    end subroutine fill_column
+
+   !> Mode shapes of one solver on one mesh, on the nodes.
+   subroutine fill_shapes(model, solver, count, table, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> One of the `solver_` constants
+      integer, intent(in) :: solver
+      !> Modes asked for
+      integer, intent(in) :: count
+      !> The table; nodes and shapes are filled
+      type(frequency_table_t), intent(inout) :: table
+      !> Set when the solver fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: lambda(:), modes(:, :)
+      integer :: n
+
+      n = model%mesh%elements
+      select case (solver)
+      case (solver_dsygv)
+         call dsygv_modes(model, min(count, 2*n), lambda, modes, error)
+      case (solver_natural)
+         call natural_modes(model, min(count, 2*n), lambda, modes, error)
+      case (solver_lanczos)
+         call lanczos_modes(model, min(count, n), lambda, modes, error)
+      case default
+         call auto_modes(model, min(count, 2*n), lambda, modes, error)
+      end select
+      if (allocated(error)) return
+      allocate (table%node, source=model%mesh%position)
+      allocate (table%shape(0:n, size(lambda)), table%shape_slope(0:n, size(lambda)))
+      table%shape(0, :) = 0.0_wp
+      table%shape_slope(0, :) = 0.0_wp
+      table%shape(1:, :) = modes(1::2, :)
+      table%shape_slope(1:, :) = modes(2::2, :)
+   end subroutine fill_shapes
 
 end module frequency_study
