@@ -275,7 +275,7 @@ contains
       call walk%item('count', frequencies%count, 'number of modes', within(1, 2*most_elements), &
          role_t(default='as many as the mesh has, up to 12'))
       call walk%choices('solver', frequencies%solver, 'eigen-solvers, one column each', solver_names, &
-         role_t(default='dsygv'))
+         role_t(default='natural; auto beyond 100 elements'))
       call walk%item('mesh_elements', frequencies%mesh_elements, 'elements of each mesh; one value serves all', &
          elements_range, role_t(default='elements of &mesh'))
       call walk%item('mesh_ratios', frequencies%mesh_ratios, 'ratio of each mesh; one value serves all', &

@@ -23,10 +23,14 @@ module scene_resolve
 
    !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
+   !> The same in a table of frequencies alone, whose solvers work with lengths and distances to the tip.
+   real(wp), parameter :: largest_spread_table = 1.0e30_wp
    !> Most numbers of one kind in the results: 0.8 GB.
    real(wp), parameter :: most_numbers = 1.0e8_wp
    !> Most elements for a solver with full matrices.
    integer, parameter :: most_elements_full = 5000
+   !> Most elements for which `natural` is the default, 0.03 s; beyond that it is `auto`.
+   integer, parameter :: most_elements_natural = 100
 
 contains
 
@@ -46,7 +50,7 @@ contains
       call find_scales(input, scene%beam, scene%scales)
       if (input%has_problem()) return
       ! The mesh serves the frequencies too: a problem is told where it stands
-      call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio)
+      call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
       if (input%has_problem()) return
       call take_ratio(input, 'damping', 'stiffness_coefficient', 'zeta', zeta_range, &
          0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
@@ -259,7 +263,14 @@ contains
       logical :: has_exact
 
       associate (frequencies => scene%frequencies)
-         if (.not. allocated(frequencies%solver)) allocate (frequencies%solver(1), source=solver_dsygv)
+         if (.not. allocated(frequencies%solver)) then
+            allocate (frequencies%solver(1), source=solver_natural)
+            if (allocated(frequencies%mesh_elements)) then
+               if (maxval(frequencies%mesh_elements) > most_elements_natural) frequencies%solver = solver_auto
+            else if (scene%mesh%elements > most_elements_natural) then
+               frequencies%solver = solver_auto
+            end if
+         end if
          call resolve_meshes(input, scene%mesh, frequencies)
          if (input%has_problem()) return
          if (frequencies%count > 2*maxval(frequencies%mesh_elements)) then
@@ -267,15 +278,15 @@ contains
                //to_text(2*maxval(frequencies%mesh_elements))//' modes (2 for each element)')
          end if
 
-         ! The determinants hold for a taper that narrows; a mass at the point of a wedge has no limit
-         has_exact = scene%beam%shape == shape_taper .and. scene%beam%height_tip <= scene%beam%height_root &
+         ! A mass at the point of a wedge has no limit
+         has_exact = scene%beam%shape == shape_taper &
             .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
          if (has_exact) return
          if (.not. input%has('frequencies', 'reference')) then
             frequencies%reference = reference_none
          else if (frequencies%reference == reference_exact) then
             call input%complain('frequencies', 'reference', 'exact values are known only for uniform ' &
-               //'and narrowing beams without tables, and for a full wedge without tip mass; give ''none''')
+               //'and linearly tapered beams, not for tables nor a full wedge with tip mass; give ''none''')
          end if
       end associate
    end subroutine resolve_frequencies
@@ -309,7 +320,7 @@ contains
 
       do i = 1, count
          call check_spread(input, 'frequencies', 'mesh_ratios', frequencies%mesh_elements(i), &
-            frequencies%mesh_ratios(i))
+            frequencies%mesh_ratios(i), largest_spread_table)
          if (input%has_problem()) return
       end do
       worst = maxval(frequencies%mesh_elements)
@@ -324,7 +335,7 @@ contains
    end subroutine resolve_meshes
 
    !> Neighbouring lengths in the ratio r make the longest element r^(n - 1) times the shortest.
-   subroutine check_spread(input, group, name, elements, ratio)
+   subroutine check_spread(input, group, name, elements, ratio, limit)
       !> The file
       type(scene_input_t), intent(inout) :: input
       !> Where the ratio stands
@@ -334,14 +345,16 @@ contains
       integer, intent(in) :: elements
       !> Ratio of neighbouring lengths
       real(wp), intent(in) :: ratio
+      !> Largest spread allowed
+      real(wp), intent(in) :: limit
 
       real(wp) :: decades
 
       decades = real(elements - 1, wp)*abs(log10(ratio))
-      if (decades <= log10(largest_spread)) return
+      if (decades <= log10(limit)) return
       call input%complain(group, name, 'with '//to_text(elements)//' elements and ratio '//to_text(ratio) &
          //' the longest element is 1e'//to_text(nint(decades))//' times the shortest: must be at most ' &
-         //to_text(largest_spread))
+         //to_text(limit))
    end subroutine check_spread
 
    !> &output against what is asked for.
