@@ -5,7 +5,7 @@
 !> and everything that moves is a sum of exp(s t) over them, its amplitudes the residues of the Laplace transform.
 !> All roots are found at once by the Ehrlich-Aberth iteration (Bini, Numer. Algorithms 13 (1996) 179), from
 !> the modes of the beam with the stop's spring attached. Near s = -1/(2 zeta), where the heavily damped modes
-!> crowd, roots are kept by e = 1 + 2 zeta s, whose leading digits would be lost in s.
+!> crowd, differences of poles are taken in e = 1 + 2 zeta s, whose leading digits would be lost in s.
 module contact_modes
    use damped_oscillators, only: propagate
    use failures, only: fail, failure_t, status_run_failed
@@ -17,13 +17,32 @@ module contact_modes
    public :: contact_modes_t, make_contact_modes, contact_amplitudes, contact_state
    public :: contact_losses_t, make_contact_losses, contact_losses
 
+   !> Modes whose value at the stop is below this share of the greatest do not feel it.
+   real(wp), parameter :: least_coupling = 1.0e-100_wp
+
+   !> The secular function, with its poles: of a weakly coupled mode the exponent lies so near to its pole that
+   !> only their distance can carry the digits, so every root is kept as a pole and an offset.
+   type :: secular_t
+      integer :: modes = 0
+      integer :: roots = 0
+      integer :: poles = 0
+      logical :: has_branch = .false.
+      real(wp) :: two_zeta = 0.0_wp
+      real(wp) :: stiffness = 0.0_wp
+      real(wp) :: branch_stiffness = 0.0_wp
+      real(wp) :: rate = 0.0_wp
+      !> b_i^2 and W_i^2, [modes]
+      real(wp), allocatable :: weight(:), square(:)
+      !> Poles, and 1 + 2 zeta pole, [poles]
+      complex(wp), allocatable :: pole(:), relative(:)
+   end type secular_t
+
    type :: contact_modes_t
       logical :: made = .false.
       !> Number of exponents; of a conjugate pair only the one with Im s > 0 is kept
       integer :: count = 0
-      !> Exponents s, and 1 + 2 zeta s, [count]
+      !> Exponents s, [count]
       complex(wp), allocatable :: exponent(:)
-      complex(wp), allocatable :: relative(:)
       !> 1 for a real exponent, 2 for a conjugate pair, [count]
       real(wp), allocatable :: weight(:)
       !> d/ds of (s + nu) (1 + ...) at the root, [count]
@@ -64,53 +83,52 @@ contains
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
-      complex(wp), allocatable :: s(:), e(:)
-      integer, allocatable :: active(:), keep(:)
+      type(secular_t) :: problem
+      integer, allocatable :: active(:), near(:), keep(:)
+      complex(wp), allocatable :: offset(:), distance(:), s(:)
       integer :: i, m, n
       complex(wp) :: value, slope
+      real(wp) :: noise
       logical :: converged
 
-      associate (b => beam%stop_value)
-         allocate (active, source=pack([(i, i=1, beam%count)], abs(b) > 1.0e-14_wp*maxval(abs(b))))
-         allocate (modes%inactive, source=pack([(i, i=1, beam%count)], abs(b) <= 1.0e-14_wp*maxval(abs(b))))
+      associate (b => abs(beam%stop_value))
+         allocate (active, source=pack([(i, i=1, beam%count)], b > least_coupling*maxval(b)))
+         allocate (modes%inactive, source=pack([(i, i=1, beam%count)], b <= least_coupling*maxval(b)))
       end associate
-      n = 2*size(active) + merge(1, 0, spring%branch_stiffness > 0.0_wp)
-      allocate (s(n), e(n))
-      call first_guess(beam, active, zeta, spring, s)
-      e = 1.0_wp + 2.0_wp*zeta*s
-      call find_all_roots(beam%oscillators%square(active), beam%stop_value(active)**2, zeta, spring, s, e, converged)
+      call make_secular(beam, active, zeta, spring, problem)
+      n = problem%roots
+      allocate (near(n), offset(n), s(n), distance(problem%poles))
+      call first_guess(beam, active, zeta, spring, problem, near, offset)
+      call find_all_roots(problem, near, offset, converged)
       if (.not. converged) then
          call fail(error, status_run_failed, 'the exponents of the contact with the three-element stop were not found')
          return
       end if
+      s(:) = problem%pole(near) + offset
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%made = .true.
       modes%count = size(keep)
-      allocate (modes%exponent(size(keep)), modes%relative(size(keep)))
+      allocate (modes%exponent(modes%count), modes%weight(modes%count), modes%derivative(modes%count))
+      allocate (modes%condition(modes%count), modes%shape(beam%count, modes%count))
+      allocate (modes%stop_value(modes%count), modes%tip_value(modes%count))
       modes%exponent(:) = s(keep)
-      modes%relative(:) = e(keep)
-      allocate (modes%weight(size(keep)), modes%derivative(size(keep)), modes%condition(size(keep)))
-      allocate (modes%shape(beam%count, size(keep)))
+      modes%weight = merge(2.0_wp, 1.0_wp, aimag(modes%exponent) > 0.0_wp)
       modes%shape = (0.0_wp, 0.0_wp)
       do m = 1, modes%count
-         modes%weight(m) = merge(2.0_wp, 1.0_wp, aimag(modes%exponent(m)) > 0.0_wp)
-         associate (sm => modes%exponent(m), em => modes%relative(m), w2 => beam%oscillators%square(active), &
-                    b => beam%stop_value(active))
-            modes%shape(active, m) = b/(sm**2 + w2*em)
-            call secular(w2, b**2, zeta, spring, sm, em, value, slope, modes%condition(m))
-            modes%derivative(m) = slope
-         end associate
-      end do
-      allocate (modes%stop_value(modes%count), modes%tip_value(modes%count))
-      do m = 1, modes%count
+         call distances(problem, near(keep(m)), offset(keep(m)), distance)
+         do i = 1, size(active)
+            modes%shape(active(i), m) = beam%stop_value(active(i))/(distance(2*i - 1)*distance(2*i))
+         end do
+         call secular(problem, modes%exponent(m), distance, value, slope, noise, modes%condition(m))
+         modes%derivative(m) = slope
          modes%stop_value(m) = sum(beam%stop_value*modes%shape(:, m))
          modes%tip_value(m) = sum(beam%tip_value*modes%shape(:, m))
       end do
       modes%static_tip = sum(beam%tip_value*beam%stop_value/beam%oscillators%square)
    end subroutine make_contact_modes
 
-   !> Exponents to start from: each mode of the beam with the spring attached keeps its share of the damping.
-   subroutine first_guess(beam, active, zeta, spring, s)
+   !> The poles of the secular function: exponents of the free modes, pairs side by side, and of the branch.
+   subroutine make_secular(beam, active, zeta, spring, problem)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Modes that move the stop point
@@ -119,25 +137,112 @@ contains
       real(wp), intent(in) :: zeta
       !> The stop
       type(three_element_t), intent(in) :: spring
-      !> First guess, conjugate pairs side by side, the branch's real exponent last
-      complex(wp), intent(out) :: s(:)
+      !> The problem
+      type(secular_t), intent(out) :: problem
 
+      integer :: i
+      real(wp) :: damping, square
+
+      problem%modes = size(active)
+      problem%has_branch = spring%branch_stiffness > 0.0_wp
+      problem%roots = 2*size(active) + merge(1, 0, problem%has_branch)
+      problem%poles = problem%roots
+      problem%two_zeta = 2.0_wp*zeta
+      problem%stiffness = spring%stiffness
+      problem%branch_stiffness = spring%branch_stiffness
+      problem%rate = spring%relaxation_rate
+      allocate (problem%pole(problem%poles), problem%relative(problem%poles))
+      allocate (problem%weight(size(active)), problem%square(size(active)))
+      problem%weight(:) = beam%stop_value(active)**2
+      problem%square(:) = beam%oscillators%square(active)
+      do i = 1, size(active)
+         square = problem%square(i)
+         damping = 2.0_wp*zeta**2*square - 1.0_wp
+         associate (p => problem%pole(2*i - 1:2*i), e => problem%relative(2*i - 1:2*i))
+            if (damping > 1.0_wp) then
+               ! the two values of e are each other's inverse
+               e(1) = -1.0_wp/(damping + sqrt((damping - 1.0_wp)*(damping + 1.0_wp)))
+               e(2) = 1.0_wp/e(1)
+               p = (e - 1.0_wp)/problem%two_zeta
+            else
+               p(1) = cmplx(-zeta*square, sqrt(square)*sqrt((1.0_wp - zeta*sqrt(square))*(1.0_wp + zeta*sqrt(square))), wp)
+               p(2) = conjg(p(1))
+               e = 1.0_wp + problem%two_zeta*p
+            end if
+         end associate
+      end do
+      if (problem%has_branch) then
+         problem%pole(problem%poles) = -spring%relaxation_rate
+         problem%relative(problem%poles) = 1.0_wp - problem%two_zeta*spring%relaxation_rate
+      end if
+   end subroutine make_secular
+
+   !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
+   elemental function pole_difference(problem, a, b) result(difference)
+      !> The problem
+      type(secular_t), intent(in) :: problem
+      !> Their numbers
+      integer, intent(in) :: a
+      integer, intent(in) :: b
+      complex(wp) :: difference
+
+      if (problem%two_zeta > 0.0_wp .and. abs(problem%relative(a)) < 0.5_wp .and. abs(problem%relative(b)) < 0.5_wp) then
+         difference = (problem%relative(a) - problem%relative(b))/problem%two_zeta
+      else
+         difference = problem%pole(a) - problem%pole(b)
+      end if
+   end function pole_difference
+
+   !> s - pole for every pole.
+   pure subroutine distances(problem, near, offset, distance)
+      !> The problem
+      type(secular_t), intent(in) :: problem
+      !> s lies at this pole
+      integer, intent(in) :: near
+      !> plus this offset
+      complex(wp), intent(in) :: offset
+      !> s - pole, [poles]
+      complex(wp), intent(out) :: distance(:)
+
+      integer :: j
+
+      do j = 1, problem%poles
+         distance(j) = pole_difference(problem, near, j) + offset
+      end do
+   end subroutine distances
+
+   !> Exponents to start from: each mode of the beam with the spring attached keeps its share of the damping.
+   subroutine first_guess(beam, active, zeta, spring, problem, near, offset)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> Modes that move the stop point
+      integer, intent(in) :: active(:)
+      !> zeta
+      real(wp), intent(in) :: zeta
+      !> The stop
+      type(three_element_t), intent(in) :: spring
+      !> The problem
+      type(secular_t), intent(in) :: problem
+      !> Guesses: the nearest pole, and the offset from it, [roots]
+      integer, intent(out) :: near(:)
+      complex(wp), intent(out) :: offset(:)
+
+      complex(wp) :: s(size(near))
       real(wp), dimension(size(active)) :: square, at_stop
       real(wp) :: stiff, damping, root, share
       integer :: j
 
       stiff = spring%stiffness
-      call attach_spring(beam%oscillators%square(active), beam%stop_value(active), stiff, square, at_stop)
-      if (spring%branch_stiffness > 0.0_wp) then
+      call attach_spring(problem%square, beam%stop_value(active), stiff, square, at_stop)
+      if (problem%has_branch .and. sqrt(square(size(active))) > spring%relaxation_rate) then
          ! the branch is stiff for what is faster than it relaxes
-         if (sqrt(square(size(active))) > spring%relaxation_rate) then
-            stiff = spring%stiffness + spring%branch_stiffness
-            call attach_spring(beam%oscillators%square(active), beam%stop_value(active), stiff, square, at_stop)
-         end if
+         stiff = spring%stiffness + spring%branch_stiffness
+         call attach_spring(problem%square, beam%stop_value(active), stiff, square, at_stop)
       end if
+      near = [(j, j=1, size(near))]
       do j = 1, size(active)
          damping = zeta*max(square(j) - stiff*at_stop(j)**2, 0.0_wp)
-         if (spring%branch_stiffness > 0.0_wp) then
+         if (problem%has_branch) then
             share = spring%relaxation_rate**2/(spring%relaxation_rate**2 + square(j))
             damping = damping + 0.5_wp*spring%branch_stiffness*at_stop(j)**2*share/spring%relaxation_rate
          end if
@@ -147,150 +252,136 @@ contains
             s(2*j) = conjg(s(2*j - 1))
          else
             root = damping + sqrt(damping**2 - square(j))
-            s(2*j - 1) = -root
-            s(2*j) = -square(j)/root
+            s(2*j - 1) = -square(j)/root
+            s(2*j) = -root
          end if
       end do
-      if (spring%branch_stiffness > 0.0_wp) then
+      if (problem%has_branch) &
          s(size(s)) = -spring%relaxation_rate*(1.0_wp + spring%stiffness*beam%flexibility)/ &
                       (1.0_wp + (spring%stiffness + spring%branch_stiffness)*beam%flexibility)
-      end if
+      offset = s - problem%pole
+      ! off the real axis, from where the iteration could not reach conjugate pairs, and off the poles
+      do j = 1, size(s)
+         if (abs(problem%relative(j)) < 0.5_wp .and. problem%two_zeta > 0.0_wp) then
+            ! the slow exponent of a heavily damped mode hardly feels the stop
+            offset(j) = 0.05_wp*problem%relative(j)/problem%two_zeta
+         else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(j))) then
+            offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(j))
+         end if
+         if (.not. abs(aimag(problem%pole(j) + offset(j))) > 0.0_wp) &
+            offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
+      end do
    end subroutine first_guess
 
    !> Ehrlich-Aberth iteration on all roots at once.
-   pure subroutine find_all_roots(square, weight, zeta, spring, s, e, converged)
-      !> W_i^2, [modes]
-      real(wp), intent(in) :: square(:)
-      !> b_i^2, [modes]
-      real(wp), intent(in) :: weight(:)
-      !> zeta
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(three_element_t), intent(in) :: spring
+   subroutine find_all_roots(problem, near, offset, converged)
+      !> The problem
+      type(secular_t), intent(in) :: problem
       !> Roots: first guess in, roots out
-      complex(wp), intent(inout) :: s(:)
-      !> 1 + 2 zeta s, kept apart
-      complex(wp), intent(inout) :: e(:)
-      !> All corrections came down to rounding
+      integer, intent(inout) :: near(:)
+      complex(wp), intent(inout) :: offset(:)
+      !> All values came down to rounding
       logical, intent(out) :: converged
 
       integer, parameter :: iteration_cap = 500
-      complex(wp) :: value, slope, newton, repulsion, step, difference
-      logical :: done(size(s))
-      integer :: iteration, m, j, partner
-      real(wp) :: condition, size_of_step
+      complex(wp) :: value, slope, repulsion, step, distance(problem%poles), s
+      logical :: done(size(near))
+      integer :: iteration, m, j
+      real(wp) :: noise, condition
 
       done = .false.
-      call separate(s, e, zeta)
       do iteration = 1, iteration_cap
-         do m = 1, size(s)
+         do m = 1, size(near)
             if (done(m)) cycle
-            call secular(square, weight, zeta, spring, s(m), e(m), value, slope, condition)
-            ! polynomial p = value * product of D_i; its logarithmic derivative
+            call distances(problem, near(m), offset(m), distance)
+            j = minloc(abs(distance), dim=1)
+            if (j /= near(m)) then
+               near(m) = j
+               offset(m) = distance(j)
+            end if
+            s = problem%pole(near(m)) + offset(m)
+            call secular(problem, s, distance, value, slope, noise, condition)
+            if (abs(value) <= noise) then
+               done(m) = .true.
+               cycle
+            end if
+            ! the polynomial is the value times all D_i: its logarithmic derivative, less the other roots'
             repulsion = slope/value
-            do j = 1, size(square)
-               repulsion = repulsion + (2.0_wp*s(m) + 2.0_wp*zeta*square(j))/(s(m)**2 + square(j)*e(m))
+            do j = 1, 2*problem%modes
+               repulsion = repulsion + 1.0_wp/distance(j)
             end do
-            do j = 1, size(s)
+            do j = 1, size(near)
                if (j == m) cycle
-               difference = s(m) - s(j)
-               if (zeta > 0.0_wp .and. abs(e(m)) < 0.5_wp .and. abs(e(j)) < 0.5_wp) &
-                  difference = (e(m) - e(j))/(2.0_wp*zeta)
-               repulsion = repulsion - 1.0_wp/difference
+               repulsion = repulsion - 1.0_wp/(pole_difference(problem, near(m), near(j)) + (offset(m) - offset(j)))
             end do
-            newton = 1.0_wp/repulsion
-            step = -newton
-            size_of_step = abs(step)
-            s(m) = s(m) + step
-            e(m) = e(m) + 2.0_wp*zeta*step
-            if (abs(e(m)) > 0.5_wp) e(m) = 1.0_wp + 2.0_wp*zeta*s(m)
-            if (abs(e(m)) < 0.5_wp) s(m) = (e(m) - 1.0_wp)/(2.0_wp*zeta)
-            if (size_of_step <= 4.0_wp*epsilon(1.0_wp)*max(1.0_wp, 0.1_wp*condition)*abs(s(m)) .and. &
-                2.0_wp*zeta*size_of_step <= 1.0e-13_wp*max(1.0_wp, condition)*abs(e(m))) done(m) = .true.
+            step = -1.0_wp/repulsion
+            if (.not. abs(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
+            offset(m) = offset(m) + step
+            if (abs(step) <= epsilon(1.0_wp)*abs(offset(m))) done(m) = .true.
          end do
          if (all(done)) exit
       end do
       converged = all(done)
       if (.not. converged) return
-      ! conjugate pairs exactly conjugate, real roots exactly real
-      do m = 1, size(s)
-         if (abs(aimag(s(m))) <= 1.0e-11_wp*abs(s(m)) .and. abs(aimag(e(m))) <= 1.0e-8_wp*abs(e(m))) then
-            partner = 0
-            do j = 1, size(s)
-               if (j /= m .and. abs(s(j) - conjg(s(m))) <= 0.1_wp*abs(aimag(s(m)))) partner = j
-            end do
-            if (partner == 0) then
-               s(m) = real(s(m), wp)
-               e(m) = real(e(m), wp)
-            end if
+      ! real roots exactly real
+      do m = 1, size(near)
+         s = problem%pole(near(m)) + offset(m)
+         if (abs(aimag(problem%pole(near(m)))) > 0.0_wp) then
+            if (abs(aimag(s)) <= 1.0e-12_wp*abs(s)) offset(m) = real(s, wp) - problem%pole(near(m))
+         else if (abs(aimag(offset(m))) <= 1.0e-9_wp*abs(offset(m))) then
+            offset(m) = real(offset(m), wp)
          end if
       end do
-      converged = modulo(count(abs(aimag(s)) > 0.0_wp), 2) == 0 .and. &
-                  count(aimag(s) > 0.0_wp) == count(aimag(s) < 0.0_wp)
+      converged = count(aimag(problem%pole(near) + offset) > 0.0_wp) == count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine find_all_roots
 
-   !> Move guesses apart that coincide.
-   pure subroutine separate(s, e, zeta)
-      !> Guesses
-      complex(wp), intent(inout) :: s(:)
-      complex(wp), intent(inout) :: e(:)
-      !> zeta
-      real(wp), intent(in) :: zeta
-
-      integer :: m, j
-
-      do m = 2, size(s)
-         do j = 1, m - 1
-            if (abs(s(m) - s(j)) <= 1.0e-6_wp*abs(s(m))) then
-               s(m) = s(m)*cmplx(1.0_wp + 1.0e-3_wp*real(m, wp), 0.0_wp, wp)
-               e(m) = 1.0_wp + 2.0_wp*zeta*s(m)
-            end if
-         end do
-      end do
-   end subroutine separate
-
    !> (s + nu) (1 + k (1 + beta s/(s + nu)) G(s)) and its derivative; without branch 1 + k G(s).
-   pure subroutine secular(square, weight, zeta, spring, s, e, value, slope, condition)
-      !> W_i^2 and b_i^2, [modes]
-      real(wp), intent(in) :: square(:)
-      real(wp), intent(in) :: weight(:)
-      !> zeta
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(three_element_t), intent(in) :: spring
-      !> Where, and 1 + 2 zeta s
+   pure subroutine secular(problem, s, distance, value, slope, noise, condition)
+      !> The problem
+      type(secular_t), intent(in) :: problem
+      !> Where
       complex(wp), intent(in) :: s
-      complex(wp), intent(in) :: e
+      !> Its distances from the poles
+      complex(wp), intent(in) :: distance(:)
       !> Value and derivative
       complex(wp), intent(out) :: value
       complex(wp), intent(out) :: slope
+      !> Rounding error of the value
+      real(wp), intent(out) :: noise
       !> How much the sum for the derivative cancels, >= 1
       real(wp), intent(out) :: condition
 
       complex(wp) :: g, g_slope, d, numerator
-      real(wp) :: size_of_slope
+      real(wp) :: size_of_slope, size_of_value
       integer :: i
 
       g = (0.0_wp, 0.0_wp)
       g_slope = (0.0_wp, 0.0_wp)
       size_of_slope = 0.0_wp
-      do i = 1, size(square)
-         d = 1.0_wp/(s**2 + square(i)*e)
-         g = g + weight(i)*d
-         d = weight(i)*d**2*(2.0_wp*s + 2.0_wp*zeta*square(i))
+      size_of_value = 0.0_wp
+      do i = 1, problem%modes
+         d = problem%weight(i)/(distance(2*i - 1)*distance(2*i))
+         g = g + d
+         size_of_value = size_of_value + abs(d)
+         d = d*(1.0_wp/distance(2*i - 1) + 1.0_wp/distance(2*i))
          g_slope = g_slope - d
          size_of_slope = size_of_slope + abs(d)
       end do
-      if (spring%branch_stiffness > 0.0_wp) then
-         numerator = (spring%stiffness + spring%branch_stiffness)*s + spring%stiffness*spring%relaxation_rate
-         value = s + spring%relaxation_rate + numerator*g
-         slope = 1.0_wp + (spring%stiffness + spring%branch_stiffness)*g + numerator*g_slope
-         size_of_slope = 1.0_wp + (spring%stiffness + spring%branch_stiffness)*abs(g) + abs(numerator)*size_of_slope
+      if (problem%has_branch) then
+         associate (stiff => problem%stiffness + problem%branch_stiffness, shifted => distance(problem%poles))
+            numerator = stiff*s + problem%stiffness*problem%rate
+            value = shifted + numerator*g
+            slope = 1.0_wp + stiff*g + numerator*g_slope
+            size_of_slope = 1.0_wp + stiff*abs(g) + abs(numerator)*size_of_slope
+            size_of_value = abs(shifted) + (stiff*abs(s) + problem%stiffness*problem%rate)*size_of_value
+         end associate
       else
-         value = 1.0_wp + spring%stiffness*g
-         slope = spring%stiffness*g_slope
-         size_of_slope = spring%stiffness*size_of_slope
+         value = 1.0_wp + problem%stiffness*g
+         slope = problem%stiffness*g_slope
+         size_of_slope = problem%stiffness*size_of_slope
+         size_of_value = 1.0_wp + problem%stiffness*size_of_value
       end if
+      noise = 8.0_wp*epsilon(1.0_wp)*size_of_value
       condition = size_of_slope/max(abs(slope), tiny(1.0_wp)*max(size_of_slope, 1.0_wp))
    end subroutine secular
 
