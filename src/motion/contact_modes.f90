@@ -316,7 +316,12 @@ contains
             end do
             step = -1.0_wp/repulsion
             if (.not. abs(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
-            offset(m) = offset(m) + step
+            if (abs(offset(m) + step) <= 1.0e-3_wp*abs(offset(m))) then
+               ! so much nearer to the pole that the difference would lose the digits
+               offset(m) = weakly_coupled_offset(problem, near(m), s, distance)
+            else
+               offset(m) = offset(m) + step
+            end if
             if (abs(step) <= epsilon(1.0_wp)*abs(offset(m))) done(m) = .true.
          end do
          if (all(done)) exit
@@ -334,6 +339,41 @@ contains
       end do
       converged = count(aimag(problem%pole(near) + offset) > 0.0_wp) == count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine find_all_roots
+
+   !> Offset of a root from its pole where the other poles are far: the pole's own term balances the rest.
+   pure function weakly_coupled_offset(problem, near, s, distance) result(offset)
+      !> The problem
+      type(secular_t), intent(in) :: problem
+      !> The pole
+      integer, intent(in) :: near
+      !> Where the rest is evaluated, and its distances from the poles
+      complex(wp), intent(in) :: s
+      complex(wp), intent(in) :: distance(:)
+      complex(wp) :: offset
+
+      complex(wp) :: rest, numerator
+      integer :: i, own
+
+      own = (near + 1)/2
+      rest = (0.0_wp, 0.0_wp)
+      do i = 1, problem%modes
+         if (i /= own) rest = rest + problem%weight(i)/(distance(2*i - 1)*distance(2*i))
+      end do
+      if (problem%has_branch) then
+         numerator = (problem%stiffness + problem%branch_stiffness)*s + problem%stiffness*problem%rate
+         rest = numerator*rest
+         if (own > problem%modes) then
+            offset = -rest
+            return
+         end if
+         rest = rest + distance(problem%poles)
+      else
+         numerator = problem%stiffness
+         rest = 1.0_wp + numerator*rest
+      end if
+      ! the partner of pole 2 i - 1 is 2 i and the other way round
+      offset = -numerator*problem%weight(own)/(rest*distance(merge(near + 1, near - 1, modulo(near, 2) == 1)))
+   end function weakly_coupled_offset
 
    !> (s + nu) (1 + k (1 + beta s/(s + nu)) G(s)) and its derivative; without branch 1 + k G(s).
    pure subroutine secular(problem, s, distance, value, slope, noise, condition)

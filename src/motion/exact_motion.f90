@@ -1,13 +1,13 @@
 !> The response in closed form between events: free modes of the beam, then model A or B of the stop.
 module exact_motion
    use beam_model, only: beam_model_t
-   use dsygv_solver, only: dsygv_modes
    use exact_restitution, only: restitution_run_t, run_exact_restitution
    use exact_three_element, only: run_exact_three_element, three_element_run_t
    use failures, only: failure_t
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
    use modal_recorder, only: make_recorder, recorder_t
+   use natural_solver, only: natural_modes
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
    use scene_types, only: impulse_nodal, law_three_element, output_settings_t, response_settings_t, stop_settings_t
@@ -45,7 +45,7 @@ contains
       real(wp), allocatable :: lambda(:), modes(:, :), start(:)
       integer :: i, samples
 
-      call dsygv_modes(model, model%stiffness%order, lambda, modes, error)
+      call natural_modes(model, model%stiffness%order, lambda, modes, error)
       if (allocated(error)) return
       call make_modal_beam(lambda, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
       samples = count_samples(response_settings%duration, response_settings%step)
