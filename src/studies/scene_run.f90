@@ -1,13 +1,17 @@
 !> One scene from its file to its results.
 module scene_run
+   use, intrinsic :: iso_fortran_env, only: output_unit
    use beam_model, only: beam_model_t
-   use command_line, only: argument_t
+   use command_line, only: argument_t, program_version
+   use console_tables, only: print_frequency_table, print_measures, print_model
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use frequency_study, only: frequency_table
    use frequency_types, only: frequency_table_t
    use newmark_motion, only: newmark_response
+   use response_measures, only: measure_response, response_measures_t
    use response_types, only: response_t
+   use results_file, only: write_results
    use scene_beam_model, only: model_of
    use scene_reader, only: read_scene
    use scene_types, only: method_exact, scene_t
@@ -55,14 +59,14 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
-      if (allocated(error)) return
       if (scene%wants_frequencies) then
          allocate (table)
          call frequency_table(scene, table, error)
          if (allocated(error)) return
       end if
       if (.not. scene%wants_response) return
+      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+      if (allocated(error)) return
       allocate (response)
       if (scene%response%method == method_exact) then
          call exact_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
@@ -87,10 +91,24 @@ contains
       type(beam_model_t) :: model
       type(frequency_table_t), allocatable :: table
       type(response_t), allocatable :: response
+      type(response_measures_t), allocatable :: measures
 
       call compute_scene(scene, model, table, response, error)
       if (allocated(error)) return
-      if (quiet .and. folder == '') return
+      if (allocated(response)) then
+         allocate (measures)
+         call measure_response(response, scene%response%duration, measures)
+      end if
+      ! what is not allocated is not present
+      if (allocated(model%mesh%position)) then
+         call write_results(folder, program_version, scene, error, model%mesh%position, table, response, measures)
+      else
+         call write_results(folder, program_version, scene, error, frequencies=table)
+      end if
+      if (allocated(error) .or. quiet) return
+      call print_model(output_unit, scene)
+      if (allocated(table)) call print_frequency_table(output_unit, table)
+      if (allocated(measures)) call print_measures(output_unit, measures)
    end subroutine run_scene
 
 end module scene_run
