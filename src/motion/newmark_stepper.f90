@@ -405,8 +405,8 @@ contains
       end associate
    end subroutine strain_energy
 
-   !> Energy dissipated inside the beam over a step: h v C v with the mean velocity. With beta = 1/4 and
-   !> gamma = 1/2 the scheme's own balance, exact to rounding.
+   !> Energy dissipated inside the beam over a step: the mean velocity times the damping force as the scheme weights it,
+   !> h (v + v+)/2 C ((1 - gamma) v + gamma v+). With beta = 1/4 and gamma = 1/2 the balance is exact to rounding.
    pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -422,8 +422,9 @@ contains
       dissipated = 0.0_wp
       if (stepper%double_zeta <= 0.0_wp) return
       associate (n => stepper%order)
-         stepper%work = 0.5_wp*(old%velocity + new%velocity)
+         stepper%work = (1.0_wp - stepper%gamma)*old%velocity + stepper%gamma*new%velocity
          call negative_product(n, stepper%stiffness_diagonals, stepper%work, stepper%result)
+         stepper%work = 0.5_wp*(old%velocity + new%velocity)
          dissipated = -step*stepper%double_zeta*dot_product(stepper%work(1:n), stepper%result(1:n))
       end associate
    end subroutine beam_dissipation

@@ -1,0 +1,355 @@
+!> The rules of contact and release for steps of finite length, and what impact, capture, contact and release do.
+module newmark_events
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t
+   use newmark_stability, only: highest_frequency
+   use newmark_stepper, only: copy_state, momentum_at_stop, restart_acceleration
+   use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
+                             event_t, response_t
+   use scene_types, only: impulse_nodal, law_three_element
+   use stop_models, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse, stop_energy, &
+                          unload_surface
+   implicit none (type, external)
+   private
+   public :: look_for_event, give_way
+
+contains
+
+   !> The rules of contact and release at the end of an accepted step.
+   pure subroutine look_for_event(run, step, closing, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Length of the step
+      real(wp), intent(in) :: step
+      !> A longer step was taken back: the event lies ahead
+      logical, intent(in) :: closing
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp) :: distance, rate
+
+      associate (old => run%states(3 - run%now), new => run%states(run%now))
+         if (run%phase == phase_free) then
+            distance = gap(run, new)
+            rate = gap_rate(run, new)
+            if (run%judged) then
+               run%peak = max(run%peak, distance, greatest_within(gap(run, old), gap_rate(run, old), distance, rate, step))
+               if (run%peak > run%hop_height) run%judged = .false.
+            end if
+            run%leaving = distance < -run%contact_tolerance
+            if (distance >= run%contact_tolerance) then
+               run%armed = .true.
+            else if (rate < 0.0_wp .and. (run%armed .or. closing .or. run%leaving)) then
+               if (run%settings%law == law_three_element) then
+                  call begin_contact(run, response, error)
+               else
+                  call strike(run, response, error)
+               end if
+            else if (rate > 0.0_wp) then
+               run%armed = .true.
+            end if
+         else if (closing .and. new%force < run%release_force .and. new%force < old%force) then
+            ! a force that still rises is the beginning of a contact, not its end
+            if (run%phase == phase_held) then
+               call release(run, response, error)
+            else
+               call separate(run, response, error)
+            end if
+         end if
+      end associate
+   end subroutine look_for_event
+
+   !> Even the shortest step crosses the condition: the event is here.
+   pure subroutine give_way(run, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when the beam is free: the tolerance is then below what arithmetic can resolve
+      type(failure_t), allocatable, intent(out) :: error
+
+      character(24) :: tau_text
+
+      run%refused_end = nowhere
+      select case (run%phase)
+      case (phase_free)
+         write (tau_text, '(f24.9)') instant(run, run%progress)
+         call fail(error, status_run_failed, 'the contact near tau = '//trim(adjustl(tau_text))// &
+                   ' cannot be located: even the step halved to its limit goes through the stop; '// &
+                   'contact_tolerance is too small, or the motion is not finite')
+      case (phase_held)
+         call release(run, response, error)
+      case (phase_contact)
+         call separate(run, response, error)
+      end select
+   end subroutine give_way
+
+   !> Greatest value of the cubic through both ends if it turns within the step, else the greater end.
+   elemental function greatest_within(value_0, rate_0, value_1, rate_1, step) result(greatest)
+      !> Value and rate at the beginning
+      real(wp), intent(in) :: value_0
+      real(wp), intent(in) :: rate_0
+      !> Value and rate at the end
+      real(wp), intent(in) :: value_1
+      real(wp), intent(in) :: rate_1
+      !> Length of the step
+      real(wp), intent(in) :: step
+      real(wp) :: greatest
+
+      real(wp) :: a1, a2, a3, root, s
+
+      greatest = max(value_0, value_1)
+      if (.not. (rate_0 > 0.0_wp .and. rate_1 < 0.0_wp)) return
+      a1 = step*rate_0
+      a2 = 3.0_wp*(value_1 - value_0) - step*(2.0_wp*rate_0 + rate_1)
+      a3 = step*(rate_0 + rate_1) - 2.0_wp*(value_1 - value_0)
+      ! the zero of a1 + 2 a2 s + 3 a3 s^2 in the step, without cancellation
+      root = sqrt(max(0.0_wp, a2**2 - 3.0_wp*a3*a1))
+      if (a2 <= 0.0_wp) then
+         s = a1/(root - a2)
+      else
+         s = (a2 + root)/(-3.0_wp*a3)
+      end if
+      greatest = max(greatest, value_0 + s*(a1 + s*(a2 + s*a3)))
+   end function greatest_within
+
+   !> Model A: the free stop point has come to the stop. A flight that stayed low ends where it began, in capture.
+   pure subroutine strike(run, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      if (run%judged) then
+         call copy_state(run%flight_state, run%states(run%now))
+         run%progress = run%flight_progress
+         run%refused_end = nowhere
+         call capture(run, response, error)
+      else
+         call rebound(run, response, error)
+      end if
+   end subroutine strike
+
+   !> Model A: reverse the velocity by the restitution and begin a flight.
+   pure subroutine rebound(run, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(event_t) :: event
+      real(wp) :: momentum
+
+      associate (state => run%states(run%now), c => run%stepper%stop_dof, eps => run%settings%restitution)
+         event = event_here(run, event_impact)
+         event%velocity_after = -eps*event%velocity_before
+         if (run%settings%impulse == impulse_nodal) then
+            call momentum_at_stop(run%stepper, state, momentum)
+            event%impulse = nodal_impulse(event%velocity_before, eps, run%stepper%mass_diagonal)
+            event%energy_change = nodal_energy_change(event%velocity_before, eps, momentum, run%stepper%mass_diagonal)
+         else
+            call push(run, event, eps)
+         end if
+         state%velocity(c) = event%velocity_after
+         call keep_event(run, event, response, error)
+         if (allocated(error)) return
+         if (state%velocity(c) > 0.0_wp) then
+            call restart_acceleration(run%stepper, state, .false.)
+            call step_softly(run, error)
+            if (allocated(error)) return
+            run%judged = .true.
+            run%armed = .true.
+            run%peak = gap(run, state)
+            call copy_state(state, run%flight_state)
+            run%flight_progress = run%progress
+         else
+            call capture(run, response, error)
+         end if
+      end associate
+   end subroutine rebound
+
+   !> Model A: bring the stop point to rest and hold it, unless the stop would have to pull.
+   pure subroutine capture(run, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(event_t) :: event
+
+      run%judged = .false.
+      associate (state => run%states(run%now), c => run%stepper%stop_dof)
+         event = event_here(run, event_capture)
+         call push(run, event, 0.0_wp)
+         event%velocity_after = 0.0_wp
+         state%velocity(c) = 0.0_wp
+         call restart_acceleration(run%stepper, state, .true.)
+         call step_softly(run, error)
+         if (allocated(error)) return
+         if (state%force > 0.0_wp) then
+            run%phase = phase_held
+            call keep_event(run, event, response, error)
+         else
+            ! with no impulse given (eps = 0) there was no capture to speak of
+            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event, response, error)
+            if (allocated(error)) return
+            run%phase = phase_free
+            run%armed = .false.
+            call restart_acceleration(run%stepper, state, .false.)
+            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event_here(run, event_release), response, error)
+         end if
+      end associate
+   end subroutine capture
+
+   !> Give the beam the impulse that turns v_c into -eps v_c.
+   pure subroutine push(run, event, restitution)
+      !> The run; the velocities change
+      type(run_t), intent(inout) :: run
+      !> Its impulse and energy change are set
+      type(event_t), intent(inout) :: event
+      !> eps
+      real(wp), intent(in) :: restitution
+
+      associate (stepper => run%stepper)
+         event%impulse = rebound_impulse(event%velocity_before, restitution, stepper%mobility)
+         event%energy_change = rebound_energy_change(event%velocity_before, restitution, stepper%mobility)
+         associate (velocity => run%states(run%now)%velocity)
+            velocity(1:stepper%order) = velocity(1:stepper%order) + event%impulse*stepper%mass_column
+         end associate
+      end associate
+   end subroutine push
+
+   !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
+   !> them ring instead, and lose digits in their accelerations; so the first step is that short, and the next ones grow.
+   pure subroutine step_softly(run, error)
+      !> The run; its next step is bounded
+      type(run_t), intent(inout) :: run
+      !> Set when no bound of the frequencies is found
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp) :: frequency
+
+      if (run%impulse_level < 0) then
+         run%impulse_level = 0
+         if (run%stepper%double_zeta > 0.0_wp) then
+            call highest_frequency(run%stepper%stiffness, run%stepper%mass, run%stepper%stop_dof, 0.0_wp, frequency, error)
+            if (allocated(error)) return
+            run%impulse_level = level_of(run, 2.0_wp/(run%stepper%double_zeta*frequency**2))
+         end if
+      end if
+      run%next_level = run%impulse_level
+   end subroutine step_softly
+
+   !> Model A: the held stop point leaves.
+   pure subroutine release(run, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      call restart_acceleration(run%stepper, run%states(run%now), .false.)
+      run%phase = phase_free
+      run%judged = .false.
+      run%armed = .false.
+      run%refused_end = nowhere
+      call keep_event(run, event_here(run, event_release), response, error)
+   end subroutine release
+
+   !> Model B: contact begins, with P = 0.
+   pure subroutine begin_contact(run, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      run%contact_gap = gap(run, run%states(run%now))
+      run%leaving = .false.
+      run%phase = phase_contact
+      run%refused_end = nowhere
+      run%next_level = run%contact_level
+      call keep_event(run, event_here(run, event_contact), response, error)
+   end subroutine begin_contact
+
+   !> Model B: contact ends. The surface springs back from the rest of the force and is then free.
+   pure subroutine separate(run, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp) :: before
+
+      associate (state => run%states(run%now), ledger => run%progress%ledger)
+         before = stop_energy(run%stop, state%indentation, state%branch_force)
+         call unload_surface(run%stop, state%indentation, state%branch_force)
+         ledger%dissipated_stop = ledger%dissipated_stop &
+                                  + before - stop_energy(run%stop, state%indentation, state%branch_force)
+         call restart_acceleration(run%stepper, state, .false.)
+         run%phase = phase_free
+         run%armed = gap_rate(run, state) > 0.0_wp
+         run%leaving = gap(run, state) < -run%contact_tolerance
+         run%refused_end = nowhere
+         call keep_event(run, event_here(run, event_separation), response, error)
+      end associate
+   end subroutine separate
+
+   !> An event at the present state; velocity before and after as it is now.
+   pure function event_here(run, kind) result(event)
+      !> The run
+      type(run_t), intent(in) :: run
+      !> One of the `event_` constants
+      integer, intent(in) :: kind
+      type(event_t) :: event
+
+      associate (state => run%states(run%now), c => run%stepper%stop_dof)
+         event%tau = instant(run, run%progress)
+         event%kind = kind
+         event%eta = state%displacement(c) - run%settings%preload
+         event%velocity_before = state%velocity(c)
+         event%velocity_after = state%velocity(c)
+      end associate
+   end function event_here
+
+   !> Keep an event and what it did to the energy.
+   pure subroutine keep_event(run, event, response, error)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> The event
+      type(event_t), intent(in) :: event
+      !> Events
+      type(response_t), intent(inout) :: response
+      !> Set when there are too many
+      type(failure_t), allocatable, intent(out) :: error
+
+      character(24) :: limit_text, tau_text
+
+      if (response%event_count >= run%event_limit) then
+         write (limit_text, '(i0)') run%event_limit
+         write (tau_text, '(f24.9)') event%tau
+         call fail(error, status_run_failed, 'more than event_limit = '//trim(limit_text)//' events by tau = '// &
+                      trim(adjustl(tau_text)))
+         return
+      end if
+      call append_event(response, event)
+      associate (ledger => run%progress%ledger)
+         ledger%dissipated_impact = ledger%dissipated_impact + max(0.0_wp, -event%energy_change)
+         ledger%created = ledger%created + max(0.0_wp, event%energy_change)
+      end associate
+   end subroutine keep_event
+
+end module newmark_events
