@@ -12,6 +12,8 @@ module console_tables
    !> Width of the labels at the left, and of a column of numbers.
    integer, parameter :: label_width = 20
    integer, parameter :: column_width = 12
+   !> Wider tables of frequencies are printed in parts.
+   integer, parameter :: most_columns = 8
    !> So many rebounds are listed; of more only the number is said.
    integer, parameter :: most_peaks = 12
    !> Errors in percent below this are written with an exponent.
@@ -117,18 +119,31 @@ contains
 
    !> A table of frequencies: a row for each mode, a column for each mesh and solver, '-' where a mesh
    !> has no such mode; and the same for the errors, where exact values are known. A table of one column
-   !> has its errors beside it.
+   !> has its errors beside it. Then why a solver has failed, if one has.
    subroutine print_frequency_table(unit, table)
       !> Where to
       integer, intent(in) :: unit
       !> The table
       type(frequency_table_t), intent(in) :: table
 
+      type(frequency_table_t) :: part
+      integer :: first, i
+
       if (size(table%columns) == 1) then
          call print_column(unit, table)
       else
-         call print_columns(unit, table)
+         do first = 1, size(table%columns), most_columns
+            part%columns = table%columns(first:min(first + most_columns - 1, size(table%columns)))
+            if (allocated(table%exact)) part%exact = table%exact
+            call print_columns(unit, part)
+         end do
       end if
+      do i = 1, size(table%columns)
+         associate (column => table%columns(i))
+            if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for n = '//to_text(column%elements) &
+               //', l_i/l_(i+1) = '//rounded(column%ratio)//', '//column%solver//': '//column%failure
+         end associate
+      end do
    end subroutine print_frequency_table
 
    !> A table of one column.
