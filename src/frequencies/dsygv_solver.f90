@@ -8,10 +8,14 @@ module dsygv_solver
    use kinds, only: wp
    use lapack_interfaces, only: dsygv, lapack_message
    use mode_shapes, only: fix_mode_signs
+   use natural_coordinates, only: deflect, deflect_transposed, make_natural_beam, natural_beam_t
    use skyline_matrix, only: to_dense
    implicit none (type, external)
    private
    public :: dsygv_lambda, dsygv_modes
+
+   !> Relative error of lambda_1 from which on the eigenvalues are refused.
+   real(wp), parameter :: tolerated = 0.01_wp
 
 contains
 
@@ -94,6 +98,32 @@ contains
          return
       end if
       allocate (lambda, source=sqrt(sqrt(eigenvalue(:count))))
+      if (count == 0) return
+      if (abs(lambda(1)/lowest_lambda(model) - 1.0_wp) > tolerated) then
+         deallocate (lambda)
+         call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
+                   'rounding, use another solver')
+      end if
    end subroutine solve_dense
+
+   !> lambda_1 to a few digits by power iteration in element curvatures, where nothing cancels.
+   pure function lowest_lambda(model) result(lambda)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      real(wp) :: lambda
+
+      type(natural_beam_t) :: natural
+      real(wp), allocatable :: curvature(:), deflection(:)
+      integer :: step
+
+      call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
+      allocate (curvature(2*natural%elements), deflection(natural%rows))
+      deflection = 1.0_wp
+      do step = 1, 4
+         call deflect_transposed(natural, deflection, curvature)
+         call deflect(natural, curvature, deflection)
+      end do
+      lambda = sqrt(norm2(curvature)/norm2(deflection))
+   end function lowest_lambda
 
 end module dsygv_solver

@@ -62,7 +62,7 @@ contains
 
       natural%elements = mesh%elements
       natural%length = mesh%length
-      natural%root_tip_mass = sqrt(tip_mass_ratio)
+      natural%root_tip_mass = sqrt(max(tip_mass_ratio, 0.0_wp))
       call gauss_rule((6 + area_degree(section))/2 + 1, mass_point, mass_weight)
       call gauss_rule((2 + inertia_degree(section))/2 + 1, stiffness_point, stiffness_weight)
       allocate (natural%inverse(3, mesh%elements), natural%last_row(0:mesh%elements))

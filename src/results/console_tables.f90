@@ -13,7 +13,7 @@ module console_tables
    integer, parameter :: label_width = 20
    integer, parameter :: column_width = 12
    !> Wider tables of frequencies are printed in parts.
-   integer, parameter :: most_columns = 8
+   integer, parameter :: most_columns = 6
    !> So many rebounds are listed; of more only the number is said.
    integer, parameter :: most_peaks = 12
    !> Errors in percent below this are written with an exponent.

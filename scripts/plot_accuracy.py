@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""Plot the errors of lambda against the number of elements: one panel a mode, one colour a ratio,
+one line style a solver. Reads results files of scenes with several meshes and exact values, all of
+one beam (inputs/accuracy_frequencies.nml, accuracy_large_meshes.nml); computes nothing but
+|lambda / exact - 1|."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+STYLES = {"dsygv": ("--", "x"), "natural": ("-", "o"), "lanczos": (":", "s"), "auto": ("-.", "^")}
+ROUNDING = 2.0**-53
+
+
+def text(value):
+    """A name from the file, without the blanks at its end."""
+    return value.decode().strip() if isinstance(value, bytes) else str(value).strip()
+
+
+def read(path):
+    """Solver, elements, ratio and relative errors (modes) of each column of one file; exact values."""
+    with h5py.File(path) as file:
+        group = file["frequencies"]
+        if "lambda_exact" not in group:
+            sys.exit(f"{path} has no exact values: &frequencies reference = 'exact'")
+        exact = group["lambda_exact"][:]
+        values = group["lambda"][:]
+        names = [text(name) for name in group["column_solver"][:]]
+        if values.shape != (len(names), len(exact)):
+            values = values.T
+        columns = zip(names, group["column_elements"][:], group["column_ratio"][:], np.abs(values / exact - 1.0))
+        return list(columns), exact
+
+
+def main():
+    """Read the command line, draw, write the picture."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", type=Path, nargs="+", help="results files, HDF5")
+    parser.add_argument("--modes", type=int, nargs="+", default=[1, 3, 6], help="modes, one panel each")
+    parser.add_argument("--out", type=Path, help="picture; default: the first file with the ending .png")
+    arguments = parser.parse_args()
+
+    columns = []
+    for path in arguments.files:
+        found, exact = read(path)
+        columns += found
+    modes = [mode for mode in arguments.modes if mode <= min(len(errors) for *_, errors in columns)]
+    solvers = list(dict.fromkeys(solver for solver, *_ in columns))
+    ratios = sorted({ratio for _, _, ratio, _ in columns})
+
+    figure, panels = plt.subplots(1, len(modes), figsize=(4.6 * len(modes), 4.6), sharey=True, squeeze=False)
+    for panel, mode in zip(panels[0], modes):
+        for number, ratio in enumerate(ratios):
+            for solver in solvers:
+                points = sorted((n, errors[mode - 1]) for name, n, r, errors in columns if (name, r) == (solver, ratio))
+                line, marker = STYLES.get(solver, ("-", "."))
+                panel.loglog(
+                    [n for n, _ in points],
+                    [max(error, ROUNDING) for _, error in points],
+                    line,
+                    marker=marker,
+                    color=f"C{number}",
+                    markersize=9 if solver == "lanczos" else 5,
+                    fillstyle="none" if solver == "lanczos" else "full",
+                    label=f"{solver}, r = {ratio:g}",
+                )
+        panel.axhline(ROUNDING, color="0.6", linewidth=0.8)
+        panel.set_title(rf"$\lambda_{{{mode}}}$ = {exact[mode - 1]:.6f}")
+        panel.set_xlabel("number of elements n")
+        panel.grid(True, which="major", color="0.9")
+    panels[0][0].set_ylabel(r"error of $\lambda$, relative")
+    left = panels[0][0].get_xlim()[0]
+    panels[0][0].annotate(
+        "rounding of a double", (left, ROUNDING), xytext=(4, 4), textcoords="offset points", fontsize=8, color="0.4"
+    )
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=len(ratios), fontsize=8, frameon=False)
+    figure.tight_layout(rect=(0.0, 0.03 + 0.035 * len(solvers), 1.0, 1.0))
+    picture = arguments.out or arguments.files[0].with_suffix(".png")
+    figure.savefig(picture, dpi=150)
+    print(picture)
+
+
+if __name__ == "__main__":
+    main()
