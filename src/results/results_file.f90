@@ -62,7 +62,7 @@ contains
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
       !> x/L of the nodes, clamp first, if the scene has one mesh
-      real(wp), intent(in), optional :: node_position(:)
+      real(wp), contiguous, intent(in), optional :: node_position(:)
       !> What was computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
@@ -195,7 +195,7 @@ contains
       !> The file
       type(hdf5_image_t), intent(inout) :: image
       !> x/L of the nodes
-      real(wp), intent(in) :: node_position(:)
+      real(wp), contiguous, intent(in) :: node_position(:)
       !> Units
       type(units_t), intent(in) :: units
 
@@ -319,7 +319,7 @@ contains
       !> The file
       type(hdf5_image_t), intent(inout) :: image
       !> Times
-      real(wp), intent(in) :: tau(:)
+      real(wp), contiguous, intent(in) :: tau(:)
       !> What they are
       character(*), intent(in) :: long_name
       !> Units
@@ -335,7 +335,7 @@ contains
       type(hdf5_image_t), intent(inout) :: image
       !> Name, values and meaning of the dataset
       character(*), intent(in) :: name
-      real(wp), intent(in), optional :: values(:)
+      real(wp), contiguous, intent(in), optional :: values(:)
       character(*), intent(in) :: long_name
       !> One unit of it in the units of the scene; 0: not known
       real(wp), intent(in) :: unit
@@ -387,7 +387,7 @@ contains
       !> The run
       type(response_t), intent(in) :: response
       !> x/L of the nodes
-      real(wp), intent(in) :: node_position(:)
+      real(wp), contiguous, intent(in) :: node_position(:)
       !> Units
       type(units_t), intent(in) :: units
 
@@ -407,7 +407,7 @@ contains
       subroutine write_shape(name, values, long_name, unit)
          !> Name, values and meaning of the dataset
          character(*), intent(in) :: name
-         real(wp), intent(in), optional :: values(:, :)
+         real(wp), contiguous, intent(in), optional :: values(:, :)
          character(*), intent(in) :: long_name
          !> One unit of it in the units of the scene; 0: not known
          real(wp), intent(in) :: unit

@@ -12,6 +12,15 @@ module hdf5_reading
    public :: opens, has_object, shape_of, read_reals, read_text, read_attribute, read_number_attribute
    public :: is_scale, goes_along
 
+   interface
+      !> C: give memory back, here that of texts which HDF5 read.
+      subroutine c_free(address) bind(c, name='free')
+         import :: c_ptr
+         implicit none (type, external)
+         type(c_ptr), value :: address
+      end subroutine c_free
+   end interface
+
 contains
 
    !> Is it an HDF5 file?
@@ -110,7 +119,7 @@ contains
       character(*), intent(in) :: path
       character(:), allocatable :: text
 
-      integer :: status
+      integer :: i, status
       integer(hid_t) :: dataset, handle, type
       logical :: exists
       type(c_ptr) :: place
@@ -126,6 +135,9 @@ contains
          place = c_loc(addresses)
          call h5dread_f(dataset, type, place, status)
          text = text_at(addresses(1))
+         do i = 1, size(addresses)
+            call c_free(addresses(i))
+         end do
          call h5tclose_f(type, status)
          call h5dclose_f(dataset, status)
       end if
@@ -157,6 +169,7 @@ contains
          place = c_loc(address)
          call h5aread_f(attribute, type, place, status)
          text = text_at(address)
+         call c_free(address)
          call h5tclose_f(type, status)
          call h5aclose_f(attribute, status)
       end if
