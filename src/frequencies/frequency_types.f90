@@ -29,6 +29,10 @@ module frequency_types
       real(wp), allocatable :: node(:)
       real(wp), allocatable :: shape(:, :)
       real(wp), allocatable :: shape_slope(:, :)
+      !> How good these are: largest |phi_i^T M phi_j - delta_ij|, and the same in K relative to
+      !> lambda_i^2 lambda_j^2, which the cancellation within the assembled K bounds from below
+      real(wp) :: mass_orthogonality = 0.0_wp
+      real(wp) :: stiffness_orthogonality = 0.0_wp
    end type frequency_table_t
 
 end module frequency_types

@@ -138,6 +138,8 @@ contains
             call print_columns(unit, part)
          end do
       end if
+      if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
+         table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
       do i = 1, size(table%columns)
          associate (column => table%columns(i))
             if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for n = '//to_text(column%elements) &

@@ -285,6 +285,9 @@ contains
       call image%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', ['x   ', 'mode'])
       if (allocated(table%shape_slope)) &
          call image%add('slope', table%shape_slope, '1', 'its derivative by x/L', ['x   ', 'mode'])
+      call image%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
+      call image%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
+                     'largest |phi_i.K phi_j/(lambda_i lambda_j)^2 - delta_ij|')
       call image%end_group()
    end subroutine write_mode_shapes
 

@@ -9,6 +9,7 @@ module frequency_study
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: i8, wp
    use lanczos_solver, only: lanczos_lambda, lanczos_modes
+   use mode_shapes, only: mode_quality, mode_quality_t
    use natural_solver, only: natural_lambda, natural_modes
    use scene_beam_model, only: model_of, section_of
    use scene_types, only: reference_exact, scene_t, solver_dsygv, solver_lanczos, solver_names, solver_natural
@@ -181,6 +182,7 @@ contains
       !> Set when the solver fails
       type(failure_t), allocatable, intent(out) :: error
 
+      type(mode_quality_t) :: quality
       real(wp), allocatable :: lambda(:), modes(:, :)
       integer :: n
 
@@ -196,6 +198,9 @@ contains
          call auto_modes(model, min(count, 2*n), lambda, modes, error)
       end select
       if (allocated(error)) return
+      quality = mode_quality(model, lambda, modes)
+      table%mass_orthogonality = quality%mass_orthogonality
+      table%stiffness_orthogonality = quality%stiffness_orthogonality
       allocate (table%node, source=model%mesh%position)
       allocate (table%shape(0:n, size(lambda)), table%shape_slope(0:n, size(lambda)))
       table%shape(0, :) = 0.0_wp
