@@ -85,6 +85,7 @@ contains
             if (search%greatest < run%hop_tolerance) held = is_hop(beam, gap, search%time, run%hop_tolerance)
          end if
          if (held) then
+            after_rebound = .false.
             call capture(beam, run, t, q, v, held, recorder, response)
          else
             call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, t + search%time, .false., q, v, free_steps, &
@@ -92,12 +93,12 @@ contains
             call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
             t = t + search%time
             if (search%outcome == found_never_left) then
+               after_rebound = .false.
                call capture(beam, run, t, q, v, held, recorder, response)
             else
-               call impact(beam, run, t, q, v, held, recorder, response)
+               call impact(beam, run, t, q, v, held, after_rebound, recorder, response)
             end if
          end if
-         after_rebound = .not. held .and. sum(beam%stop_value*v) > 0.0_wp
          gap%start_order = merge(1, 2, after_rebound)
          if (held) then
             if (.not. pinned%made) then
@@ -159,7 +160,7 @@ contains
    end function holding_force
 
    !> Impact: the velocity of the stop point becomes -eps times what it was.
-   pure subroutine impact(beam, run, t, q, v, held, recorder, response)
+   pure subroutine impact(beam, run, t, q, v, held, rebounds, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -171,6 +172,8 @@ contains
       real(wp), intent(inout) :: v(:)
       !> Without rebound and pressed: contact lasts
       logical, intent(out) :: held
+      !> The stop point leaves with some velocity
+      logical, intent(out) :: rebounds
       !> Its ledger is charged
       type(recorder_t), intent(inout) :: recorder
       !> Gets the event
@@ -197,7 +200,8 @@ contains
       call append_event(response, event)
       call charge_event(recorder%ledger, event%energy_change)
       held = .false.
-      if (.not. event%velocity_after > 0.0_wp) call capture(beam, run, t, q, v, held, recorder, response)
+      rebounds = event%velocity_after > 0.0_wp
+      if (.not. rebounds) call capture(beam, run, t, q, v, held, recorder, response)
    end subroutine impact
 
    !> Bring the stop point to rest and, if it is pressed against the stop, hold it.

@@ -81,8 +81,9 @@ contains
 
       integer, allocatable :: active(:)
       real(wp), allocatable :: square(:)
-      real(wp) :: pole_distance(beam%count), norm
-      integer :: i, j, k, a, n
+      real(wp), allocatable :: distance(:, :), consistent(:)
+      real(wp) :: norm
+      integer :: i, j, k, a, n, alone
       integer :: order(beam%count - 1), held
       real(wp) :: key
 
@@ -103,12 +104,17 @@ contains
             pinned%reaction(j) = 0.0_wp
             pinned%mode(i, j) = 1.0_wp
          end do
+         alone = j
+         allocate (distance(size(active), size(active) - 1), consistent(size(active)))
          do a = 1, size(active) - 1
-            j = j + 1
-            call root_between(w2(active), b(active)**2, 0.0_wp, a, square(j), pole_distance(:size(active)))
-            norm = 1.0_wp/sqrt(sum((b(active)/pole_distance(:size(active)))**2))
-            pinned%reaction(j) = norm
-            pinned%mode(active, j) = norm*b(active)/pole_distance(:size(active))
+            call root_between(w2(active), b(active)**2, 0.0_wp, a, square(alone + a), distance(:, a))
+         end do
+         call consistent_weights(w2(active), sum(b(active)**2), distance, consistent)
+         consistent = sign(sqrt(consistent), b(active))
+         do a = 1, size(active) - 1
+            norm = 1.0_wp/sqrt(sum((consistent/distance(:, a))**2))
+            pinned%reaction(alone + a) = norm
+            pinned%mode(active, alone + a) = norm*consistent/distance(:, a)
          end do
       end associate
       order = [(i, i=1, n - 1)]
@@ -129,6 +135,33 @@ contains
       pinned%static_tip = sum(beam%tip_value*pinned%static)
       call make_oscillators(square(order), zeta, pinned%oscillators)
    end subroutine make_pinned_beam
+
+   !> Weights for which the computed roots are exact; they differ from the given ones by rounding only, but modes
+   !> made of them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
+   pure subroutine consistent_weights(pole, total, distance, weight)
+      !> Poles, ascending
+      real(wp), intent(in) :: pole(:)
+      !> Sum of the weights
+      real(wp), intent(in) :: total
+      !> pole - root, [poles, roots]
+      real(wp), intent(in) :: distance(:, :)
+      !> The weights, [poles]
+      real(wp), intent(out) :: weight(:)
+
+      integer :: i, k
+
+      do i = 1, size(pole)
+         weight(i) = total
+         ! root k lies between poles k and k + 1: factor by factor, nothing overflows
+         do k = 1, size(pole) - 1
+            if (k < i) then
+               weight(i) = weight(i)*(distance(i, k)/(pole(i) - pole(k)))
+            else
+               weight(i) = weight(i)*(-distance(i, k)/(pole(k + 1) - pole(i)))
+            end if
+         end do
+      end do
+   end subroutine consistent_weights
 
    !> Modes of the beam with a spring at the stop point: roots of 1/k + sum b_i^2/(W_i^2 - w^2) = 0.
    pure subroutine attach_spring(free_square, stop_value, stiffness, square, at_stop)

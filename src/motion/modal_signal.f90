@@ -95,7 +95,7 @@ contains
          here%signal_rounding = epsilon(1.0_wp)*magnitude
          if (order == 0 .and. self%offset > 0.0_wp) then
             do i = 1, oscillators%count
-               swing = swing + abs(self%weight(i))*sqrt(z(i)**2 + v(i)**2/oscillators%square(i))
+               swing = swing + abs(self%weight(i))*envelope(oscillators, i, z(i), v(i))
             end do
             here%floor = self%offset - swing
          end if
@@ -113,9 +113,9 @@ contains
          end if
          do i = 1, oscillators%count
             second = -oscillators%square(i)*(z(i) + oscillators%two_zeta*v(i))
-            third = -oscillators%frequency(i)*(v(i) + oscillators%two_zeta*second)
+            third = -oscillators%square(i)*(v(i) + oscillators%two_zeta*second)
             here%slope = here%slope + self%weight(i)*v(i)
-            here%bound = here%bound + abs(self%weight(i))*sqrt(second**2 + third**2)
+            here%bound = here%bound + abs(self%weight(i))*envelope(oscillators, i, second, third)
          end do
          here%bound_both = here%bound
          if (self%surface > 0.0_wp) then
@@ -127,5 +127,33 @@ contains
          end if
       end associate
    end subroutine look
+
+   !> From now on an oscillator stays within this: the smaller of the bounds by its energy, which is good near
+   !> critical damping, and by its envelope, which is good far from it.
+   pure function envelope(oscillators, i, z, v) result(bound)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> Which of them
+      integer, intent(in) :: i
+      !> Its state now
+      real(wp), intent(in) :: z
+      real(wp), intent(in) :: v
+      real(wp) :: bound
+
+      real(wp) :: fast
+
+      bound = z**2 + v**2/oscillators%square(i)
+      associate (decay => oscillators%decay(i), spread => oscillators%spread(i))
+         if (i <= oscillators%oscillating) then
+            if (spread > 0.0_wp) bound = min(bound, z**2 + ((v + decay*z)/spread)**2)
+            bound = sqrt(bound)
+         else
+            bound = sqrt(bound)
+            ! z = A exp(-slow t) + B exp(-fast t)
+            fast = decay + 2.0_wp*spread
+            if (spread > 0.0_wp) bound = min(bound, (abs(v + fast*z) + abs(v + decay*z))/(2.0_wp*spread))
+         end if
+      end associate
+   end function envelope
 
 end module modal_signal
