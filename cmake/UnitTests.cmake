@@ -38,6 +38,8 @@ function(unit_tests name)
     set_tests_properties(test_${name} PROPERTIES ENVIRONMENT "${arg_ENVIRONMENT}")
   endif()
   if(IMPACTBEAM_SANITIZE)
+    # the main program's flags decide which exceptions trap
+    target_compile_options(test_${name} PRIVATE $<$<COMPILE_LANGUAGE:Fortran>:-ffpe-trap=invalid,zero,overflow>)
     target_link_options(test_${name} PRIVATE -fsanitize=address,undefined)
   endif()
 endfunction()

@@ -7,6 +7,7 @@
 module natural_solver
    use beam_model, only: beam_model_t
    use failures, only: fail, failure_t, status_run_failed
+   use floating_point_traps, only: resume_traps, suspend_traps, traps_t
    use kinds, only: wp
    use lapack_interfaces, only: dgejsv, dgemm, dpotrf, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs
@@ -152,6 +153,7 @@ contains
 
       real(wp), allocatable :: copy(:, :), work(:)
       integer, allocatable :: integer_work(:)
+      type(traps_t) :: traps
       real(wp) :: left(1, 1)
       integer :: columns, info, rows
 
@@ -160,6 +162,7 @@ contains
       allocate (copy, source=matrix)
       allocate (singular(columns))
       allocate (integer_work(max(3, rows + 3*columns)))
+      call suspend_traps(traps)
       if (with_vectors) then
          allocate (vectors(columns, columns), work(max(7, 2*rows + columns, 6*columns + 2*columns**2)))
          call dgejsv('F', 'N', 'V', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
@@ -169,6 +172,7 @@ contains
          call dgejsv('F', 'N', 'N', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
                      vectors, 1, work, size(work), integer_work, info)
       end if
+      call resume_traps(traps)
       if (info /= 0) then
          call fail(error, status_run_failed, lapack_message('DGEJSV', info, columns))
          return
