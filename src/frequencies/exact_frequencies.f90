@@ -15,7 +15,7 @@ module exact_frequencies
    use bessel_functions, only: bessel_i_scaled, bessel_i_scaled_quad, bessel_k_scaled, bessel_k_scaled_quad, qp
    implicit none (type, external)
    private
-   public :: exact_lambda, characteristic_t, characteristic_value
+   public :: exact_lambda
 
    !> Below this taper the beam is uniform to working precision.
    real(wp), parameter :: least_taper = 1.0e-17_wp
