@@ -75,7 +75,7 @@ contains
          call first_zero(gap, run%duration - t, search)
          response%evaluations = response%evaluations + search%evaluations
          if (search%outcome == found_none) then
-            call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, run%duration, .true., q, v, free_steps, &
+            call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, run%duration - t, .true., q, v, free_steps, &
                                     recorder, response)
             return
          end if
@@ -88,7 +88,7 @@ contains
             after_rebound = .false.
             call capture(beam, run, t, q, v, held, recorder, response)
          else
-            call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, t + search%time, .false., q, v, free_steps, &
+            call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, search%time, .false., q, v, free_steps, &
                                     recorder, response)
             call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
             t = t + search%time
@@ -271,11 +271,11 @@ contains
       call first_zero(reaction, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) then
-         call record_contact(run, pinned, reaction, t, run%duration, .true., p, rate, steps, recorder, response)
+         call record_contact(run, pinned, reaction, t, run%duration - t, .true., p, rate, steps, recorder, response)
          response%ends_in_contact = .true.
          return
       end if
-      call record_contact(run, pinned, reaction, t, t + search%time, .false., p, rate, steps, recorder, response)
+      call record_contact(run, pinned, reaction, t, search%time, .false., p, rate, steps, recorder, response)
       call propagate(pinned%oscillators, search%time, p, rate, p_end, rate_end)
       q = run%surface*pinned%static + matmul(pinned%mode, p_end)
       v = matmul(pinned%mode, rate_end)
@@ -286,16 +286,16 @@ contains
    end subroutine contact
 
    !> Samples of a contact.
-   pure subroutine record_contact(run, pinned, reaction, from, to, to_the_end, p, rate, steps, recorder, response)
+   pure subroutine record_contact(run, pinned, reaction, from, length, to_the_end, p, rate, steps, recorder, response)
       !> Stop and run
       type(restitution_run_t), intent(in) :: run
       !> The beam held at the stop
       type(pinned_beam_t), intent(in) :: pinned
       !> Its reaction
       type(modal_signal_t), intent(in) :: reaction
-      !> Start and end of the contact
+      !> Start and length of the contact
       real(wp), intent(in) :: from
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: length
       !> The run ends with this contact
       logical, intent(in) :: to_the_end
       !> State in the pinned modes at its start
@@ -310,9 +310,10 @@ contains
 
       type(phase_sampler_t) :: sampler
       real(wp), dimension(pinned%count) :: p_then, rate_then
-      real(wp) :: start_energy, energy(2), static_energy
+      real(wp) :: start_energy, energy(2), static_energy, to
       integer :: place
 
+      to = from + length
       do while (shape_due(recorder, to, to_the_end))
          call propagate(pinned%oscillators, recorder%shape_tau(recorder%next_shape) - from, p, rate, p_then, rate_then)
          call keep_shape(recorder, run%surface*pinned%static + matmul(pinned%mode, p_then), &
@@ -341,7 +342,7 @@ contains
          end do
       end if
       if (.not. allocated(response%energy) .or. to_the_end) return
-      call propagate(pinned%oscillators, to - from, p, rate, p_then, rate_then)
+      call propagate(pinned%oscillators, length, p, rate, p_then, rate_then)
       recorder%ledger%dissipated_beam = recorder%ledger%dissipated_beam + start_energy &
                                         - sum(modal_energy(pinned%oscillators, p_then, rate_then))
    end subroutine record_contact

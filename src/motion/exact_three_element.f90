@@ -77,7 +77,7 @@ contains
          response%evaluations = response%evaluations + search%evaluations
          if (search%outcome == found_none) search%time = run%duration - t
          call record_free_motion(beam, run%surface, stop_energy(run%spring, gap%surface, branch_force), &
-                                 2.0_wp*gap%rate, t, t + search%time, search%outcome == found_none, q, v, steps, &
+                                 2.0_wp*gap%rate, t, search%time, search%outcome == found_none, q, v, steps, &
                                  recorder, response)
          if (search%outcome == found_none) return
          call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
@@ -141,7 +141,7 @@ contains
       call first_zero(force, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) search%time = run%duration - t
-      call record_contact(beam, run, modes, static_force, force%amplitude, q, v, t, t + search%time, &
+      call record_contact(beam, run, modes, static_force, force%amplitude, q, v, t, search%time, &
                           search%outcome == found_none, recorder, response)
       if (search%outcome == found_none) then
          response%ends_in_contact = .true.
@@ -160,7 +160,7 @@ contains
    end subroutine contact
 
    !> Samples of a contact.
-   subroutine record_contact(beam, run, modes, static_force, amplitude, q, v, from, to, to_the_end, recorder, response)
+   subroutine record_contact(beam, run, modes, static_force, amplitude, q, v, from, length, to_the_end, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -174,9 +174,9 @@ contains
       !> Modal state there
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      !> Start and end of the contact
+      !> Start and length of the contact
       real(wp), intent(in) :: from
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: length
       !> The run ends with this contact
       logical, intent(in) :: to_the_end
       !> Samples
@@ -188,9 +188,10 @@ contains
       complex(wp), dimension(modes%count) :: term, factor, velocity_value
       type(contact_losses_t) :: losses
       real(wp), dimension(size(q)) :: q_then, v_then
-      real(wp) :: lost(2), indentation, time
+      real(wp) :: lost(2), indentation, time, to
       integer :: place, since
 
+      to = from + length
       do while (shape_due(recorder, to, to_the_end))
          call contact_state(beam, modes, static_force, amplitude/modes%weight, q, v, &
                             recorder%shape_tau(recorder%next_shape) - from, q_then, v_then)
@@ -198,7 +199,7 @@ contains
       end do
       if (allocated(response%energy)) then
          call make_contact_losses(beam, run%zeta, run%spring, modes, losses)
-         if (.not. to_the_end) call contact_losses(beam, modes, losses, amplitude, q, v, to - from, lost)
+         if (.not. to_the_end) call contact_losses(beam, modes, losses, amplitude, q, v, length, lost)
       end if
       factor = exp(modes%exponent*recorder%step)
       velocity_value = modes%exponent*modes%stop_value

@@ -237,7 +237,7 @@ contains
    end subroutine next_sample
 
    !> Samples of a free flight; above a surface that relaxes where the stop is model B.
-   pure subroutine record_free_motion(beam, surface, stop_energy, stop_decay, from, to, to_the_end, q, v, steps, &
+   pure subroutine record_free_motion(beam, surface, stop_energy, stop_decay, from, length, to_the_end, q, v, steps, &
                                       recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
@@ -246,9 +246,9 @@ contains
       !> Energy in the stop at the start, and the rate at which the relaxing surface dissipates it
       real(wp), intent(in) :: stop_energy
       real(wp), intent(in) :: stop_decay
-      !> Start and end of the flight
+      !> Start and length of the flight; the length has digits that the difference of two instants has lost
       real(wp), intent(in) :: from
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: length
       !> The run ends with this flight
       logical, intent(in) :: to_the_end
       !> Modal state at its start
@@ -263,9 +263,10 @@ contains
 
       type(phase_sampler_t) :: sampler
       real(wp), dimension(size(q)) :: q_then, v_then
-      real(wp) :: start_energy, energy(2), stop, time
+      real(wp) :: start_energy, energy(2), stop, time, to
       integer :: place
 
+      to = from + length
       do while (shape_due(recorder, to, to_the_end))
          call propagate(beam%oscillators, recorder%shape_tau(recorder%next_shape) - from, q, v, q_then, v_then)
          call keep_shape(recorder, q_then, v_then)
@@ -294,11 +295,11 @@ contains
          end do
       end if
       if (.not. allocated(response%energy) .or. to_the_end) return
-      call propagate(beam%oscillators, to - from, q, v, q_then, v_then)
+      call propagate(beam%oscillators, length, q, v, q_then, v_then)
       associate (ledger => recorder%ledger)
          ledger%dissipated_beam = ledger%dissipated_beam + start_energy &
                                   - sum(modal_energy(beam%oscillators, q_then, v_then))
-         ledger%dissipated_stop = ledger%dissipated_stop + stop_energy*(1.0_wp - exp(-stop_decay*(to - from)))
+         ledger%dissipated_stop = ledger%dissipated_stop + stop_energy*(1.0_wp - exp(-stop_decay*length))
       end associate
    end subroutine record_free_motion
 
