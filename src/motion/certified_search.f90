@@ -94,24 +94,34 @@ contains
       type(search_t), intent(out) :: search
 
       real(wp) :: t, step
-      type(local_t) :: here
+      type(local_t) :: here, lower
       integer :: order
 
-      ! march on the highest derivative that vanishes at the start: while it is positive, so is the signal
-      order = max(signal%start_order - 1, 0)
+      ! from a zero march on the derivative that is positive there: while it is, so is all below it
+      order = signal%start_order
+      if (order == 1) order = 0
       t = 0.0_wp
       call signal%look(t, order, here)
       search%evaluations = 1_i8
       if (signal%start_order > 0) then
-         here%value = 0.0_wp
          here%signal = 0.0_wp
+         if (order == 0) here%value = 0.0_wp
       end if
       do
          search%greatest = max(search%greatest, here%signal)
-         if (order > 0 .and. here%signal > 64.0_wp*here%signal_rounding) then
-            order = 0
-            call signal%look(t, order, here)
-            search%evaluations = search%evaluations + 1_i8
+         if (order > 0 .and. t > 0.0_wp) then
+            if (here%signal > 64.0_wp*here%signal_rounding) then
+               order = 0
+               call signal%look(t, order, here)
+               search%evaluations = search%evaluations + 1_i8
+            else if (order > 1) then
+               call signal%look(t, order - 1, lower)
+               search%evaluations = search%evaluations + 1_i8
+               if (lower%value > 64.0_wp*lower%rounding) then
+                  order = order - 1
+                  here = lower
+               end if
+            end if
          end if
          if (order == 0 .and. here%slope < 0.0_wp .and. here%value > 0.0_wp &
              .and. here%slope**2 > 4.0_wp*here%bound_both*here%value) then
@@ -144,7 +154,8 @@ contains
          end if
          if (.not. t + step > t) then
             ! no room left between the instants that can be told apart
-            search%outcome = merge(found_never_left, found_zero, order > 0)
+            search%outcome = merge(found_never_left, found_zero, order > 0 .or. &
+                                   (signal%start_order > 0 .and. search%greatest <= 0.0_wp))
             search%time = t
             return
          end if
