@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Plot the errors of lambda against the number of elements: one panel a mode, one colour a ratio,
 one line style a solver. Reads results files of scenes with several meshes and exact values, all of
 one beam (inputs/accuracy_frequencies.nml, accuracy_large_meshes.nml); computes nothing but

@@ -1,0 +1,100 @@
+"""What the plotting scripts share: opening results files, the style of the pictures, saving them."""
+
+import sys
+from pathlib import Path
+
+try:
+    import h5py
+    import matplotlib
+except ImportError as error:
+    sys.exit(f"{Path(sys.argv[0]).name}: {error}; on Debian: apt-get install python3-h5py python3-matplotlib")
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+
+# Dark enough and different enough in grey too; the dashes tell the curves apart where colours cannot.
+COLOURS = ["#000000", "#b5431c", "#1f5fa8", "#7a9a2f", "#7b4a8f", "#8a8a8a"]
+DASHES = ["-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (9, 2)), "-"]
+MARKERS = ["o", "s", "^", "D", "v", "P"]
+CONTACT = "#d4d4d4"
+WIDTH = 6.3
+NO_DATE = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+
+STYLE = {
+    "font.family": "serif",
+    "font.serif": ["STIXGeneral", "DejaVu Serif"],
+    "mathtext.fontset": "stix",
+    "font.size": 10,
+    "axes.labelsize": 10.5,
+    "axes.titlesize": 10.5,
+    "axes.titlelocation": "left",
+    "axes.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.minor.visible": True,
+    "ytick.minor.visible": True,
+    "lines.linewidth": 1.0,
+    "legend.fontsize": 9,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "savefig.dpi": 220,
+    # The same picture gives the same file, with text that can be searched.
+    "svg.fonttype": "none",
+    "svg.hashsalt": "impactbeam",
+}
+
+
+class Unplottable(Exception):
+    """A file that holds nothing to plot, with the reason."""
+
+
+def open_results(path):
+    """The open results file; the reason if it is none."""
+    if not path.is_file():
+        raise Unplottable(f"{path}: no such file")
+    try:
+        return h5py.File(path, "r")
+    except OSError:
+        raise Unplottable(f"{path}: cannot be read as an HDF5 file") from None
+
+
+def group_of(file, name, request):
+    """A group of the file; if it is not there, what the scene would have had to ask for."""
+    if name not in file:
+        raise Unplottable(f"{file.filename}: has no /{name}: its scene has no {request}")
+    return file[name]
+
+
+def text_of(value):
+    """A text of the file."""
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def title_of(file):
+    """The heading of a scene."""
+    return text_of(file.attrs.get("title", "")) or Path(file.filename).stem
+
+
+def save(figure, path):
+    """Write the picture and say where it is."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, bbox_inches="tight", metadata=NO_DATE.get(path.suffix))
+    except (OSError, ValueError) as error:
+        raise Unplottable(f"cannot write {path}: {error}") from None
+    plt.close(figure)
+    print(path)
+
+
+def run(main):
+    """Run a script's main program; what cannot be plotted ends it with one line and status 1."""
+    try:
+        with matplotlib.rc_context(STYLE):
+            main()
+    except Unplottable as reason:
+        sys.exit(f"{Path(sys.argv[0]).name}: {reason}")

@@ -1,0 +1,210 @@
+#!/usr/bin/python3
+"""Plot responses: displacement at the stop and at the tip over time, contact shaded, impacts marked.
+
+Plots what the results files hold and computes nothing.
+"""
+
+import argparse
+from pathlib import Path
+
+import matplotlib.patches as patches
+import matplotlib.pyplot as plt
+import matplotlib.ticker as ticker
+
+import impactbeam_plots as plots
+
+# Dataset, label in the dimensionless units of the file, label in the units of the scene
+PANELS = {
+    "displacement": ("eta_stop", r"displacement $\eta$", r"displacement $y - d$"),
+    "velocity": ("velocity_stop", r"velocity $\mathrm{d}\eta/\mathrm{d}\tau$", r"velocity $\mathrm{d}y/\mathrm{d}t$"),
+    "force": ("contact_force", r"contact force $\bar{P}$", r"contact force $P$"),
+}
+IMPACTS = ("impact", "contact")
+
+
+class Response:
+    """What a picture shows of one file."""
+
+    def __init__(self, path, in_scene_units):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "response", "&response")
+            self.path = path
+            self.title = plots.title_of(file)
+            self.in_scene_units = in_scene_units
+            self.tau = self.values(group["tau"])
+            self.curves = {name: self.values(group[name]) for name in group if name != "tau"}
+            if not self.curves:
+                raise plots.Unplottable(f"{path}: no history was recorded: see &output histories")
+            self.impacts = self.read_impacts(file["events"]) if "events" in file else []
+            self.contacts = self.read_contacts(file["measures"]) if "measures" in file else []
+
+    def values(self, dataset):
+        """The numbers of a dataset, in the units that were asked for."""
+        if not self.in_scene_units:
+            return dataset[()]
+        if "in_scene_units" not in dataset.attrs:
+            raise plots.Unplottable(f"{self.path}: units of {dataset.name} are not known: the scene gives only ratios")
+        return dataset[()] * dataset.attrs["in_scene_units"]
+
+    def read_impacts(self, events):
+        """Time and displacement of the impacts."""
+        names = plots.text_of(events["kind"].attrs["flag_meanings"]).split()
+        kinds = [names[kind - 1] in IMPACTS for kind in events["kind"]]
+        rows = zip(kinds, self.values(events["tau"]), self.values(events["eta"]))
+        return [(tau, eta) for is_impact, tau, eta in rows if is_impact]
+
+    def read_contacts(self, measures):
+        """Begin and end of each contact."""
+        return list(zip(self.values(measures["contact_start"]), self.values(measures["contact_end"])))
+
+    def tip_differs(self):
+        """Is the tip another point than the stop?"""
+        if "eta_tip" not in self.curves or "eta_stop" not in self.curves:
+            return "eta_tip" in self.curves
+        return bool((abs(self.curves["eta_tip"] - self.curves["eta_stop"]) > 0.0).any())
+
+    def signs(self):
+        """How many kinds of curves and marks its panel has."""
+        return len(self.curves) + self.tip_differs() + bool(self.impacts) + bool(self.contacts)
+
+
+def shade_contacts(axes, response):
+    """Grey where the beam touches the stop."""
+    for start, end in response.contacts:
+        axes.axvspan(start, end, facecolor=plots.CONTACT, edgecolor=plots.CONTACT, linewidth=0.4, zorder=0.5)
+
+
+def mark_impacts(axes, response):
+    """A small wedge under the curve at each impact."""
+    if response.impacts:
+        tau, eta = zip(*response.impacts)
+        axes.plot(tau, eta, linestyle="none", marker=6, markersize=4.5, color="black", zorder=4)
+
+
+def legend_of_signs(response):
+    """Handles for what is shaded and marked."""
+    handles = []
+    if response.impacts:
+        handles.append(plt.Line2D([], [], linestyle="none", marker=6, markersize=4.5, color="black", label="impact"))
+    if response.contacts:
+        handles.append(patches.Patch(facecolor=plots.CONTACT, label="contact"))
+    return handles
+
+
+def put_legend_above(axes, handles):
+    """A legend in one row between the panel and its title, where it covers nothing."""
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(-0.008, 0.99), ncol=len(handles),
+                columnspacing=1.6, handletextpad=0.6, borderaxespad=0.0, borderpad=0.3)
+
+
+def draw_displacement(axes, response):
+    """Displacement at the stop and, where it differs, at the tip."""
+    handles = []
+    if "eta_tip" in response.curves and response.tip_differs():
+        handles += axes.plot(response.tau, response.curves["eta_tip"], color=plots.COLOURS[1],
+                             linestyle=plots.DASHES[1], linewidth=0.9, label="tip")
+    if "eta_stop" in response.curves:
+        label = "stop" if response.tip_differs() else "stop = tip"
+        handles = axes.plot(response.tau, response.curves["eta_stop"], color="black", label=label) + handles
+    mark_impacts(axes, response)
+    return handles
+
+
+def set_ticks(axis, count):
+    """About so many intervals between ticks, of lengths that read easily."""
+    axis.set_major_locator(ticker.MaxNLocator(count, steps=[1, 2, 5, 10]))
+
+
+def label_panel(axes, panel, in_scene_units):
+    """Axis label, line of rest, ticks."""
+    axes.set_ylabel(PANELS[panel][2 if in_scene_units else 1])
+    axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
+    set_ticks(axes.yaxis, 6 if panel == "displacement" else 4)
+
+
+def label_time(axes, responses, in_scene_units):
+    """The common axis of time."""
+    axes.set_xlabel("time $t$ (units of the scene)" if in_scene_units else r"time $\tau = \omega_1 t$")
+    axes.set_xlim(0.0, max(response.tau[-1] for response in responses))
+    set_ticks(axes.xaxis, 10)
+
+
+def draw_one(response, panels):
+    """A picture of one response: panels over each other."""
+    drawn = [panel for panel in panels if panel == "displacement" or PANELS[panel][0] in response.curves]
+    heights = [2.6 if panel == "displacement" else 1.4 for panel in drawn]
+    figure, grid = plt.subplots(len(drawn), 1, sharex=True, squeeze=False, figsize=(plots.WIDTH, sum(heights) + 0.5),
+                                gridspec_kw={"height_ratios": heights, "hspace": 0.09})
+    for axes, panel in zip(grid[:, 0], drawn):
+        shade_contacts(axes, response)
+        label_panel(axes, panel, response.in_scene_units)
+        if panel == "displacement":
+            handles = draw_displacement(axes, response) + legend_of_signs(response)
+            axes.set_title(response.title, pad=19)
+            put_legend_above(axes, handles)
+        else:
+            axes.plot(response.tau, response.curves[PANELS[panel][0]], color="black", linewidth=0.8)
+    figure.align_ylabels(grid[:, 0])
+    label_time(grid[-1, 0], [response], response.in_scene_units)
+    return figure
+
+
+def draw_stack(responses):
+    """Displacement at the stop of several responses, a panel each."""
+    figure, grid = plt.subplots(len(responses), 1, sharex=True, sharey=True, squeeze=False,
+                                figsize=(plots.WIDTH, 1.45 * len(responses) + 0.6), gridspec_kw={"hspace": 0.09})
+    for axes, response in zip(grid[:, 0], responses):
+        shade_contacts(axes, response)
+        label_panel(axes, "displacement", response.in_scene_units)
+        axes.set_ylabel(r"$y - d$" if response.in_scene_units else r"$\eta$")
+        set_ticks(axes.yaxis, 4)
+        handles = draw_displacement(axes, response) + legend_of_signs(response)
+        if response is max(responses, key=Response.signs):
+            put_legend_above(grid[0, 0], handles)
+        axes.text(0.985, 0.92, response.title, transform=axes.transAxes, ha="right", va="top", zorder=5,
+                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})
+    label_time(grid[-1, 0], responses, responses[0].in_scene_units)
+    return figure
+
+
+def draw_overlay(responses):
+    """Displacement at the stop of several responses in one panel."""
+    figure, axes = plt.subplots(figsize=(plots.WIDTH, 3.6))
+    for number, response in enumerate(responses):
+        if "eta_stop" not in response.curves:
+            raise plots.Unplottable(f"{response.path}: the displacement at the stop was not recorded")
+        axes.plot(response.tau, response.curves["eta_stop"], label=response.title,
+                  color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
+    label_panel(axes, "displacement", responses[0].in_scene_units)
+    axes.legend(loc="upper right")
+    label_time(axes, responses, responses[0].in_scene_units)
+    return figure
+
+
+def main():
+    """Read the command line, draw, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
+    parser.add_argument("--panels", nargs="+", choices=list(PANELS), default=["displacement"],
+                        help="what to plot over each other (default: displacement)")
+    parser.add_argument("--layout", choices=["each", "stack", "overlay"], default="each",
+                        help="several files: a picture each (default), a panel each, or all curves in one panel")
+    parser.add_argument("--scene-units", action="store_true", help="times and lengths in the units of the scene")
+    parser.add_argument("--out", type=Path, metavar="PICTURE",
+                        help="file of the picture, .png, .pdf or .svg (default: beside the results, .png)")
+    arguments = parser.parse_args()
+    if arguments.out and arguments.layout == "each" and len(arguments.files) > 1:
+        parser.error("--out names one picture: give one file, or --layout stack or overlay")
+
+    responses = [Response(path, arguments.scene_units) for path in arguments.files]
+    if arguments.layout == "each":
+        for response in responses:
+            plots.save(draw_one(response, arguments.panels), arguments.out or response.path.with_suffix(".png"))
+    else:
+        figure = draw_stack(responses) if arguments.layout == "stack" else draw_overlay(responses)
+        first = responses[0].path
+        plots.save(figure, arguments.out or first.with_name(f"{first.stem}_{arguments.layout}.png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)

@@ -1,0 +1,54 @@
+!> A line on the terminal that says what a long run is busy with, and for how many seconds.
+module progress_line
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+   use file_system, only: is_terminal, standard_error_descriptor
+   implicit none (type, external)
+   private
+   public :: start_progress, stop_progress
+
+   !> A run is long after so many milliseconds.
+   integer(c_int), parameter :: long_run = 2000_c_int
+
+   interface
+      ! Both are explained in progress_line_posix.c.
+      subroutine impactbeam_start_progress(label, descriptor, delay) bind(c)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: label(*)
+         integer(c_int), value :: descriptor
+         integer(c_int), value :: delay
+      end subroutine impactbeam_start_progress
+
+      subroutine impactbeam_stop_progress() bind(c)
+         implicit none (type, external)
+      end subroutine impactbeam_stop_progress
+   end interface
+
+contains
+
+   !> From now on, if this takes long and somebody watches standard error, count the seconds there.
+   subroutine start_progress(label, descriptor, delay)
+      !> What the run is busy with
+      character(*), intent(in) :: label
+      !> Where to write, whoever watches; absent: standard error, if it is a terminal
+      integer(c_int), intent(in), optional :: descriptor
+      !> Milliseconds before the first line; absent: 2000
+      integer(c_int), intent(in), optional :: delay
+
+      integer(c_int) :: first
+
+      first = long_run
+      if (present(delay)) first = delay
+      if (present(descriptor)) then
+         call impactbeam_start_progress(trim(label)//c_null_char, descriptor, first)
+      else if (is_terminal(standard_error_descriptor)) then
+         call impactbeam_start_progress(trim(label)//c_null_char, standard_error_descriptor, first)
+      end if
+   end subroutine start_progress
+
+   !> Stop counting and wipe the line out.
+   subroutine stop_progress()
+      call impactbeam_stop_progress()
+   end subroutine stop_progress
+
+end module progress_line
