@@ -6,9 +6,11 @@ module scene_run
    use console_tables, only: print_frequency_table, print_measures, print_model
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
+   use file_system, only: make_folder
    use frequency_study, only: frequency_table
    use frequency_types, only: frequency_table_t
    use newmark_motion, only: newmark_response
+   use progress_line, only: start_progress, stop_progress
    use response_measures, only: measure_response, response_measures_t
    use response_types, only: response_t
    use results_file, only: write_results
@@ -93,7 +95,12 @@ contains
       type(response_t), allocatable :: response
       type(response_measures_t), allocatable :: measures
 
+      ! a folder that cannot be made is better known before a long run than after it
+      call make_folder(folder, error)
+      if (allocated(error)) return
+      if (.not. quiet) call start_progress('impactbeam: '//scene%name)
       call compute_scene(scene, model, table, response, error)
+      call stop_progress()
       if (allocated(error)) return
       if (allocated(response)) then
          allocate (measures)
