@@ -40,6 +40,8 @@ int impactbeam_write_bytes(const char *path, const char *bytes, size_t count)
    int code = 0;
    const int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0666);
    if (file < 0) return errno;
+   /* Past a limit on the size of files write() shall fail, not end the program. */
+   void (*const former)(int) = signal(SIGXFSZ, SIG_IGN);
    while (count > 0 && code == 0) {
       const ssize_t written = write(file, bytes, count);
       if (written > 0) {
@@ -52,6 +54,7 @@ int impactbeam_write_bytes(const char *path, const char *bytes, size_t count)
       }
    }
    if (close(file) != 0 && code == 0) code = errno;
+   if (former != SIG_ERR) signal(SIGXFSZ, former);
    return code;
 }
 
