@@ -317,16 +317,19 @@ contains
       type(c_ptr), intent(in) :: address
       character(:), allocatable :: text
 
-      integer, parameter :: longest = 100000
+      integer, parameter :: longest = 100001
       character(kind=c_char), pointer :: characters(:)
-      integer :: i
+      integer :: i, length
 
       text = ''
       if (.not. c_associated(address)) return
       call c_f_pointer(address, characters, [longest])
-      do i = 1, longest
-         if (characters(i) == c_null_char) exit
-         text = text//characters(i)
+      do length = 0, longest - 1
+         if (characters(length + 1) == c_null_char) exit
+      end do
+      text = repeat(' ', length)
+      do i = 1, length
+         text(i:i) = characters(i)
       end do
    end function text_at
 
