@@ -60,7 +60,7 @@ contains
       real(wp), dimension(beam%count) :: q, v
       real(wp) :: t, before
       logical :: after_rebound, held
-      integer :: standstill
+      integer :: order, standstill
 
       t = 0.0_wp
       q = start
@@ -85,22 +85,21 @@ contains
             if (search%greatest < run%hop_tolerance) held = is_hop(beam, gap, search%time, run%hop_tolerance)
          end if
          if (held) then
-            after_rebound = .false.
-            call capture(beam, run, t, q, v, held, recorder, response)
+            call capture(beam, run, t, q, v, order, recorder, response)
          else
             call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, search%time, .false., q, v, free_steps, &
                                     recorder, response)
             call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
             t = t + search%time
             if (search%outcome == found_never_left) then
-               after_rebound = .false.
-               call capture(beam, run, t, q, v, held, recorder, response)
+               call capture(beam, run, t, q, v, order, recorder, response)
             else
-               call impact(beam, run, t, q, v, held, after_rebound, recorder, response)
+               call impact(beam, run, t, q, v, order, recorder, response)
             end if
          end if
-         gap%start_order = merge(1, 2, after_rebound)
-         if (held) then
+         after_rebound = order == 1
+         gap%start_order = order
+         if (order == 0) then
             if (.not. pinned%made) then
                call make_pinned_beam(beam, run%zeta, pinned)
                response%factorisations = response%factorisations + 1
@@ -145,8 +144,10 @@ contains
       end do
    end function is_hop
 
-   !> Force of a support that would hold the stop point, per the equation of motion; > 0 presses.
-   pure function holding_force(beam, zeta, q, v) result(force)
+   !> Which way a stop point at rest on the stop goes: the order of the first derivative of the gap that is
+   !> certainly positive if it leaves (2: the support would have to pull; 3: its force vanishes and falls), or
+   !> 0 if it is pressed against the stop.
+   pure function leaving_order(beam, zeta, q, v) result(order)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> zeta
@@ -154,13 +155,26 @@ contains
       !> Modal state
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      real(wp) :: force
+      integer :: order
 
-      force = sum(beam%stop_value*beam%oscillators%square*(q + 2.0_wp*zeta*v))/beam%mobility
-   end function holding_force
+      real(wp), dimension(beam%count) :: weight, held
+      real(wp) :: force, noise
+
+      weight = beam%stop_value*beam%oscillators%square
+      force = sum(weight*(q + 2.0_wp*zeta*v))
+      noise = 4.0_wp*epsilon(1.0_wp)*sum(abs(weight)*(abs(q) + 2.0_wp*zeta*abs(v)))
+      order = 0
+      if (force < -noise) then
+         order = 2
+      else if (force <= noise) then
+         ! the force as it changes under the support
+         held = beam%stop_value*force/beam%mobility - beam%oscillators%square*(q + 2.0_wp*zeta*v)
+         if (sum(weight*(v + 2.0_wp*zeta*held)) < 0.0_wp) order = 3
+      end if
+   end function leaving_order
 
    !> Impact: the velocity of the stop point becomes -eps times what it was.
-   pure subroutine impact(beam, run, t, q, v, held, rebounds, recorder, response)
+   pure subroutine impact(beam, run, t, q, v, order, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -170,10 +184,8 @@ contains
       !> Modal state
       real(wp), intent(in) :: q(:)
       real(wp), intent(inout) :: v(:)
-      !> Without rebound and pressed: contact lasts
-      logical, intent(out) :: held
-      !> The stop point leaves with some velocity
-      logical, intent(out) :: rebounds
+      !> Start order of the flight that follows: 1 rebound, else from `leaving_order`; 0: contact lasts
+      integer, intent(out) :: order
       !> Its ledger is charged
       type(recorder_t), intent(inout) :: recorder
       !> Gets the event
@@ -199,13 +211,12 @@ contains
       end if
       call append_event(response, event)
       call charge_event(recorder%ledger, event%energy_change)
-      held = .false.
-      rebounds = event%velocity_after > 0.0_wp
-      if (.not. rebounds) call capture(beam, run, t, q, v, held, recorder, response)
+      order = 1
+      if (.not. event%velocity_after > 0.0_wp) call capture(beam, run, t, q, v, order, recorder, response)
    end subroutine impact
 
    !> Bring the stop point to rest and, if it is pressed against the stop, hold it.
-   pure subroutine capture(beam, run, t, q, v, held, recorder, response)
+   pure subroutine capture(beam, run, t, q, v, order, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -215,8 +226,8 @@ contains
       !> Modal state
       real(wp), intent(in) :: q(:)
       real(wp), intent(inout) :: v(:)
-      !> The stop point is held
-      logical, intent(out) :: held
+      !> Start order of the flight that follows, 0: the stop point is held
+      integer, intent(out) :: order
       !> Its ledger is charged
       type(recorder_t), intent(inout) :: recorder
       !> Gets the event
@@ -231,9 +242,9 @@ contains
       event%energy_change = -0.5_wp*event%velocity_before**2/beam%mobility
       call charge_event(recorder%ledger, event%energy_change)
       v = v + beam%stop_value*event%impulse
-      held = holding_force(beam, run%zeta, q, v) > 0.0_wp
-      event%kind = merge(event_capture, event_impact, held)
-      if (held .or. abs(event%velocity_before) > 0.0_wp) call append_event(response, event)
+      order = leaving_order(beam, run%zeta, q, v)
+      event%kind = merge(event_capture, event_impact, order == 0)
+      if (order == 0 .or. abs(event%velocity_before) > 0.0_wp) call append_event(response, event)
    end subroutine capture
 
    !> Contact that lasts: the stop point is held until the reaction would pull.
@@ -268,6 +279,8 @@ contains
       ! p + 2 zeta p' swings like p itself
       reaction%z = p + two_zeta*rate
       reaction%v = rate - two_zeta*pinned%oscillators%square*reaction%z
+      if (reaction%offset + sum(reaction%weight*reaction%z) <= 4.0_wp*epsilon(1.0_wp)* &
+          (abs(reaction%offset) + sum(abs(reaction%weight*reaction%z)))) reaction%start_order = 1
       call first_zero(reaction, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) then
