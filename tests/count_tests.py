@@ -11,7 +11,7 @@ def count(text):
     """Passed and failed tests: those of each suite, or one for a test that is no suite."""
     passed = failed = 0
     for block in re.split(r"\n\d+/\d+ Testing: ", text)[1:]:
-        good = "\nTest Passed." in block
+        good = "\nTest Passed." in block or "\nTest Pass Reason:" in block
         suite, broken = SUITE.search(block), FAILED.search(block)
         if broken:
             run, failures, errors = map(int, broken.groups())

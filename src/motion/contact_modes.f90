@@ -125,6 +125,7 @@ contains
          modes%tip_value(m) = sum(beam%tip_value*modes%shape(:, m))
       end do
       modes%static_tip = sum(beam%tip_value*beam%stop_value/beam%oscillators%square)
+      if (beam%stop_is_tip) modes%static_tip = beam%flexibility
    end subroutine make_contact_modes
 
    !> The poles of the secular function: exponents of the free modes, pairs side by side, and of the branch.

@@ -14,6 +14,8 @@ module modal_beam
       type(oscillators_t) :: oscillators
       !> b_i: mode i at the stop point, [count]
       real(wp), allocatable :: stop_value(:)
+      !> The stop is at the tip
+      logical :: stop_is_tip = .false.
       !> Mode i at the tip, [count]
       real(wp), allocatable :: tip_value(:)
       !> sum b_i^2 = (M^-1)_cc: one over the mass that takes part in an impact
@@ -60,6 +62,7 @@ contains
       call make_oscillators((lambda/lambda1)**4, zeta, beam%oscillators)
       allocate (beam%stop_value, source=stop_value)
       allocate (beam%tip_value, source=tip_value)
+      beam%stop_is_tip = all(abs(stop_value - tip_value) <= 0.0_wp)
       beam%mobility = sum(stop_value**2)
       beam%flexibility = sum(stop_value**2/beam%oscillators%square)
    end subroutine make_modal_beam
@@ -133,6 +136,11 @@ contains
       pinned%reaction = pinned%reaction(order)
       allocate (pinned%tip_value, source=matmul(beam%tip_value, pinned%mode))
       pinned%static_tip = sum(beam%tip_value*pinned%static)
+      if (beam%stop_is_tip) then
+         ! held exactly, not to rounding
+         pinned%tip_value = 0.0_wp
+         pinned%static_tip = 1.0_wp
+      end if
       call make_oscillators(square(order), zeta, pinned%oscillators)
    end subroutine make_pinned_beam
 

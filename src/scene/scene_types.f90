@@ -121,7 +121,7 @@ module scene_types
       !> Distance of the samples and Newmark's step, d tau
       real(wp) :: step = 0.01_wp
       !> `method_exact` or `method_newmark`
-      integer :: method = method_newmark
+      integer :: method = method_exact
       !> Newmark's beta: 1/4 average acceleration, 1/6 linear acceleration, 0 explicit
       real(wp) :: newmark_beta = 0.25_wp
       !> Newmark's gamma
@@ -136,10 +136,6 @@ module scene_types
       real(wp) :: hop_tolerance = 1.0e-8_wp
       !> Events after which the run fails
       integer :: event_limit = 10000000
-      !> `exact`: share of the displacement that left out modes may contribute (eta)
-      real(wp) :: mode_tolerance = 1.0e-12_wp
-      !> `exact`: keep all modes, whatever they contribute
-      logical :: keep_all_modes = .false.
    end type response_settings_t
 
    !> &frequencies: a table of lambda for every solver and every mesh
