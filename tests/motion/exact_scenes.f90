@@ -1,0 +1,72 @@
+!> Beams and runs that the tests of exact motion share.
+module exact_scenes
+   use beam_mesh, only: make_mesh, mesh_t
+   use beam_model, only: beam_model_t, make_beam_model
+   use beam_section, only: tapered_section
+   use exact_motion, only: exact_response
+   use failures, only: failure_t
+   use kinds, only: wp
+   use modal_beam, only: make_modal_beam, modal_beam_t
+   use natural_solver, only: natural_modes
+   use response_types, only: response_t
+   use scene_types, only: output_settings_t, response_settings_t, stop_settings_t
+   implicit none (type, external)
+   private
+   public :: model_for, modal_beam_for, run_exact, height_ratio
+
+   real(wp), parameter :: height_ratio = 0.075_wp
+
+contains
+
+   !> A beam on equal elements.
+   function model_for(elements, taper, tip_mass, position) result(model)
+      !> Number of elements
+      integer, intent(in) :: elements
+      !> s, mu, Lc/L
+      real(wp), intent(in) :: taper
+      real(wp), intent(in) :: tip_mass
+      real(wp), intent(in) :: position
+      type(beam_model_t) :: model
+
+      type(mesh_t) :: mesh
+      type(failure_t), allocatable :: error
+
+      call make_mesh(elements, 1.0_wp, position, mesh, error)
+      call make_beam_model(tapered_section(1.0_wp + taper, 1.0_wp - taper), mesh, tip_mass, model)
+   end function model_for
+
+   !> Its modes.
+   function modal_beam_for(model, zeta) result(beam)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> zeta
+      real(wp), intent(in) :: zeta
+      type(modal_beam_t) :: beam
+
+      type(failure_t), allocatable :: error
+      real(wp), allocatable :: lambda(:), modes(:, :)
+
+      call natural_modes(model, model%stiffness%order, lambda, modes, error)
+      call make_modal_beam(lambda, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
+   end function modal_beam_for
+
+   !> A run with the energy ledger.
+   subroutine run_exact(model, zeta, stop_settings, response_settings, response, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> zeta
+      real(wp), intent(in) :: zeta
+      !> Stop and run
+      type(stop_settings_t), intent(in) :: stop_settings
+      type(response_settings_t), intent(in) :: response_settings
+      !> What came out
+      type(response_t), intent(out) :: response
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(output_settings_t) :: output
+
+      output%energy = .true.
+      call exact_response(model, zeta, stop_settings, response_settings, output, height_ratio, response, error)
+   end subroutine run_exact
+
+end module exact_scenes
