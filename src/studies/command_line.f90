@@ -24,6 +24,8 @@ module command_line
       !> Print the version, or the help, and nothing else
       logical :: wants_version = .false.
       logical :: wants_help = .false.
+      !> Print every name that a scene can hold
+      logical :: wants_names = .false.
    end type command_line_t
 
 contains
@@ -72,6 +74,8 @@ contains
                command%quiet = .true.
             else if (word == '--version') then
                command%wants_version = .true.
+            else if (word == '--names') then
+               command%wants_names = .true.
             else if (word == '--help' .or. word == '-h') then
                command%wants_help = .true.
             else if (word == '--out') then
@@ -85,7 +89,7 @@ contains
                command%folder = word(len('--out=') + 1:)
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
-                         &--quiet, --version, --help')
+                         &--quiet, --names, --version, --help')
                return
             end if
          end associate
@@ -96,7 +100,8 @@ contains
       end if
       allocate (command%scenes(count(is_scene)))
       command%scenes(:) = pack(arguments, is_scene)
-      if (size(command%scenes) == 0 .and. .not. (command%wants_help .or. command%wants_version)) &
+      if (size(command%scenes) == 0 .and. .not. (command%wants_help .or. command%wants_version &
+          .or. command%wants_names)) &
          call fail(error, status_bad_input, 'no scene file given; impactbeam --help tells how to use it')
    end subroutine parse_arguments
 
@@ -106,7 +111,7 @@ contains
 
       character, parameter :: next = new_line('a')
 
-      text = 'usage: impactbeam SCENE.nml... [--out DIR] [--check] [--quiet] [--version] [--help]'//next// &
+      text = 'usage: impactbeam SCENE.nml... [--out DIR] [--check] [--quiet] [--names] [--version] [--help]'//next// &
              next// &
              'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.'//next// &
              'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
@@ -114,6 +119,7 @@ contains
              '  --out DIR   folder of the results (default: results)'//next// &
              '  --check     read and check the scenes, compute nothing'//next// &
              '  --quiet     no tables'//next// &
+             '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &
              '  --version   print the version'//next// &
              '  --help      print this'//next// &
              next// &

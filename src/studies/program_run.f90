@@ -4,6 +4,7 @@ module program_run
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, program_version, usage
    use failures, only: failure_t
+   use scene_echo, only: reference_table
    use scene_run, only: read_scenes, run_scene
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -21,6 +22,7 @@ contains
       type(command_line_t) :: command
       type(scene_t), allocatable :: scenes(:)
       type(failure_t), allocatable :: error
+      character(:), allocatable :: names
       integer :: i
 
       status = 0
@@ -32,7 +34,11 @@ contains
       end if
       if (command%wants_version) write (output_unit, '(a)') 'impactbeam '//program_version
       if (command%wants_help) write (output_unit, '(a)') usage()
-      if (command%wants_version .or. command%wants_help) return
+      if (command%wants_names) then
+         call reference_table(names)
+         write (output_unit, '(a)') names
+      end if
+      if (command%wants_version .or. command%wants_help .or. command%wants_names) return
 
       call read_scenes(command%scenes, scenes, error)
       if (allocated(error)) then
