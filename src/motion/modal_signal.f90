@@ -78,27 +78,21 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      real(wp), dimension(self%oscillators%count) :: z, v, a
-      real(wp) :: second, third, magnitude, swing, surface
+      real(wp), dimension(self%oscillators%count) :: z, v, a, jerk
+      real(wp) :: magnitude, surface
       integer :: i, k
 
-      associate (oscillators => self%oscillators)
+      associate (oscillators => self%oscillators, weight => self%weight)
          call propagate(oscillators, t, self%z, self%v, z, v)
          here%signal = self%offset
          magnitude = 4.0_wp*abs(self%offset)
-         swing = 0.0_wp
          do i = 1, oscillators%count
-            here%signal = here%signal + self%weight(i)*z(i)
+            here%signal = here%signal + weight(i)*z(i)
             ! the phase W t is rounded too
-            magnitude = magnitude + abs(self%weight(i))*(4.0_wp*abs(z(i)) + t*abs(v(i)))
+            magnitude = magnitude + abs(weight(i))*(4.0_wp*abs(z(i)) + t*abs(v(i)))
          end do
          here%signal_rounding = epsilon(1.0_wp)*magnitude
-         if (order == 0 .and. self%offset > 0.0_wp) then
-            do i = 1, oscillators%count
-               swing = swing + abs(self%weight(i))*envelope(oscillators, i, z(i), v(i))
-            end do
-            here%floor = self%offset - swing
-         end if
+         if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - bound_of_sum(oscillators, weight, z, v)
          do k = 1, order
             a = -oscillators%square*(z + oscillators%two_zeta*v)
             z = v
@@ -108,15 +102,15 @@ contains
             here%value = here%signal
             here%rounding = here%signal_rounding
          else
-            here%value = sum(self%weight*z)
-            here%rounding = 4.0_wp*epsilon(1.0_wp)*sum(abs(self%weight*z))
+            here%value = sum(weight*z)
+            here%rounding = 4.0_wp*epsilon(1.0_wp)*sum(abs(weight*z))
          end if
          do i = 1, oscillators%count
-            second = -oscillators%square(i)*(z(i) + oscillators%two_zeta*v(i))
-            third = -oscillators%square(i)*(v(i) + oscillators%two_zeta*second)
-            here%slope = here%slope + self%weight(i)*v(i)
-            here%bound = here%bound + abs(self%weight(i))*envelope(oscillators, i, second, third)
+            a(i) = -oscillators%square(i)*(z(i) + oscillators%two_zeta*v(i))
+            jerk(i) = -oscillators%square(i)*(v(i) + oscillators%two_zeta*a(i))
+            here%slope = here%slope + weight(i)*v(i)
          end do
+         here%bound = bound_of_sum(oscillators, weight, a, jerk)
          here%bound_both = here%bound
          if (self%surface > 0.0_wp) then
             surface = self%surface*exp(-self%rate*t)
@@ -128,32 +122,37 @@ contains
       end associate
    end subroutine look
 
-   !> From now on an oscillator stays within this: the smaller of the bounds by its energy, which is good near
-   !> critical damping, and by its envelope, which is good far from it.
-   pure function envelope(oscillators, i, z, v) result(bound)
+   !> From now on |sum weight z| stays within this. Each oscillator by the smaller of two bounds: its energy's,
+   !> which is good near critical damping, and its envelope's, which is good far from it.
+   pure function bound_of_sum(oscillators, weight, z, v) result(bound)
       !> The family
       type(oscillators_t), intent(in) :: oscillators
-      !> Which of them
-      integer, intent(in) :: i
-      !> Its state now
-      real(wp), intent(in) :: z
-      real(wp), intent(in) :: v
+      !> Weights, [count]
+      real(wp), intent(in) :: weight(:)
+      !> State now, [count]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
       real(wp) :: bound
 
-      real(wp) :: fast
+      real(wp) :: energy, envelope, spread
+      integer :: i
 
-      bound = z**2 + v**2/oscillators%square(i)
-      associate (decay => oscillators%decay(i), spread => oscillators%spread(i))
-         if (i <= oscillators%oscillating) then
-            if (spread > 0.0_wp) bound = min(bound, z**2 + ((v + decay*z)/spread)**2)
-            bound = sqrt(bound)
-         else
-            bound = sqrt(bound)
+      bound = 0.0_wp
+      associate (square => oscillators%square, decay => oscillators%decay)
+         do i = 1, oscillators%oscillating
+            spread = max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
+            energy = v(i)**2/square(i)
+            envelope = ((v(i) + decay(i)*z(i))/spread)**2
+            bound = bound + abs(weight(i))*sqrt(z(i)**2 + min(energy, envelope))
+         end do
+         do i = oscillators%oscillating + 1, oscillators%count
             ! z = A exp(-slow t) + B exp(-fast t)
-            fast = decay + 2.0_wp*spread
-            if (spread > 0.0_wp) bound = min(bound, (abs(v + fast*z) + abs(v + decay*z))/(2.0_wp*spread))
-         end if
+            spread = max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
+            energy = sqrt(z(i)**2 + v(i)**2/square(i))
+            envelope = (abs(v(i) + (decay(i) + 2.0_wp*spread)*z(i)) + abs(v(i) + decay(i)*z(i)))/(2.0_wp*spread)
+            bound = bound + abs(weight(i))*min(energy, envelope)
+         end do
       end associate
-   end function envelope
+   end function bound_of_sum
 
 end module modal_signal
