@@ -295,14 +295,14 @@ contains
          do m = 1, size(near)
             if (done(m)) cycle
             call distances(problem, near(m), offset(m), distance)
-            j = minloc(abs(distance), dim=1)
+            j = minloc(size_of(distance), dim=1)
             if (j /= near(m)) then
                near(m) = j
                offset(m) = distance(j)
             end if
             s = problem%pole(near(m)) + offset(m)
             call secular(problem, s, distance, value, slope, noise, condition)
-            if (abs(value) <= noise) then
+            if (size_of(value) <= noise) then
                done(m) = .true.
                cycle
             end if
@@ -340,6 +340,15 @@ contains
       end do
       converged = count(aimag(problem%pole(near) + offset) > 0.0_wp) == count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine find_all_roots
+
+   !> |Re z| + |Im z|: within sqrt(2) of |z|, without its square root.
+   elemental function size_of(z) result(value)
+      !> Number
+      complex(wp), intent(in) :: z
+      real(wp) :: value
+
+      value = abs(real(z, wp)) + abs(aimag(z))
+   end function size_of
 
    !> Offset of a root from its pole where the other poles are far: the pole's own term balances the rest.
    pure function weakly_coupled_offset(problem, near, s, distance) result(offset)
@@ -403,18 +412,18 @@ contains
       do i = 1, problem%modes
          d = problem%weight(i)/(distance(2*i - 1)*distance(2*i))
          g = g + d
-         size_of_value = size_of_value + abs(d)
+         size_of_value = size_of_value + size_of(d)
          d = d*(1.0_wp/distance(2*i - 1) + 1.0_wp/distance(2*i))
          g_slope = g_slope - d
-         size_of_slope = size_of_slope + abs(d)
+         size_of_slope = size_of_slope + size_of(d)
       end do
       if (problem%has_branch) then
          associate (stiff => problem%stiffness + problem%branch_stiffness, shifted => distance(problem%poles))
             numerator = stiff*s + problem%stiffness*problem%rate
             value = shifted + numerator*g
             slope = 1.0_wp + stiff*g + numerator*g_slope
-            size_of_slope = 1.0_wp + stiff*abs(g) + abs(numerator)*size_of_slope
-            size_of_value = abs(shifted) + (stiff*abs(s) + problem%stiffness*problem%rate)*size_of_value
+            size_of_slope = 1.0_wp + stiff*size_of(g) + size_of(numerator)*size_of_slope
+            size_of_value = size_of(shifted) + (stiff*size_of(s) + problem%stiffness*problem%rate)*size_of_value
          end associate
       else
          value = 1.0_wp + problem%stiffness*g
@@ -423,7 +432,7 @@ contains
          size_of_value = 1.0_wp + problem%stiffness*size_of_value
       end if
       noise = 8.0_wp*epsilon(1.0_wp)*size_of_value
-      condition = size_of_slope/max(abs(slope), tiny(1.0_wp)*max(size_of_slope, 1.0_wp))
+      condition = size_of_slope/max(size_of(slope), tiny(1.0_wp)*max(size_of_slope, 1.0_wp))
    end subroutine secular
 
    !> Amplitudes c of P(t) = P_static + sum weight Re(c exp(s t)) from the state at the start of a contact.
