@@ -20,6 +20,9 @@ module contact_modes
    !> Modes whose value at the stop is below this share of the greatest do not feel it.
    real(wp), parameter :: least_coupling = 1.0e-100_wp
 
+   !> Above this condition two exponents are taken together.
+   real(wp), parameter :: greatest_condition = 1.0e3_wp
+
    !> The secular function, with its poles: of a weakly coupled mode the exponent lies so near to its pole that
    !> only their distance can carry the digits, so every root is kept as a pole and an offset.
    type :: secular_t
@@ -124,9 +127,112 @@ contains
          modes%stop_value(m) = sum(beam%stop_value*modes%shape(:, m))
          modes%tip_value(m) = sum(beam%tip_value*modes%shape(:, m))
       end do
+      if (any(modes%condition > greatest_condition)) call replace_clusters(beam, problem, active, s, keep, modes)
       modes%static_tip = sum(beam%tip_value*beam%stop_value/beam%oscillators%square)
       if (beam%stop_is_tip) modes%static_tip = beam%flexibility
    end subroutine make_contact_modes
+
+   !> Two exponents that nearly coalesce have large amplitudes that cancel. Their sum is the integral of the Laplace
+   !> transform over a circle around both, where nothing is large: by the trapezoidal rule, which converges
+   !> geometrically there, the points of the circle take the place of the two exponents
+   !> (Trefethen and Weideman, SIAM Rev. 56 (2014) 385).
+   subroutine replace_clusters(beam, problem, active, s, keep, modes)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> The secular function
+      type(secular_t), intent(in) :: problem
+      !> Modes that move the stop point
+      integer, intent(in) :: active(:)
+      !> All exponents, and which of them `modes` has
+      complex(wp), intent(in) :: s(:)
+      integer, intent(in) :: keep(:)
+      !> Clusters are replaced
+      type(contact_modes_t), intent(inout) :: modes
+
+      integer, parameter :: points = 48
+      type(contact_modes_t) :: circles
+      complex(wp) :: center, direction, node, value, slope, distance(problem%poles)
+      real(wp) :: apart, room, radius, noise, angle
+      logical :: gone(size(keep)), on_axis
+      integer :: m, i, k, partner, near, place
+
+      gone = .false.
+      call make_room(circles, beam%count, (points + 1)*size(keep))
+      do m = 1, size(keep)
+         if (gone(m) .or. modes%condition(m) <= greatest_condition) cycle
+         partner = minloc(abs(s - s(keep(m))), dim=1, mask=[(i, i=1, size(s))] /= keep(m))
+         center = 0.5_wp*(s(keep(m)) + s(partner))
+         apart = abs(s(keep(m)) - s(partner))
+         on_axis = abs(aimag(center)) <= apart
+         if (on_axis) center = real(center, wp)
+         room = minval(abs(s - center), mask=[(i, i=1, size(s))] /= keep(m) .and. [(i, i=1, size(s))] /= partner)
+         room = min(room, minval(abs(problem%pole - center)))
+         ! inside the half plane of decay, far from everything else
+         radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*room)
+         if (radius < 2.5_wp*apart) cycle
+         gone(m) = .true.
+         do i = 1, size(keep)
+            if (keep(i) == partner) gone(i) = .true.
+         end do
+         do k = 1, points
+            angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(points, wp)
+            ! around the real axis the lower half is the conjugate of the upper one
+            if (on_axis .and. k > points/2) exit
+            direction = cmplx(cos(angle), sin(angle), wp)
+            node = center + radius*direction
+            near = minloc(abs(problem%pole - node), dim=1)
+            call distances(problem, near, node - problem%pole(near), distance)
+            place = circles%count + 1
+            circles%count = place
+            call secular(problem, node, distance, value, slope, noise, circles%condition(place))
+            circles%condition(place) = 1.0_wp
+            circles%exponent(place) = node
+            circles%weight(place) = 2.0_wp
+            circles%derivative(place) = value*real(points, wp)/(radius*direction)
+            do i = 1, size(active)
+               circles%shape(active(i), place) = beam%stop_value(active(i))/(distance(2*i - 1)*distance(2*i))
+            end do
+            circles%stop_value(place) = sum(beam%stop_value*circles%shape(:, place))
+            circles%tip_value(place) = sum(beam%tip_value*circles%shape(:, place))
+         end do
+      end do
+      if (.not. any(gone)) return
+      do m = 1, size(keep)
+         if (gone(m)) cycle
+         place = circles%count + 1
+         circles%count = place
+         circles%exponent(place) = modes%exponent(m)
+         circles%weight(place) = modes%weight(m)
+         circles%derivative(place) = modes%derivative(m)
+         circles%condition(place) = modes%condition(m)
+         circles%shape(:, place) = modes%shape(:, m)
+         circles%stop_value(place) = modes%stop_value(m)
+         circles%tip_value(place) = modes%tip_value(m)
+      end do
+      associate (all => circles%count)
+         modes%count = all
+         modes%exponent = circles%exponent(:all)
+         modes%weight = circles%weight(:all)
+         modes%derivative = circles%derivative(:all)
+         modes%condition = circles%condition(:all)
+         modes%shape = circles%shape(:, :all)
+         modes%stop_value = circles%stop_value(:all)
+         modes%tip_value = circles%tip_value(:all)
+      end associate
+   end subroutine replace_clusters
+
+   !> Room for some exponents.
+   pure subroutine make_room(modes, free, most)
+      !> Nothing in it yet
+      type(contact_modes_t), intent(inout) :: modes
+      !> Number of free modes, and of exponents at most
+      integer, intent(in) :: free
+      integer, intent(in) :: most
+
+      allocate (modes%exponent(most), modes%weight(most), modes%derivative(most), modes%condition(most))
+      allocate (modes%shape(free, most), modes%stop_value(most), modes%tip_value(most))
+      modes%shape = (0.0_wp, 0.0_wp)
+   end subroutine make_room
 
    !> The poles of the secular function: exponents of the free modes, pairs side by side, and of the branch.
    subroutine make_secular(beam, active, zeta, spring, problem)
