@@ -677,17 +677,18 @@ contains
       !> In the beam, in the stop
       real(wp), intent(out) :: lost(2)
 
-      complex(wp) :: plain, conjugate, pair
+      complex(wp) :: plain, conjugate, pair, factor(modes%count)
       real(wp), dimension(size(q0)) :: q, v
       integer :: m, n
 
       lost = 0.0_wp
+      factor = exp(modes%exponent*t)
       do n = 1, modes%count
          do m = 1, modes%count
             pair = amplitude(m)*amplitude(n)
-            plain = pair*integral(modes%exponent(m) + modes%exponent(n), t)
+            plain = pair*integral(modes%exponent(m) + modes%exponent(n), t, factor(m)*factor(n))
             pair = amplitude(m)*conjg(amplitude(n))
-            conjugate = pair*integral(modes%exponent(m) + conjg(modes%exponent(n)), t)
+            conjugate = pair*integral(modes%exponent(m) + conjg(modes%exponent(n)), t, factor(m)*conjg(factor(n)))
             lost(1) = lost(1) + 0.5_wp*real(losses%beam_plain(m, n)*plain + losses%beam_conjugate(m, n)*conjugate, wp)
             lost(2) = lost(2) + 0.5_wp*real(losses%stop_plain(m, n)*plain + losses%stop_conjugate(m, n)*conjugate, wp)
          end do
@@ -700,21 +701,23 @@ contains
    end subroutine contact_losses
 
    !> (exp(s t) - 1)/s without cancellation.
-   elemental function integral(s, t) result(value)
+   elemental function integral(s, t, power) result(value)
       !> Exponent
       complex(wp), intent(in) :: s
       !> Time
       real(wp), intent(in) :: t
+      !> exp(s t)
+      complex(wp), intent(in) :: power
       complex(wp) :: value
 
       complex(wp) :: x
 
       x = s*t
-      if (abs(x) < 0.1_wp) then
+      if (size_of(x) < 0.1_wp) then
          value = t*(1.0_wp + x/2.0_wp*(1.0_wp + x/3.0_wp*(1.0_wp + x/4.0_wp*(1.0_wp + x/5.0_wp*(1.0_wp + x/6.0_wp &
                     *(1.0_wp + x/7.0_wp*(1.0_wp + x/8.0_wp*(1.0_wp + x/9.0_wp*(1.0_wp + x/10.0_wp)))))))))
       else
-         value = (exp(x) - 1.0_wp)/s
+         value = (power - 1.0_wp)/s
       end if
    end function integral
 

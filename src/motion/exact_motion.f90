@@ -4,7 +4,7 @@ module exact_motion
    use exact_restitution, only: restitution_run_t, run_exact_restitution
    use exact_three_element, only: run_exact_three_element, three_element_run_t
    use failures, only: failure_t
-   use kinds, only: wp
+   use kinds, only: lambda1, wp
    use modal_beam, only: make_modal_beam, modal_beam_t
    use modal_recorder, only: make_recorder, recorder_t
    use natural_solver, only: natural_modes
@@ -15,7 +15,7 @@ module exact_motion
    use stop_models, only: make_three_element
    implicit none (type, external)
    private
-   public :: exact_response
+   public :: exact_response, modes_that_matter
 
 contains
 
@@ -43,11 +43,15 @@ contains
       type(modal_beam_t), target :: beam
       type(recorder_t) :: recorder
       real(wp), allocatable :: lambda(:), modes(:, :), start(:)
-      integer :: i, samples
+      integer :: i, kept, samples
 
       call natural_modes(model, model%stiffness%order, lambda, modes, error)
       if (allocated(error)) return
-      call make_modal_beam(lambda, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
+      kept = size(lambda)
+      if (.not. response_settings%keep_all_modes .and. stop_settings%impulse /= impulse_nodal) &
+         kept = modes_that_matter((lambda/lambda1)**4, modes(model%stop_dof, :), 1.0_wp + stop_settings%preload, &
+                                  response_settings%mode_tolerance, stop_settings%law /= law_three_element)
+      call make_modal_beam(lambda(:kept), modes(model%stop_dof, :kept), modes(model%tip_dof, :kept), zeta, beam)
       samples = count_samples(response_settings%duration, response_settings%step)
       call open_records(model%mesh%elements, output_settings, samples, response_settings%step, response)
       call make_recorder(samples, response_settings%step, beam%count, response, recorder)
@@ -63,10 +67,10 @@ contains
       end if
       if (allocated(error) .or. .not. allocated(response%shape_tau)) return
       do i = 1, model%mesh%elements
-         response%shape_displacement(i, :) = matmul(modes(2*i - 1, :), recorder%shape_z) - stop_settings%preload
-         response%shape_slope(i, :) = matmul(modes(2*i, :), recorder%shape_z)
-         response%shape_velocity(i, :) = matmul(modes(2*i - 1, :), recorder%shape_v)
-         response%shape_slope_velocity(i, :) = matmul(modes(2*i, :), recorder%shape_v)
+         response%shape_displacement(i, :) = matmul(modes(2*i - 1, :kept), recorder%shape_z) - stop_settings%preload
+         response%shape_slope(i, :) = matmul(modes(2*i, :kept), recorder%shape_z)
+         response%shape_velocity(i, :) = matmul(modes(2*i - 1, :kept), recorder%shape_v)
+         response%shape_slope_velocity(i, :) = matmul(modes(2*i, :kept), recorder%shape_v)
       end do
       response%shape_displacement(0, :) = -stop_settings%preload
 
@@ -108,5 +112,36 @@ contains
       end function three_element_run
 
    end subroutine exact_response
+
+   !> How many of the lowest modes can matter. No energy is ever won, so at any time sum W_i^2 q_i^2 <= 2 E(0),
+   !> and the modes left out move the stop point by |sum b_i q_i| <= sqrt(2 E(0) sum b_i^2/W_i^2). Where impulses
+   !> act, the mass that takes part in them counts as well, 1/sum b_i^2, which high modes hold as much of as low ones.
+   pure function modes_that_matter(square, stop_value, pull, tolerance, impulsive) result(kept)
+      !> W_i^2, ascending
+      real(wp), intent(in) :: square(:)
+      !> b_i
+      real(wp), intent(in) :: stop_value(:)
+      !> y_c(0), where the run starts
+      real(wp), intent(in) :: pull
+      !> What they may contribute together
+      real(wp), intent(in) :: tolerance
+      !> Impulses act on the stop point
+      logical, intent(in) :: impulsive
+      integer :: kept
+
+      real(wp) :: twice_energy, tail, mobility, lost
+
+      twice_energy = pull**2/sum(stop_value**2/square)
+      mobility = sum(stop_value**2)
+      tail = 0.0_wp
+      lost = 0.0_wp
+      ! a pinned beam needs two free modes
+      do kept = size(square), 3, -1
+         tail = tail + stop_value(kept)**2/square(kept)
+         lost = lost + stop_value(kept)**2
+         if (sqrt(twice_energy*tail) > tolerance) return
+         if (impulsive .and. lost > tolerance*mobility) return
+      end do
+   end function modes_that_matter
 
 end module exact_motion

@@ -4,7 +4,7 @@
 module scene_groups
    use kinds, only: wp
    use scene_types, only: beam_settings_t, frequency_settings_t, impulse_names, law_names, law_restitution, &
-      law_three_element, mesh_settings_t, method_names, method_newmark, name_length, &
+      law_three_element, mesh_settings_t, method_exact, method_names, method_newmark, name_length, &
       output_settings_t, reference_names, response_settings_t, scene_t, shape_height_table, &
       shape_section_table, shape_taper, solver_names, stop_settings_t
    use scene_walk, only: scene_walk_t
@@ -230,7 +230,8 @@ contains
       type(physical_t), intent(inout) :: physical
 
       character(*), parameter :: newmark = 'method = ''newmark'''
-      logical :: is_newmark
+      character(*), parameter :: exact = 'method = ''exact'''
+      logical :: is_newmark, is_exact
 
       call walk%item('duration', response%duration, 'length of the run, tau = omega1 t', duration_range)
       call walk%item('duration_time', physical%duration_time, 'length of the run, time', physical_range, &
@@ -240,6 +241,7 @@ contains
          role_t(instead_of='step'))
       call walk%choice('method', response%method, 'way through time', method_names)
       is_newmark = response%method == method_newmark
+      is_exact = response%method == method_exact
       call walk%item('newmark_beta', response%newmark_beta, 'Newmark''s beta', within(0.0_wp, 1.0_wp), &
          role_t(is_newmark, newmark))
       call walk%choice('newmark_scheme', physical%newmark_scheme, 'beta by name: 1/4, 1/6, 0', scheme_names, &
@@ -256,6 +258,9 @@ contains
          within(1.0e-14_wp, 0.1_wp))
       call walk%item('event_limit', response%event_limit, 'events after which the run fails', &
          within(1, 1000000000))
+      call walk%item('mode_tolerance', response%mode_tolerance, 'eta that modes left out may contribute', &
+         within(0.0_wp, 0.1_wp), role_t(is_exact, exact))
+      call walk%item('keep_all_modes', response%keep_all_modes, 'leave out no mode', role_t(is_exact, exact))
    end subroutine walk_response
 
    !> &frequencies

@@ -233,6 +233,9 @@ contains
             'duration over step is '//to_text(response%duration/response%step) &
             //' samples: must be at most '//to_text(most_numbers)//' to fit into memory')
       end if
+      if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
+         call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
+      end if
    end subroutine resolve_response
 
    !> The second name if the file has that one, else the first.

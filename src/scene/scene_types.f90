@@ -136,6 +136,10 @@ module scene_types
       real(wp) :: hop_tolerance = 1.0e-8_wp
       !> Events after which the run fails
       integer :: event_limit = 10000000
+      !> `exact`: eta of the stop point that the modes left out together may contribute
+      real(wp) :: mode_tolerance = 1.0e-9_wp
+      !> `exact`: keep all modes, whatever they contribute
+      logical :: keep_all_modes = .false.
    end type response_settings_t
 
    !> &frequencies: a table of lambda for every solver and every mesh
