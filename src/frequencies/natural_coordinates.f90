@@ -61,7 +61,7 @@ contains
       logical :: in_pieces
 
       natural%elements = mesh%elements
-      natural%length = mesh%length
+      allocate (natural%length, source=mesh%length)
       natural%root_tip_mass = sqrt(max(tip_mass_ratio, 0.0_wp))
       call gauss_rule((6 + area_degree(section))/2 + 1, mass_point, mass_weight)
       call gauss_rule((2 + inertia_degree(section))/2 + 1, stiffness_point, stiffness_weight)
