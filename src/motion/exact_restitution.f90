@@ -59,7 +59,7 @@ contains
       type(search_t) :: search
       real(wp), dimension(beam%count) :: q, v
       real(wp) :: t, before
-      logical :: after_rebound, held
+      logical :: after_rebound, held, touching
       integer :: order, standstill
 
       t = 0.0_wp
@@ -68,8 +68,23 @@ contains
       after_rebound = .false.
       standstill = 0
       call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
-      gap%start_order = merge(0, 2, sum(gap%weight*q) + gap%offset > 0.0_wp)
+      touching = .false.
+      if (sum(gap%weight*q) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*q)) + abs(gap%offset))) then
+         ! the run starts on the surface
+         call capture(beam, run, t, q, v, gap%start_order, recorder, response)
+         touching = gap%start_order == 0
+      end if
       do
+         before = t
+         if (touching) then
+            if (.not. pinned%made) then
+               call make_pinned_beam(beam, run%zeta, pinned)
+               response%factorisations = response%factorisations + 1
+            end if
+            call contact(run, pinned, t, q, v, pinned_steps, recorder, response)
+            if (response%ends_in_contact) return
+            gap%start_order = 3
+         end if
          gap%z = q
          gap%v = v
          call first_zero(gap, run%duration - t, search)
@@ -79,7 +94,6 @@ contains
                                     recorder, response)
             return
          end if
-         before = t
          held = .false.
          if (search%outcome == found_zero .and. after_rebound) then
             if (search%greatest < run%hop_tolerance) held = is_hop(beam, gap, search%time, run%hop_tolerance)
@@ -98,16 +112,8 @@ contains
             end if
          end if
          after_rebound = order == 1
+         touching = order == 0
          gap%start_order = order
-         if (order == 0) then
-            if (.not. pinned%made) then
-               call make_pinned_beam(beam, run%zeta, pinned)
-               response%factorisations = response%factorisations + 1
-            end if
-            call contact(run, pinned, t, q, v, pinned_steps, recorder, response)
-            if (response%ends_in_contact) return
-            gap%start_order = 3
-         end if
          if (response%event_count > run%event_limit) then
             call fail(error, status_run_failed, 'more events than event_limit allows; the run was given up')
             return

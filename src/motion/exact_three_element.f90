@@ -58,7 +58,8 @@ contains
       type(event_t) :: event
       real(wp), dimension(beam%count) :: q, v
       real(wp) :: t, before, branch_force
-      integer :: standstill
+      integer :: force_order, standstill
+      logical :: touching
 
       t = 0.0_wp
       q = start
@@ -67,9 +68,30 @@ contains
       standstill = 0
       call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
       if (run%spring%branch_stiffness > 0.0_wp) gap%rate = run%spring%surface_rate
-      gap%start_order = merge(0, 2, sum(gap%weight*q) + gap%offset > 0.0_wp)
+      touching = .false.
+      force_order = 1
+      if (sum(gap%weight*q) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*q)) + abs(gap%offset))) then
+         ! the run starts at rest on the surface: it leaves, or the force grows from zero like the indentation
+         touching = sum(beam%stop_value*beam%oscillators%square*q) > 0.0_wp
+         gap%start_order = 2
+         if (touching) force_order = 2
+      end if
       do
          before = t
+         if (touching) then
+            event = event_t(tau=t, kind=event_contact, eta=sum(beam%stop_value*q) - run%surface, &
+                            velocity_before=sum(beam%stop_value*v), velocity_after=sum(beam%stop_value*v))
+            call append_event(response, event)
+            if (.not. modes%made) then
+               call make_contact_modes(beam, run%zeta, run%spring, modes, error)
+               if (allocated(error)) return
+               response%factorisations = response%factorisations + 1
+            end if
+            call contact(beam, run, modes, force_order, t, q, v, branch_force, recorder, response)
+            force_order = 1
+            if (response%ends_in_contact) return
+            gap%start_order = 1
+         end if
          gap%z = q
          gap%v = v
          gap%surface = -branch_force/run%spring%stiffness
@@ -84,17 +106,7 @@ contains
          t = t + search%time
          ! the surface pushes back nothing: P = k u + P2 = 0
          branch_force = branch_force*exp(-gap%rate*search%time)
-         event = event_t(tau=t, kind=event_contact, eta=sum(beam%stop_value*q) - run%surface, &
-                         velocity_before=sum(beam%stop_value*v), velocity_after=sum(beam%stop_value*v))
-         call append_event(response, event)
-         if (.not. modes%made) then
-            call make_contact_modes(beam, run%zeta, run%spring, modes, error)
-            if (allocated(error)) return
-            response%factorisations = response%factorisations + 1
-         end if
-         call contact(beam, run, modes, t, q, v, branch_force, recorder, response)
-         if (response%ends_in_contact) return
-         gap%start_order = 1
+         touching = .true.
          if (response%event_count > run%event_limit) then
             call fail(error, status_run_failed, 'more events than event_limit allows; the run was given up')
             return
@@ -108,13 +120,15 @@ contains
    end subroutine run_exact_three_element
 
    !> One contact, from P = 0 to P = 0.
-   subroutine contact(beam, run, modes, t, q, v, branch_force, recorder, response)
+   subroutine contact(beam, run, modes, start_order, t, q, v, branch_force, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
       type(three_element_run_t), intent(in) :: run
       !> Exponents of the contact
       type(contact_modes_t), intent(in) :: modes
+      !> First derivative of P that does not vanish at the start: 1 on arrival, 2 from rest
+      integer, intent(in) :: start_order
       !> Instant; the separation on return
       real(wp), intent(inout) :: t
       !> Modal state
@@ -137,7 +151,7 @@ contains
       force%offset = static_force
       allocate (force%exponent, source=modes%exponent)
       allocate (force%amplitude, source=modes%weight*amplitude)
-      force%start_order = 1
+      force%start_order = start_order
       call first_zero(force, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) search%time = run%duration - t
