@@ -5,7 +5,7 @@ module exact_restitution
    use damped_oscillators, only: propagate
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t
+   use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t
    use modal_signal, only: make_modal_signal, modal_signal_t
    use modal_recorder, only: charge_event, keep_energy, keep_shape, modal_energy, next_sample, next_sample_time, &
                              phase_sampler_t, record_free_motion, record_sample, recorder_t, samples_before, shape_due, &
@@ -38,9 +38,11 @@ module exact_restitution
 contains
 
    !> From rest at the given modal coordinates to the end of the run.
-   subroutine run_exact_restitution(beam, run, start, recorder, response, error)
+   subroutine run_exact_restitution(beam, shared, run, start, recorder, response, error)
       !> The beam in its free modes
       type(modal_beam_t), target, intent(in) :: beam
+      !> The beam held at the stop, if made beforehand
+      type(support_t), intent(in) :: shared
       !> Stop and run
       type(restitution_run_t), intent(in) :: run
       !> Modal coordinates at tau = 0, at rest, [modes]
@@ -78,7 +80,7 @@ contains
          before = t
          if (touching) then
             if (.not. pinned%made) then
-               call make_pinned_beam(beam, run%zeta, pinned)
+               call make_pinned_beam(beam, run%zeta, shared, pinned)
                response%factorisations = response%factorisations + 1
             end if
             call contact(run, pinned, t, q, v, pinned_steps, recorder, response)

@@ -2,10 +2,10 @@
 !> tip. Mass-normalised modes: M becomes the unit matrix, K the squared frequencies.
 module modal_beam
    use damped_oscillators, only: make_oscillators, oscillators_t
-   use kinds, only: lambda1, wp
+   use kinds, only: wp
    implicit none (type, external)
    private
-   public :: modal_beam_t, make_modal_beam, pinned_beam_t, make_pinned_beam, attach_spring
+   public :: modal_beam_t, make_modal_beam, support_t, make_support, pinned_beam_t, make_pinned_beam, attach_spring
 
    type :: modal_beam_t
       !> Number of modes kept
@@ -24,32 +24,38 @@ module modal_beam
       real(wp) :: flexibility = 0.0_wp
    end type modal_beam_t
 
-   !> The beam held at the stop point, as a constraint on the free modes.
-   type :: pinned_beam_t
-      !> Made at the first capture
+   !> The beam held at the stop point, as a constraint on the free modes; damping has no part in it.
+   type :: support_t
+      !> It has been made
       logical :: made = .false.
-      !> Number of pinned modes, one less than free ones
-      integer :: count = 0
-      type(oscillators_t) :: oscillators
+      !> Squared frequencies W^2 of the pinned modes, ascending, [pinned]
+      real(wp), allocatable :: square(:)
       !> Pinned modes in the free ones, orthonormal, [free, pinned]
       real(wp), allocatable :: mode(:, :)
-      !> Reaction per unit of each pinned mode (and of 2 zeta times its rate), [count]
+      !> Reaction per unit of each pinned mode (and of 2 zeta times its rate), [pinned]
       real(wp), allocatable :: reaction(:)
       !> Free modal coordinates of the static shape that moves the stop point by 1, [free]
       real(wp), allocatable :: static(:)
-      !> The tip in this shape, and in each pinned mode, [count]
+      !> The tip in this shape, and in each pinned mode, [pinned]
       real(wp) :: static_tip = 0.0_wp
       real(wp), allocatable :: tip_value(:)
       !> Force that it takes
       real(wp) :: static_force = 0.0_wp
+   end type support_t
+
+   !> The same, with its pinned modes as oscillators.
+   type, extends(support_t) :: pinned_beam_t
+      !> Number of pinned modes, one less than free ones
+      integer :: count = 0
+      type(oscillators_t) :: oscillators
    end type pinned_beam_t
 
 contains
 
    !> Free modes for the motion.
-   pure subroutine make_modal_beam(lambda, stop_value, tip_value, zeta, beam)
-      !> lambda_i, ascending
-      real(wp), intent(in) :: lambda(:)
+   pure subroutine make_modal_beam(square, stop_value, tip_value, zeta, beam)
+      !> W_i^2, ascending
+      real(wp), intent(in) :: square(:)
       !> Mass-normalised modes at the stop point and at the tip, rho Abar L = 1
       real(wp), intent(in) :: stop_value(:)
       real(wp), intent(in) :: tip_value(:)
@@ -58,8 +64,8 @@ contains
       !> The beam in its modes
       type(modal_beam_t), intent(out) :: beam
 
-      beam%count = size(lambda)
-      call make_oscillators((lambda/lambda1)**4, zeta, beam%oscillators)
+      beam%count = size(square)
+      call make_oscillators(square, zeta, beam%oscillators)
       allocate (beam%stop_value, source=stop_value)
       allocate (beam%tip_value, source=tip_value)
       beam%stop_is_tip = all(abs(stop_value - tip_value) <= 0.0_wp)
@@ -74,13 +80,11 @@ contains
    !> r b_i/(W_i^2 - w^2), r their reaction (Dowell, J. Appl. Mech. 46 (1979) 206: free vibrations of a
    !> linear structure with constraints). A root is sought as its distance from the nearer pole, so
    !> that no difference W_i^2 - w^2 cancels. A mode with a node at the stop (b_i vanishes) is its own pinned mode.
-   pure subroutine make_pinned_beam(beam, zeta, pinned)
+   pure subroutine make_support(beam, support)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
-      !> zeta, >= 0
-      real(wp), intent(in) :: zeta
       !> The beam held at the stop
-      type(pinned_beam_t), intent(out) :: pinned
+      type(support_t), intent(out) :: support
 
       integer, allocatable :: active(:)
       real(wp), allocatable :: square(:)
@@ -91,12 +95,11 @@ contains
       real(wp) :: key
 
       n = beam%count
-      pinned%made = .true.
-      pinned%count = n - 1
-      allocate (pinned%mode(n, n - 1), pinned%reaction(n - 1), square(n - 1))
-      pinned%mode = 0.0_wp
-      pinned%static_force = 1.0_wp/beam%flexibility
-      allocate (pinned%static, source=beam%stop_value/beam%oscillators%square*pinned%static_force)
+      support%made = .true.
+      allocate (support%mode(n, n - 1), support%reaction(n - 1), square(n - 1))
+      support%mode = 0.0_wp
+      support%static_force = 1.0_wp/beam%flexibility
+      allocate (support%static, source=beam%stop_value/beam%oscillators%square*support%static_force)
       associate (b => beam%stop_value, w2 => beam%oscillators%square)
          allocate (active, source=pack([(i, i=1, n)], abs(b) > 1.0e-14_wp*maxval(abs(b))))
          j = 0
@@ -104,8 +107,8 @@ contains
             if (any(active == i)) cycle
             j = j + 1
             square(j) = w2(i)
-            pinned%reaction(j) = 0.0_wp
-            pinned%mode(i, j) = 1.0_wp
+            support%reaction(j) = 0.0_wp
+            support%mode(i, j) = 1.0_wp
          end do
          alone = j
          allocate (distance(size(active), size(active) - 1), consistent(size(active)))
@@ -116,8 +119,8 @@ contains
          consistent = sign(sqrt(consistent), b(active))
          do a = 1, size(active) - 1
             norm = 1.0_wp/sqrt(sum((consistent/distance(:, a))**2))
-            pinned%reaction(alone + a) = norm
-            pinned%mode(active, alone + a) = norm*consistent/distance(:, a)
+            support%reaction(alone + a) = norm
+            support%mode(active, alone + a) = norm*consistent/distance(:, a)
          end do
       end associate
       order = [(i, i=1, n - 1)]
@@ -132,16 +135,40 @@ contains
          end do
          order(k + 1) = held
       end do
-      pinned%mode = pinned%mode(:, order)
-      pinned%reaction = pinned%reaction(order)
-      allocate (pinned%tip_value, source=matmul(beam%tip_value, pinned%mode))
-      pinned%static_tip = sum(beam%tip_value*pinned%static)
+      support%mode = support%mode(:, order)
+      support%reaction = support%reaction(order)
+      allocate (support%tip_value, source=matmul(beam%tip_value, support%mode))
+      support%static_tip = sum(beam%tip_value*support%static)
       if (beam%stop_is_tip) then
          ! held exactly, not to rounding
-         pinned%tip_value = 0.0_wp
-         pinned%static_tip = 1.0_wp
+         support%tip_value = 0.0_wp
+         support%static_tip = 1.0_wp
       end if
-      call make_oscillators(square(order), zeta, pinned%oscillators)
+      allocate (support%square, source=square(order))
+   end subroutine make_support
+
+   !> The beam held at the stop, ready to move.
+   pure subroutine make_pinned_beam(beam, zeta, shared, pinned)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> zeta, >= 0
+      real(wp), intent(in) :: zeta
+      !> Made beforehand for all runs of this beam; not used unless it fits
+      type(support_t), intent(in) :: shared
+      !> The beam held at the stop
+      type(pinned_beam_t), intent(out) :: pinned
+
+      logical :: fits
+
+      fits = shared%made
+      if (fits) fits = size(shared%static) == beam%count
+      if (fits) then
+         pinned%support_t = shared
+      else
+         call make_support(beam, pinned%support_t)
+      end if
+      pinned%count = size(pinned%square)
+      call make_oscillators(pinned%square, zeta, pinned%oscillators)
    end subroutine make_pinned_beam
 
    !> Weights for which the computed roots are exact; they differ from the given ones by rounding only, but modes

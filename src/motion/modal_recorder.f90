@@ -66,13 +66,14 @@ contains
       real(wp), intent(in) :: step
       !> Number of modes
       integer, intent(in) :: modes
-      !> What is asked for: its `shape_tau`
+      !> What is asked for: its `tau` and `shape_tau`
       type(response_t), intent(in) :: response
       !> The recorder
       type(recorder_t), intent(out) :: recorder
 
       recorder%step = step
       recorder%last = samples
+      if (.not. allocated(response%tau)) recorder%last = -1
       if (.not. allocated(response%shape_tau)) return
       allocate (recorder%shape_tau, source=response%shape_tau)
       allocate (recorder%shape_z(modes, size(response%shape_tau)), recorder%shape_v(modes, size(response%shape_tau)))

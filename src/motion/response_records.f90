@@ -5,7 +5,7 @@ module response_records
    use scene_types, only: output_settings_t
    implicit none (type, external)
    private
-   public :: open_records, count_samples
+   public :: open_records, count_samples, samples_asked_for
 
 contains
 
@@ -25,7 +25,7 @@ contains
       integer :: i, shapes
 
       associate (n => samples + 1, nodes => elements)
-         response%tau = [(real(i, wp)*step, i=0, samples)]
+         if (samples_asked_for(settings)) allocate (response%tau, source=[(real(i, wp)*step, i=0, samples)])
          if (settings%displacement_stop) allocate (response%displacement_stop(n), source=0.0_wp)
          if (settings%displacement_tip) allocate (response%displacement_tip(n), source=0.0_wp)
          if (settings%velocity_stop) allocate (response%velocity_stop(n), source=0.0_wp)
@@ -39,12 +39,22 @@ contains
          end if
          if (.not. allocated(settings%shape_times)) return
          response%shape_tau = ascending(pack(settings%shape_times, &
-                                             settings%shape_times >= 0.0_wp .and. settings%shape_times <= response%tau(n)))
+                                             settings%shape_times >= 0.0_wp .and. settings%shape_times <= real(samples, wp)*step))
          shapes = size(response%shape_tau)
          allocate (response%shape_displacement(0:nodes, shapes), response%shape_slope(0:nodes, shapes), &
                    response%shape_velocity(0:nodes, shapes), response%shape_slope_velocity(0:nodes, shapes), source=0.0_wp)
       end associate
    end subroutine open_records
+
+   !> Is anything asked for at equal steps?
+   pure function samples_asked_for(settings) result(asked)
+      !> What was asked for
+      type(output_settings_t), intent(in) :: settings
+      logical :: asked
+
+      asked = settings%displacement_stop .or. settings%displacement_tip .or. settings%velocity_stop .or. &
+              settings%contact_force .or. settings%energy
+   end function samples_asked_for
 
    !> In ascending order, by insertion.
    pure function ascending(values) result(sorted)

@@ -300,12 +300,12 @@ contains
       !> Units
       type(units_t), intent(in) :: units
 
-      if (.not. allocated(response%tau)) return
       call image%begin_group('response')
       call image%note('evaluations', real(response%evaluations, wp))
       call image%note('rejected', real(response%rejected, wp))
       call image%note('factorisations', real(response%factorisations, wp))
       call image%note('modes_kept', real(response%modes_kept, wp))
+      if (.not. allocated(response%tau)) return
       call write_times(image, response%tau, 'time tau', units)
       call write_along_tau(image, 'eta_stop', response%displacement_stop, &
                            'displacement of the beam at the stop, eta', units%displacement)

@@ -5,7 +5,7 @@ module exact_scenes
    use beam_section, only: tapered_section
    use exact_motion, only: exact_response
    use failures, only: failure_t
-   use kinds, only: wp
+   use kinds, only: lambda1, wp
    use modal_beam, only: make_modal_beam, modal_beam_t
    use natural_solver, only: natural_modes
    use response_types, only: response_t
@@ -47,7 +47,7 @@ contains
       real(wp), allocatable :: lambda(:), modes(:, :)
 
       call natural_modes(model, model%stiffness%order, lambda, modes, error)
-      call make_modal_beam(lambda, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
+      call make_modal_beam((lambda/lambda1)**4, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
    end function modal_beam_for
 
    !> A run with the energy ledger.

@@ -1,0 +1,66 @@
+!> The modes of a free beam and what follows from them alone. Every run of the same beam, whatever its damping,
+!> its stop and its length, can share them; they are never changed by a run, so threads share them too.
+module free_modes
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t
+   use kinds, only: lambda1, wp
+   use modal_beam, only: make_modal_beam, make_support, modal_beam_t, support_t
+   use natural_solver, only: natural_modes
+   use skyline_matrix, only: multiply
+   implicit none (type, external)
+   private
+   public :: free_modes_t, find_free_modes
+
+   type :: free_modes_t
+      !> Elements of the mesh
+      integer :: elements = 0
+      !> The stop point and the tip among the degrees of freedom
+      integer :: stop_dof = 0
+      integer :: tip_dof = 0
+      !> lambda_i, ascending, [modes]
+      real(wp), allocatable :: lambda(:)
+      !> W_i^2 = (lambda_i/lambda1)^4, [modes]
+      real(wp), allocatable :: square(:)
+      !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]
+      real(wp), allocatable :: mode(:, :)
+      !> (M phi_i)_c: what the nodal reading of an impulse needs, [modes]
+      real(wp), allocatable :: nodal_mass(:)
+      !> The beam held at the stop point, all modes kept; made on request, else each run makes its own
+      type(support_t) :: support
+   end type free_modes_t
+
+contains
+
+   !> Solve for all modes of an assembled beam.
+   subroutine find_free_modes(model, modes, error, with_support)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> Its modes
+      type(free_modes_t), intent(out) :: modes
+      !> Set when the modes cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+      !> Prepare the beam held at the stop as well, for many runs; default false
+      logical, intent(in), optional :: with_support
+
+      type(modal_beam_t) :: beam
+      real(wp), allocatable :: unit(:), mass_column(:)
+
+      call natural_modes(model, model%stiffness%order, modes%lambda, modes%mode, error)
+      if (allocated(error)) return
+      modes%elements = model%mesh%elements
+      modes%stop_dof = model%stop_dof
+      modes%tip_dof = model%tip_dof
+      allocate (modes%square, source=(modes%lambda/lambda1)**4)
+      allocate (unit(model%mass%order), mass_column(model%mass%order))
+      unit = 0.0_wp
+      unit(model%stop_dof) = 1.0_wp
+      call multiply(model%mass, unit, mass_column)
+      allocate (modes%nodal_mass(size(modes%lambda)))
+      modes%nodal_mass(:) = matmul(mass_column, modes%mode)
+      if (.not. present(with_support)) return
+      if (.not. with_support) return
+      call make_modal_beam(modes%square, modes%mode(modes%stop_dof, :), modes%mode(modes%tip_dof, :), 0.0_wp, beam)
+      call make_support(beam, modes%support)
+   end subroutine find_free_modes
+
+end module free_modes
