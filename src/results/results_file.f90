@@ -16,7 +16,7 @@ module results_file
    use scene_types, only: name_length, scales_t, scene_t
    implicit none (type, external)
    private
-   public :: write_results, results_name
+   public :: write_results, results_name, begin_results, finish_results
 
    character(*), parameter :: conventions = &
       'tau = omega1 t; eta = (y - d)/(y_c(0) - d), y from the unstressed beam, the stop at y = d, y_c at the stop; ' &
@@ -68,17 +68,13 @@ contains
       type(response_t), intent(in), optional :: response
       type(response_measures_t), intent(in), optional :: measures
 
-      character(kind=c_char), allocatable :: bytes(:)
-      type(failure_t), allocatable :: refusal
       type(hdf5_image_t) :: image
       type(units_t) :: units
 
       call make_folder(folder, error)
       if (allocated(error)) return
       units = units_of(scene%scales)
-      call image%begin(expected_size(response))
-      call write_root(image, version, scene)
-      call write_scene(image, scene)
+      call begin_results(image, expected_size(response), version, scene)
       if (present(node_position)) call write_mesh(image, node_position, units)
       if (present(frequencies)) call write_frequencies(image, frequencies, units)
       if (present(response)) then
@@ -89,13 +85,46 @@ contains
          if (allocated(response%energy)) call write_energy(image, response, units)
       end if
       if (present(measures)) call write_measures(image, measures, units)
+      call finish_results(image, folder, scene, error)
+   end subroutine write_results
+
+   !> Start the file of a scene: its attributes and the scene; a study adds groups of its own.
+   subroutine begin_results(image, expected_bytes, version, scene)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> About so many bytes will come
+      integer(c_size_t), intent(in) :: expected_bytes
+      !> Version of the program
+      character(*), intent(in) :: version
+      !> The scene
+      type(scene_t), intent(in) :: scene
+
+      call image%begin(expected_bytes)
+      call write_root(image, version, scene)
+      call write_scene(image, scene)
+   end subroutine begin_results
+
+   !> Put the finished file into its folder, which is there.
+   subroutine finish_results(image, folder, scene, error)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Why the file could not be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      character(kind=c_char), allocatable :: bytes(:)
+      type(failure_t), allocatable :: refusal
+
       call image%finish(bytes, refusal)
       if (allocated(refusal)) then
          call fail(error, refusal%status, "cannot make '"//results_name(scene)//"': "//refusal%message)
          return
       end if
       call replace_file(folder, results_name(scene), bytes, error)
-   end subroutine write_results
+   end subroutine finish_results
 
    !> A guess at the size of the file in bytes, so that its memory is not moved about.
    pure function expected_size(response) result(bytes)
