@@ -7,7 +7,7 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, local_t, search_t, first_zero
+   public :: certified_signal_t, local_t, search_t, first_zero, falls_to_zero
    public :: found_zero, found_none, found_never_left
 
    !> The signal falls through zero at `time`.
@@ -53,6 +53,8 @@ module certified_search
       real(wp) :: signal_rounding = 0.0_wp
       !> From here on the signal never falls below this
       real(wp) :: floor = -huge(1.0_wp)
+      !> There is no zero of that derivative within this either, as the signal knows from more than the bound
+      real(wp) :: free = 0.0_wp
    end type local_t
 
    abstract interface
@@ -123,8 +125,7 @@ contains
                end if
             end if
          end if
-         if (order == 0 .and. here%slope < 0.0_wp .and. here%value > 0.0_wp &
-             .and. here%slope**2 > 4.0_wp*here%bound_both*here%value) then
+         if (order == 0 .and. falls_to_zero(here)) then
             call finish(signal, t, here, limit, search)
             return
          end if
@@ -146,7 +147,7 @@ contains
             search%time = limit
             return
          end if
-         step = safe_step(max(here%value, 0.0_wp), here%slope, here%bound)
+         step = max(here%free, safe_step(max(here%value, 0.0_wp), here%slope, here%bound))
          if (t + step >= limit) then
             search%outcome = found_none
             search%time = limit
@@ -165,7 +166,17 @@ contains
       end do
    end subroutine first_zero
 
-   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; huge if there is none.
+   !> Is it certain that the signal falls, without a turn, until it is zero?
+   elemental function falls_to_zero(here) result(certain)
+      !> Values of the signal
+      type(local_t), intent(in) :: here
+      logical :: certain
+
+      certain = here%slope < 0.0_wp .and. here%value > 0.0_wp
+      if (certain) certain = here%slope**2 > 4.0_wp*here%bound_both*here%value
+   end function falls_to_zero
+
+   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; 1e290 if there is none.
    elemental function safe_step(value, slope, bound) result(step)
       !> Value, >= 0
       real(wp), intent(in) :: value
@@ -179,11 +190,8 @@ contains
 
       root = sqrt(slope**2 + 2.0_wp*bound*value)
       if (slope >= 0.0_wp) then
-         if (bound <= (slope + root)*1.0e-300_wp) then
-            step = huge(1.0_wp)
-         else
-            step = (slope + root)/bound
-         end if
+         ! no more than 1e290
+         step = (slope + root)/max(bound, (slope + root)*1.0e-290_wp, tiny(1.0_wp))
       else
          step = 2.0_wp*value/(root - slope)
       end if

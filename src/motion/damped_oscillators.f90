@@ -6,7 +6,7 @@ module damped_oscillators
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
-   public :: apply_step
+   public :: apply_step, propagate_lanes, padded, lanes
 
    type :: oscillators_t
       !> Number of oscillators
@@ -19,11 +19,22 @@ module damped_oscillators
       real(wp), allocatable :: frequency(:)
       !> The first of them are underdamped: 1 ... oscillating
       integer :: oscillating = 0
-      !> Underdamped: decay zeta W^2; else the slow root's rate W^2/(a + s) > 0, [count]
+      !> Underdamped: decay zeta W^2; else the slow root's rate W^2/(a + s) > 0, [count, then ones
+      !> up to `padded`]
       real(wp), allocatable :: decay(:)
-      !> Underdamped: W sqrt(1 - xi^2); else s = W sqrt(xi^2 - 1), with xi = zeta W, [count]
+      !> Underdamped: W sqrt(1 - xi^2); else s = W sqrt(xi^2 - 1), with xi = zeta W, [as decay]
       real(wp), allocatable :: spread(:)
+      !> W^2, 1/W^2, and 1/spread, finite at critical damping, [as decay]
+      real(wp), allocatable :: lane_square(:)
+      real(wp), allocatable :: inverse_square(:)
+      real(wp), allocatable :: inverse_spread(:)
    end type oscillators_t
+
+   !> Sines and exponentials are taken so many at a time: the widest vectors of today's processors.
+   integer, parameter :: lanes = 8
+
+   !> exp(-x) below this is nothing, but still a normal number, which is quicker.
+   real(wp), parameter :: greatest_exponent = 700.0_wp
 
    !> One step of fixed length: z+ = zz z + zv v, v+ = vz z + vv v.
    type :: step_matrices_t
@@ -49,7 +60,11 @@ contains
          oscillators%two_zeta = 2.0_wp*zeta
          allocate (oscillators%square, source=square)
          allocate (oscillators%frequency, source=sqrt(square))
-         allocate (oscillators%decay(n), oscillators%spread(n))
+         allocate (oscillators%decay(padded(n)), oscillators%spread(padded(n)), source=1.0_wp)
+         allocate (oscillators%lane_square(padded(n)), oscillators%inverse_square(padded(n)), &
+                   oscillators%inverse_spread(padded(n)), source=1.0_wp)
+         oscillators%lane_square(:n) = square
+         oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
             xi = zeta*oscillators%frequency(i)
             if (xi < 1.0_wp) then
@@ -60,6 +75,7 @@ contains
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((xi - 1.0_wp)*(xi + 1.0_wp))
                oscillators%decay(i) = square(i)/(zeta*square(i) + oscillators%spread(i))
             end if
+            oscillators%inverse_spread(i) = 1.0_wp/max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
          end do
       end associate
    end subroutine make_oscillators
@@ -77,64 +93,93 @@ contains
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
+      real(wp), dimension(size(oscillators%decay)) :: lane_z0, lane_v0, lane_z, lane_v
+
+      associate (n => oscillators%count)
+         lane_z0(n + 1:) = 0.0_wp
+         lane_v0(n + 1:) = 0.0_wp
+         lane_z0(:n) = z0
+         lane_v0(:n) = v0
+         call propagate_lanes(oscillators, t, lane_z0, lane_v0, lane_z, lane_v)
+         z = lane_z(:n)
+         v = lane_v(:n)
+      end associate
+   end subroutine propagate
+
+   !> The same on whole vectors: all arrays are filled up to `padded(count)` with zeros.
+   pure subroutine propagate_lanes(oscillators, t, z0, v0, z, v)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> Time, >= 0
+      real(wp), intent(in) :: t
+      !> State at time 0, [padded]
+      real(wp), contiguous, intent(in) :: z0(:)
+      real(wp), contiguous, intent(in) :: v0(:)
+      !> State at time t, [padded]
+      real(wp), contiguous, intent(out) :: z(:)
+      real(wp), contiguous, intent(out) :: v(:)
+
       ! short loops of one function each: the compiler makes vector calls of them
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
-      real(wp), dimension(oscillators%oscillating) :: factors, cosines, sines
-      real(wp) :: factor, cosine, sine, phase, lag
-      integer :: i
+      ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
+      real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
+                                                     6227020800.0_wp, 1307674368000.0_wp]
+      real(wp), dimension(size(z0)) :: factors, cosines, sines
+      real(wp) :: sine, phase, lag, y
+      integer :: i, last
 
-      do i = 1, oscillators%oscillating
-         factors(i) = exp(-oscillators%decay(i)*t)
+      ! a vector that holds both regimes is computed for both; the second overwrites what is its own
+      last = padded(oscillators%oscillating)
+      do i = 1, last
+         factors(i) = exp(-min(oscillators%decay(i)*t, greatest_exponent))
       end do
-      do i = 1, oscillators%oscillating
+      do i = 1, last
          cosines(i) = cos(oscillators%spread(i)*t)
       end do
-      do i = 1, oscillators%oscillating
+      do i = 1, last
          sines(i) = sin(oscillators%spread(i)*t)
       end do
-      do i = 1, oscillators%oscillating
+      !$omp simd private(phase, sine)
+      do i = 1, last
          ! sin(w t)/w, which is t where w vanishes
          phase = oscillators%spread(i)*t
-         sine = merge(sines(i)/max(oscillators%spread(i), tiny(1.0_wp)), t, phase > 1.0e-8_wp)
+         sine = merge(sines(i)*oscillators%inverse_spread(i), t, phase > 1.0e-8_wp)
          z(i) = factors(i)*(z0(i)*cosines(i) + (v0(i) + oscillators%decay(i)*z0(i))*sine)
-         v(i) = factors(i)*(v0(i)*cosines(i) - (oscillators%square(i)*z0(i) + oscillators%decay(i)*v0(i))*sine)
+         v(i) = factors(i)*(v0(i)*cosines(i) - (oscillators%lane_square(i)*z0(i) + oscillators%decay(i)*v0(i))*sine)
       end do
-      do i = oscillators%oscillating + 1, oscillators%count
-         factor = exp(-oscillators%decay(i)*t)
+      if (oscillators%oscillating == oscillators%count) return
+      last = lanes*(oscillators%oscillating/lanes)
+      do i = last + 1, size(z0)
+         factors(i) = exp(-min(oscillators%decay(i)*t, greatest_exponent))
+      end do
+      do i = last + 1, size(z0)
+         cosines(i) = exp(-min(2.0_wp*oscillators%spread(i)*t, greatest_exponent))
+      end do
+      !$omp simd private(phase, lag, sine, y)
+      do i = last + 1, size(z0)
+         ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), which is t where s vanishes
          phase = 2.0_wp*oscillators%spread(i)*t
-         ! (1 - exp(-2 s t))/(2 s), which is t where s vanishes
-         if (phase > 1.0_wp) then
-            cosine = exp(-phase)
-            lag = (1.0_wp - cosine)/(2.0_wp*oscillators%spread(i))
-         else
-            lag = t*one_minus_exponential(phase)
-            cosine = 1.0_wp - 2.0_wp*oscillators%spread(i)*lag
-         end if
+         y = 0.25_wp*min(phase, 1.0_wp)**2
+         lag = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
+               + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
+         lag = merge(t*sqrt(cosines(i))*lag, 0.5_wp*(1.0_wp - cosines(i))*oscillators%inverse_spread(i), phase <= 1.0_wp)
          sine = v0(i) + oscillators%decay(i)*z0(i)
-         z(i) = factor*(z0(i) + sine*lag)
-         v(i) = factor*sine*cosine - oscillators%decay(i)*z(i)
+         y = factors(i)*(z0(i) + sine*lag)
+         z(i) = merge(y, z(i), i > oscillators%oscillating)
+         v(i) = merge(factors(i)*sine*cosines(i) - oscillators%decay(i)*y, v(i), i > oscillators%oscillating)
       end do
-   end subroutine propagate
+   end subroutine propagate_lanes
 
-   !> (1 - exp(-x))/x for 0 <= x <= 1 by its series, to rounding.
-   elemental function one_minus_exponential(x) result(value)
-      !> Argument, 0 to 1
-      real(wp), intent(in) :: x
-      real(wp) :: value
+   !> The next multiple of `lanes`.
+   elemental function padded(count) result(whole)
+      !> A number, >= 0
+      integer, intent(in) :: count
+      integer :: whole
 
-      integer :: k
-      real(wp) :: term
-
-      value = 1.0_wp
-      term = 1.0_wp
-      do k = 2, 20
-         term = -term*x/real(k, wp)
-         value = value + term
-         if (abs(term) < 0.25_wp*epsilon(1.0_wp)) exit
-      end do
-   end function one_minus_exponential
+      whole = lanes*((count + lanes - 1)/lanes)
+   end function padded
 
    !> z'' from the equation of motion.
    pure function acceleration(oscillators, z, v) result(a)

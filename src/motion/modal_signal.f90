@@ -3,8 +3,8 @@
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
-   use certified_search, only: certified_signal_t, local_t
-   use damped_oscillators, only: oscillators_t, propagate
+   use certified_search, only: certified_signal_t, falls_to_zero, local_t
+   use damped_oscillators, only: lanes, oscillators_t, padded, propagate, propagate_lanes
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -17,6 +17,8 @@ module modal_signal
       real(wp) :: offset = 0.0_wp
       !> c_i, [count]
       real(wp), allocatable :: weight(:)
+      !> The same, filled up with zeros to whole vectors
+      real(wp), allocatable, private :: lane_weight(:)
       !> z_i and z_i' at t = 0, [count]
       real(wp), allocatable :: z(:), v(:)
       !> Indentation of the surface at t = 0, >= 0, and the rate at which it relaxes
@@ -43,6 +45,8 @@ contains
       signal%oscillators => oscillators
       signal%offset = offset
       allocate (signal%weight, source=weight)
+      allocate (signal%lane_weight(padded(size(weight))), source=0.0_wp)
+      signal%lane_weight(:size(weight)) = weight
       allocate (signal%z(size(weight)), signal%v(size(weight)))
    end subroutine make_modal_signal
 
@@ -78,40 +82,39 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      real(wp), dimension(self%oscillators%count) :: z, v, a, jerk
-      real(wp) :: magnitude, surface
-      integer :: i, k
+      real(wp), dimension(size(self%lane_weight)) :: z0, v0, z, v, a, jerk, snap, swing, swing_a, swing_jerk
+      real(wp) :: magnitude, surface, signal, rest, slope
+      integer :: k
 
-      associate (oscillators => self%oscillators, weight => self%weight)
-         call propagate(oscillators, t, self%z, self%v, z, v)
-         here%signal = self%offset
-         magnitude = 4.0_wp*abs(self%offset)
-         do i = 1, oscillators%count
-            here%signal = here%signal + weight(i)*z(i)
-            ! the phase W t is rounded too
-            magnitude = magnitude + abs(weight(i))*(4.0_wp*abs(z(i)) + t*abs(v(i)))
-         end do
-         here%signal_rounding = epsilon(1.0_wp)*magnitude
-         if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - bound_of_sum(oscillators, weight, z, v)
+      associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
+                 n => self%oscillators%count)
+         z0(n + 1:) = 0.0_wp
+         v0(n + 1:) = 0.0_wp
+         z0(:n) = self%z
+         v0(:n) = self%v
+         call propagate_lanes(oscillators, t, z0, v0, z, v)
+         call sum_up(weight, t, z, v, signal, slope, magnitude)
+         here%signal = self%offset + signal
+         here%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
+         here%value = here%signal
+         here%rounding = here%signal_rounding
          do k = 1, order
-            a = -oscillators%square*(z + oscillators%two_zeta*v)
+            a = -square*(z + oscillators%two_zeta*v)
             z = v
             v = a
          end do
-         if (order == 0) then
-            here%value = here%signal
-            here%rounding = here%signal_rounding
-         else
-            here%value = sum(weight*z)
-            here%rounding = 4.0_wp*epsilon(1.0_wp)*sum(abs(weight*z))
+         if (order > 0) then
+            call sum_up(weight, 0.0_wp, z, v, here%value, slope, magnitude)
+            here%rounding = epsilon(1.0_wp)*magnitude
          end if
-         do i = 1, oscillators%count
-            a(i) = -oscillators%square(i)*(z(i) + oscillators%two_zeta*v(i))
-            jerk(i) = -oscillators%square(i)*(v(i) + oscillators%two_zeta*a(i))
-            here%slope = here%slope + weight(i)*v(i)
-         end do
-         here%bound = bound_of_sum(oscillators, weight, a, jerk)
+         here%slope = slope
+         call differentiate(square, oscillators%two_zeta, z, v, a, jerk, snap)
+         call bound_terms(oscillators, weight, z, v, swing)
+         call bound_terms(oscillators, weight, a, jerk, swing_a)
+         if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - sum(swing)
+         here%bound = sum(swing_a)
          here%bound_both = here%bound
+         surface = 0.0_wp
          if (self%surface > 0.0_wp) then
             surface = self%surface*exp(-self%rate*t)
             here%value = here%value + surface
@@ -119,40 +122,188 @@ contains
             here%slope = here%slope - self%rate*surface
             here%bound_both = here%bound_both + self%rate**2*surface
          end if
+         if (order == 0 .and. (here%floor > here%rounding .or. falls_to_zero(here))) return
+         call bound_terms(oscillators, weight, jerk, snap, swing_jerk)
+         rest = merge(self%offset, 0.0_wp, order == 0) + surface
+         here%free = free_step(weight*z, weight*v, weight*a, swing, swing_a, swing_jerk, rest, -self%rate*surface, &
+                               here%value, here%slope)
       end associate
    end subroutine look
 
-   !> From now on |sum weight z| stays within this. Each oscillator by the smaller of two bounds: its energy's,
-   !> which is good near critical damping, and its envelope's, which is good far from it.
-   pure function bound_of_sum(oscillators, weight, z, v) result(bound)
-      !> The family
-      type(oscillators_t), intent(in) :: oscillators
-      !> Weights, [count]
-      real(wp), intent(in) :: weight(:)
-      !> State now, [count]
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
-      real(wp) :: bound
+   !> The sum of all terms, its slope, and what its rounding error is measured by.
+   pure subroutine sum_up(weight, t, z, v, value, slope, magnitude)
+      !> Weights, [padded]
+      real(wp), contiguous, intent(in) :: weight(:)
+      !> Time since the start: the phase W t is rounded too
+      real(wp), intent(in) :: t
+      !> State now, [padded]
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      !> sum weight z, sum weight v
+      real(wp), intent(out) :: value
+      real(wp), intent(out) :: slope
+      !> Sum of magnitudes
+      real(wp), intent(out) :: magnitude
 
-      real(wp) :: energy, envelope, spread
       integer :: i
 
-      bound = 0.0_wp
-      associate (square => oscillators%square, decay => oscillators%decay)
-         do i = 1, oscillators%oscillating
-            spread = max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
-            energy = v(i)**2/square(i)
-            envelope = ((v(i) + decay(i)*z(i))/spread)**2
-            bound = bound + abs(weight(i))*sqrt(z(i)**2 + min(energy, envelope))
+      value = 0.0_wp
+      slope = 0.0_wp
+      magnitude = 0.0_wp
+      !$omp simd reduction(+:value, slope, magnitude)
+      do i = 1, size(weight)
+         value = value + weight(i)*z(i)
+         slope = slope + weight(i)*v(i)
+         magnitude = magnitude + abs(weight(i))*(4.0_wp*abs(z(i)) + t*abs(v(i)))
+      end do
+   end subroutine sum_up
+
+   !> The next three derivatives, from the equation of motion.
+   pure subroutine differentiate(square, two_zeta, z, v, a, jerk, snap)
+      !> W^2, [padded]
+      real(wp), contiguous, intent(in) :: square(:)
+      !> 2 zeta
+      real(wp), intent(in) :: two_zeta
+      !> State now, [padded]
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      !> z'', z''', z'''', [padded]
+      real(wp), contiguous, intent(out) :: a(:)
+      real(wp), contiguous, intent(out) :: jerk(:)
+      real(wp), contiguous, intent(out) :: snap(:)
+
+      integer :: i
+
+      do i = 1, size(square)
+         a(i) = -square(i)*(z(i) + two_zeta*v(i))
+         jerk(i) = -square(i)*(v(i) + two_zeta*a(i))
+         snap(i) = -square(i)*(a(i) + two_zeta*jerk(i))
+      end do
+   end subroutine differentiate
+
+   !> How far there is certainly no zero, by more than one bound on the second derivative.
+   !>
+   !> The modes above any number k swing no further than their amplitudes; those up to k are kept by their value,
+   !> slope and a bound B on their second derivative. The best k is taken. Within a time T the second derivative
+   !> changes by no more than T times a bound on the third; the best T is taken, too.
+   pure function free_step(value, slope, curvature, swing, swing_curvature, swing_jerk, rest, rest_slope, whole, &
+                           whole_slope) result(step)
+      !> Terms of the sum, of its first and of its second derivative, [count]
+      real(wp), contiguous, intent(in) :: value(:)
+      real(wp), contiguous, intent(in) :: slope(:)
+      real(wp), contiguous, intent(in) :: curvature(:)
+      !> Bounds on the magnitude of each term from now on, on its second and third derivative, [count]
+      real(wp), contiguous, intent(in) :: swing(:)
+      real(wp), contiguous, intent(in) :: swing_curvature(:)
+      real(wp), contiguous, intent(in) :: swing_jerk(:)
+      !> What is added to the terms, and its slope; it is convex
+      real(wp), intent(in) :: rest
+      real(wp), intent(in) :: rest_slope
+      !> The sum and its slope
+      real(wp), intent(in) :: whole
+      real(wp), intent(in) :: whole_slope
+      real(wp) :: step
+
+      real(wp), parameter :: horizons(8) = [1.25_wp, 1.6_wp, 2.0_wp, 2.6_wp, 3.4_wp, 5.0_wp, 8.0_wp, 16.0_wp]
+      real(wp), dimension(size(value)) :: low, low_slope, bound, length
+      real(wp) :: sum_of(5), trial(size(horizons))
+      integer :: best, j, k, n, pass
+
+      n = size(value)
+      sum_of = 0.0_wp
+      do k = n, 1, -1
+         low(k) = -sum_of(1)
+         sum_of(1) = sum_of(1) + swing(k)
+      end do
+      ! what the order of summation leaves in doubt
+      sum_of(1) = rest - 8.0_wp*epsilon(1.0_wp)*(sum_of(1) + abs(rest))
+      sum_of(2) = rest_slope
+      do k = 1, n
+         sum_of(1) = sum_of(1) + value(k)
+         sum_of(2) = sum_of(2) + slope(k)
+         sum_of(3) = sum_of(3) + swing_curvature(k)
+         low(k) = low(k) + sum_of(1)
+         low_slope(k) = sum_of(2)
+         bound(k) = sum_of(3)
+      end do
+      low(n) = max(whole, 0.0_wp)
+      low_slope(n) = whole_slope
+      do k = 1, n
+         length(k) = step_without_zero(max(low(k), 0.0_wp), low_slope(k), bound(k))
+         length(k) = merge(length(k), 0.0_wp, low(k) >= 0.0_wp)
+      end do
+      step = 0.0_wp
+      best = n
+      do k = 1, n
+         if (length(k) > step) then
+            step = length(k)
+            best = k
+         end if
+      end do
+      do pass = 1, 2
+         k = merge(best, n, pass == 1)
+         if (pass == 2 .and. best == n) exit
+         sum_of(4) = sum(curvature(:k))
+         sum_of(5) = sum(swing_jerk(:k))
+         !$omp simd
+         do j = 1, size(horizons)
+            trial(j) = horizons(j)*step
+            trial(j) = min(trial(j), step_without_zero(low(k), low_slope(k), &
+                                                       min(bound(k), max(0.0_wp, sum_of(5)*trial(j) - sum_of(4)))))
          end do
-         do i = oscillators%oscillating + 1, oscillators%count
+         step = max(step, maxval(trial))
+      end do
+   end function free_step
+
+   !> `safe_step` of the search, for loops over many of them.
+   elemental function step_without_zero(value, slope, bound) result(step)
+      !> Value, >= 0
+      real(wp), intent(in) :: value
+      !> Slope
+      real(wp), intent(in) :: slope
+      !> Bound on the second derivative, >= 0
+      real(wp), intent(in) :: bound
+      real(wp) :: step
+
+      real(wp) :: root
+
+      ! without branches: the numerator and the denominator are chosen, not the quotient
+      root = abs(slope) + sqrt(slope**2 + 2.0_wp*bound*value)
+      step = merge(root, 2.0_wp*value, slope >= 0.0_wp)
+      step = step/max(merge(bound, root, slope >= 0.0_wp), 1.0e-290_wp*step, tiny(1.0_wp))
+   end function step_without_zero
+
+   !> From now on |weight z| stays within these. Each oscillator by the smaller of two bounds: its energy's,
+   !> which is good near critical damping, and its envelope's, which is good far from it.
+   pure subroutine bound_terms(oscillators, weight, z, v, terms)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> Weights, [padded]
+      real(wp), contiguous, intent(in) :: weight(:)
+      !> State now, [padded]
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      !> The bounds, [padded]
+      real(wp), contiguous, intent(out) :: terms(:)
+
+      real(wp) :: energy, envelope
+      integer :: i
+
+      associate (decay => oscillators%decay, spread => oscillators%spread, inverse => oscillators%inverse_spread)
+         !$omp simd private(energy, envelope)
+         do i = 1, padded(oscillators%oscillating)
+            energy = v(i)**2*oscillators%inverse_square(i)
+            envelope = ((v(i) + decay(i)*z(i))*inverse(i))**2
+            terms(i) = abs(weight(i))*sqrt(z(i)**2 + min(energy, envelope))
+         end do
+         !$omp simd private(energy, envelope)
+         do i = lanes*(oscillators%oscillating/lanes) + 1, padded(oscillators%count)
             ! z = A exp(-slow t) + B exp(-fast t)
-            spread = max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
-            energy = sqrt(z(i)**2 + v(i)**2/square(i))
-            envelope = (abs(v(i) + (decay(i) + 2.0_wp*spread)*z(i)) + abs(v(i) + decay(i)*z(i)))/(2.0_wp*spread)
-            bound = bound + abs(weight(i))*min(energy, envelope)
+            energy = sqrt(z(i)**2 + v(i)**2*oscillators%inverse_square(i))
+            envelope = 0.5_wp*inverse(i)*(abs(v(i) + (decay(i) + 2.0_wp*spread(i))*z(i)) + abs(v(i) + decay(i)*z(i)))
+            terms(i) = merge(abs(weight(i))*min(energy, envelope), terms(i), i > oscillators%oscillating)
          end do
       end associate
-   end function bound_of_sum
+   end subroutine bound_terms
 
 end module modal_signal
