@@ -12,7 +12,7 @@ module contact_modes
    implicit none (type, external)
    private
    public :: contact_modes_t, make_contact_modes, contact_amplitudes, contact_state
-   public :: contact_losses_t, make_contact_losses, contact_losses
+   public :: contact_losses_t, make_contact_losses, contact_losses, integral
 
    !> Modes whose value at the stop is below this share of the greatest do not feel it.
    real(wp), parameter :: least_coupling = 1.0e-100_wp

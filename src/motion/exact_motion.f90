@@ -4,6 +4,7 @@ module exact_motion
    use exact_restitution, only: restitution_run_t, run_exact_restitution
    use exact_three_element, only: run_exact_three_element, three_element_run_t
    use failures, only: failure_t
+   use flight_measures, only: finish_measures, start_measures
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
@@ -86,12 +87,20 @@ contains
                 /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
       response%modes_kept = beam%count
+      call start_measures(output_settings%measures, response%initial_energy, stop_settings%preload, compliance(), &
+                          recorder%measurer)
       if (stop_settings%law == law_three_element) then
          call run_exact_three_element(beam, three_element_run(), start, recorder, response, error)
       else
          call run_exact_restitution(beam, modes%support, restitution_run(), start, recorder, response, error)
       end if
-      if (allocated(error) .or. .not. allocated(response%shape_tau)) return
+      if (allocated(error)) return
+      if (output_settings%measures) then
+         allocate (response%measures)
+         call finish_measures(recorder%measurer, recorder%ledger%dissipated_impact, recorder%ledger%created, &
+                              response%measures)
+      end if
+      if (.not. allocated(response%shape_tau)) return
       do i = 1, modes%elements
          response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) - stop_settings%preload
          response%shape_slope(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_z)
@@ -101,6 +110,18 @@ contains
       response%shape_displacement(0, :) = -stop_settings%preload
 
    contains
+
+      !> Of the beam, and of the stop where it yields.
+      function compliance()
+         real(wp) :: compliance
+
+         type(three_element_run_t) :: run
+
+         compliance = beam%flexibility
+         if (stop_settings%law /= law_three_element) return
+         run = three_element_run()
+         compliance = compliance + 1.0_wp/run%spring%stiffness
+      end function compliance
 
       !> Model A from the settings.
       function restitution_run() result(run)

@@ -4,6 +4,7 @@ module exact_restitution
    use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
    use damped_oscillators, only: propagate
    use failures, only: fail, failure_t, status_run_failed
+   use flight_measures, only: measure_flight, measure_held_contact
    use kinds, only: wp
    use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t
    use modal_signal, only: make_modal_signal, modal_signal_t
@@ -92,6 +93,8 @@ contains
          call first_zero(gap, run%duration - t, search)
          response%evaluations = response%evaluations + search%evaluations
          if (search%outcome == found_none) then
+            call measure_flight(recorder%measurer, beam, t, run%duration - t, .true., search%greatest, q, v, q, v, &
+                                0.0_wp, 0.0_wp)
             call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, run%duration - t, .true., q, v, free_steps, &
                                     recorder, response)
             return
@@ -106,6 +109,8 @@ contains
             call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, search%time, .false., q, v, free_steps, &
                                     recorder, response)
             call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
+            call measure_flight(recorder%measurer, beam, t, search%time, .false., search%greatest, gap%z, gap%v, q, v, &
+                                0.0_wp, 0.0_wp)
             t = t + search%time
             if (search%outcome == found_never_left) then
                call capture(beam, run, t, q, v, order, recorder, response)
@@ -292,12 +297,16 @@ contains
       call first_zero(reaction, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) then
+         call measure_held_contact(recorder%measurer, pinned, reaction, run%force_scale, t, run%duration - t, .true., &
+                                   search%greatest, p, rate, p, rate)
          call record_contact(run, pinned, reaction, t, run%duration - t, .true., p, rate, steps, recorder, response)
          response%ends_in_contact = .true.
          return
       end if
       call record_contact(run, pinned, reaction, t, search%time, .false., p, rate, steps, recorder, response)
       call propagate(pinned%oscillators, search%time, p, rate, p_end, rate_end)
+      call measure_held_contact(recorder%measurer, pinned, reaction, run%force_scale, t, search%time, .false., &
+                                search%greatest, p, rate, p_end, rate_end)
       q = run%surface*pinned%static + matmul(pinned%mode, p_end)
       v = matmul(pinned%mode, rate_end)
       t = t + search%time

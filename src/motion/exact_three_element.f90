@@ -7,6 +7,7 @@ module exact_three_element
    use damped_oscillators, only: propagate
    use exponential_signal, only: exponential_signal_t
    use failures, only: fail, failure_t, status_run_failed
+   use flight_measures, only: measure_flight, measure_spring_contact
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
    use modal_recorder, only: keep_energy, keep_shape, modal_energy, next_sample_time, record_free_motion, record_sample, &
@@ -101,8 +102,11 @@ contains
          call record_free_motion(beam, run%surface, stop_energy(run%spring, gap%surface, branch_force), &
                                  2.0_wp*gap%rate, t, search%time, search%outcome == found_none, q, v, steps, &
                                  recorder, response)
+         if (search%outcome /= found_none) call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
+         call measure_flight(recorder%measurer, beam, t, search%time, search%outcome == found_none, &
+                             search%greatest - gap%surface, gap%z, gap%v, q, v, &
+                             stop_energy(run%spring, gap%surface, branch_force), 2.0_wp*gap%rate)
          if (search%outcome == found_none) return
-         call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
          t = t + search%time
          ! the surface pushes back nothing: P = k u + P2 = 0
          branch_force = branch_force*exp(-gap%rate*search%time)
@@ -157,6 +161,8 @@ contains
       if (search%outcome == found_none) search%time = run%duration - t
       call record_contact(beam, run, modes, static_force, force%amplitude, q, v, t, search%time, &
                           search%outcome == found_none, recorder, response)
+      call measure_spring_contact(recorder%measurer, beam, run%zeta, run%spring, modes, force, run%force_scale, t, &
+                                  search%time, search%outcome == found_none, search%greatest, q, v)
       if (search%outcome == found_none) then
          response%ends_in_contact = .true.
          return

@@ -2,6 +2,7 @@
 !> 2 x 2 matrices, renewed from the closed form so often that rounding does not grow.
 module modal_recorder
    use damped_oscillators, only: apply_step, oscillators_t, propagate, step_matrices, step_matrices_t
+   use flight_measures, only: measurer_t
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
    use response_types, only: response_t
@@ -26,6 +27,8 @@ module modal_recorder
    !> What has been recorded so far.
    type :: recorder_t
       type(ledger_t) :: ledger
+      !> Measures from the phases
+      type(measurer_t) :: measurer
       !> Instants at which the whole beam is kept, the next of them, and its modal states there, [modes, instants]
       real(wp), allocatable :: shape_tau(:)
       integer :: next_shape = 1

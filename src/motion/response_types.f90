@@ -11,6 +11,7 @@ module response_types
    public :: response_t, event_t, energy_t, append_event, event_name
    public :: event_impact, event_capture, event_release, event_contact, event_separation
    public :: is_contact_start, is_contact_end
+   public :: run_measures_t, most_peaks, quiet_level, quiet_energy
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -22,6 +23,13 @@ module response_types
    integer, parameter :: event_contact = 4
    !> Model B: contact ends.
    integer, parameter :: event_separation = 5
+
+   !> The stop point is quiet while |eta_c| stays within this; a flight that rises above it is a rebound.
+   real(wp), parameter :: quiet_level = 0.02_wp
+   !> The energy is spent when no more than this share of it is left above that at rest.
+   real(wp), parameter :: quiet_energy = 0.01_wp
+   !> Peaks are kept of so many rebounds.
+   integer, parameter :: most_peaks = 5
 
    type :: event_t
       !> Instant
@@ -55,6 +63,30 @@ module response_types
       real(wp), allocatable :: created(:)
    end type energy_t
 
+   !> What the phases of a run tell without a sample; events tell the rest.
+   type :: run_measures_t
+      !> Greatest contact force, as Pbar; of model A that of contacts that last
+      real(wp) :: greatest_force = 0.0_wp
+      !> Model B: greatest impulse of a contact, the integral of its force
+      real(wp) :: greatest_impulse = 0.0_wp
+      !> Number of rebounds, and eta at the highest point of the first of them
+      integer :: rebounds = 0
+      real(wp) :: peak_eta(most_peaks) = 0.0_wp
+      !> When |eta_c| last exceeded `quiet_level`; false: at the end it still does
+      logical :: is_quiet = .false.
+      real(wp) :: quiet_tau = 0.0_wp
+      !> When the energy above that of the beam at rest had fallen to `quiet_energy` of the start's; false: not yet
+      logical :: has_spent = .false.
+      real(wp) :: spent_tau = 0.0_wp
+      !> Energy at the end, and where the rest of it went
+      real(wp) :: final_energy = 0.0_wp
+      real(wp) :: lost_beam = 0.0_wp
+      real(wp) :: lost_stop = 0.0_wp
+      real(wp) :: lost_impact = 0.0_wp
+      !> Created by the nodal reading of the impulse
+      real(wp) :: created = 0.0_wp
+   end type run_measures_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are meant
       type(event_t), allocatable :: events(:)
@@ -68,6 +100,8 @@ module response_types
       real(wp), allocatable :: contact_force(:)
       !> Ledger; unallocated: not asked for
       type(energy_t), allocatable :: energy
+      !> Measures from the phases; unallocated: not asked for
+      type(run_measures_t), allocatable :: measures
       !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant], clamp first
       real(wp), allocatable :: shape_tau(:)
       real(wp), allocatable :: shape_displacement(:, :)

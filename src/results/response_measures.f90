@@ -7,15 +7,14 @@
 !> parabolas through three knots.
 module response_measures
    use kinds, only: wp
-   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, response_t
+   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_level, &
+      response_t
    implicit none (type, external)
    private
    public :: response_measures_t, measure_response, quiet_level, rebound_level
 
-   !> The stop point is quiet when |eta_c| stays within this.
-   real(wp), parameter :: quiet_level = 0.02_wp
    !> A flight is a rebound if eta rises above this in it.
-   real(wp), parameter :: rebound_level = 0.02_wp
+   real(wp), parameter :: rebound_level = quiet_level
 
    type :: response_measures_t
       !> Length of the run, tau

@@ -168,6 +168,8 @@ module scene_types
       integer :: mode_shapes = 0
       !> The energy ledger
       logical :: energy = .false.
+      !> Measures from the phases themselves; no name asks for it, studies do
+      logical :: measures = .false.
    end type output_settings_t
 
    !> What turns the dimensionless results into the user's units.
