@@ -3,6 +3,9 @@
 !> call here; reading, the echo in result files and the reference follow.
 module scene_groups
    use kinds, only: wp
+   use scene_ranges, only: branch_range, damper_range, duration_range, elements_range, hop_range, most_elements, &
+      position_ratio_range, preload_range, ratio_range, restitution_range, step_range, stiffness_range, taper_range, &
+      tip_mass_range, zeta_range
    use scene_types, only: beam_settings_t, frequency_settings_t, impulse_names, law_names, law_restitution, &
       law_three_element, mesh_settings_t, method_exact, method_names, method_newmark, name_length, &
       output_settings_t, reference_names, response_settings_t, scene_t, shape_height_table, &
@@ -13,8 +16,6 @@ module scene_groups
    private
    public :: physical_t, walk_scene
    public :: scheme_average_acceleration, scheme_linear_acceleration, scheme_explicit
-   public :: zeta_range, tip_mass_range, preload_range, stiffness_range, branch_range, damper_range
-   public :: duration_range, step_range
 
    !> Quantities that a file may give instead of the ratios of a scene, in the user's units. Which of
    !> them it gives the input knows.
@@ -52,17 +53,6 @@ module scene_groups
       'displacement_stop', 'displacement_tip', 'velocity_stop', 'contact_force', 'all', 'none']
 
    integer, parameter :: longest_title = 200
-   integer, parameter :: most_elements = 200000
-
-   ! Ranges of ratios that can also come from physical units
-   type(range_t), parameter :: zeta_range = range_t(0.0_wp, 10.0_wp)
-   type(range_t), parameter :: tip_mass_range = range_t(0.0_wp, 1.0e6_wp)
-   type(range_t), parameter :: preload_range = range_t(-1.0e6_wp, 1.0e6_wp)
-   type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
-   type(range_t), parameter :: branch_range = range_t(0.0_wp, 1.0e6_wp)
-   type(range_t), parameter :: damper_range = range_t(0.0_wp, 1.0e9_wp)
-   type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
-   type(range_t), parameter :: step_range = range_t(1.0e-9_wp, 1.0e9_wp)
    ! Ranges in the user's units: wide, but products and quotients of a few of them stay far from
    ! overflow
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
@@ -71,8 +61,6 @@ module scene_groups
    type(range_t), parameter :: area_range = range_t(0.0_wp, 1.0e24_wp)
    type(range_t), parameter :: inertia_range = range_t(0.0_wp, 1.0e48_wp)
    type(range_t), parameter :: material_range = range_t(1.0e-20_wp, 1.0e20_wp)
-   type(range_t), parameter :: elements_range = range_t(1.0_wp, real(most_elements, wp))
-   type(range_t), parameter :: ratio_range = range_t(0.1_wp, 10.0_wp)
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
 
 contains
@@ -139,7 +127,7 @@ contains
       call walk%item('height_tip', beam%height_tip, 'height at the tip; 0: a full wedge', height_range, &
          role_t(is_taper, taper, default='height_root'))
       call walk%item('taper', physical%taper, 'alpha = (height_root - height_tip) / length', &
-         range_t(-2.0_wp, 2.0_wp), role_t(is_taper, taper, 'height_root', '0'))
+         taper_range, role_t(is_taper, taper, 'height_root', '0'))
       call walk%item('mean_height_ratio', physical%mean_height_ratio, 'mean height over length', &
          range_t(1.0e-9_wp, 1.0_wp), role_t(is_taper, taper, 'height_root', '0.075'))
       call walk%item('station', beam%station, 'positions of the table, from 0 to length, ascending', &
@@ -192,7 +180,7 @@ contains
       character(*), parameter :: three_element = 'law = ''three_element'''
       logical :: is_restitution, is_three
 
-      call walk%item('position', stop%position, 'position of the stop Lc over length', range_t(1.0e-3_wp, 1.0_wp))
+      call walk%item('position', stop%position, 'position of the stop Lc over length', position_ratio_range)
       call walk%item('preload', stop%preload, 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
          preload_range)
       call walk%item('surface_height', physical%surface_height, 'd, the stop above the unstressed beam, length', &
@@ -202,7 +190,7 @@ contains
       call walk%choice('law', stop%law, 'model of the stop', law_names)
       is_restitution = stop%law == law_restitution
       is_three = stop%law == law_three_element
-      call walk%item('restitution', stop%restitution, 'coefficient of restitution eps', within(0.0_wp, 1.0_wp), &
+      call walk%item('restitution', stop%restitution, 'coefficient of restitution eps', restitution_range, &
          role_t(is_restitution, restitution))
       call walk%choice('impulse', stop%impulse, 'what an impact acts on: the whole beam, or one velocity', &
          impulse_names, role_t(is_restitution, restitution))
@@ -255,7 +243,7 @@ contains
       call walk%item('release_tolerance', response%release_tolerance, 'Pbar at which contact is over', &
          above(0.0_wp, 1.0e3_wp), role_t(is_newmark, newmark))
       call walk%item('hop_tolerance', response%hop_tolerance, 'eta that a flight must exceed to be no rest', &
-         within(1.0e-14_wp, 0.1_wp))
+         hop_range)
       call walk%item('event_limit', response%event_limit, 'events after which the run fails', &
          within(1, 1000000000))
       call walk%item('mode_tolerance', response%mode_tolerance, 'eta that modes left out may contribute', &

@@ -4,10 +4,10 @@ module scene_resolve
    use kinds, only: lambda1, wp
    use number_text, only: to_text
    use scene_beam, only: mean_section, resolve_beam
-   use scene_groups, only: branch_range, damper_range, duration_range, physical_t, preload_range, &
-      scheme_average_acceleration, scheme_explicit, scheme_linear_acceleration, step_range, stiffness_range, &
-      tip_mass_range, zeta_range
+   use scene_groups, only: physical_t, scheme_average_acceleration, scheme_explicit, scheme_linear_acceleration
    use scene_input, only: scene_input_t
+   use scene_ranges, only: branch_range, damper_range, duration_range, preload_range, step_range, stiffness_range, &
+      tip_mass_range, zeta_range
    use scene_types, only: beam_settings_t, frequency_settings_t, law_three_element, mesh_settings_t, &
       output_settings_t, reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, &
       solver_auto, solver_dsygv, solver_lanczos, solver_names, solver_natural
