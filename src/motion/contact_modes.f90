@@ -3,7 +3,7 @@
 !> Everything that moves is a sum of exp(s t) over the roots s of `contact_secular`, its amplitudes the residues of
 !> the Laplace transform.
 module contact_modes
-   use contact_secular, only: distances, find_all_roots, first_guess, make_secular, secular, secular_t, size_of
+   use contact_secular, only: distances, find_all_roots, first_guess, inverses, make_secular, secular, secular_t, size_of
    use damped_oscillators, only: propagate
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
@@ -68,7 +68,7 @@ contains
 
       type(secular_t) :: problem
       integer, allocatable :: active(:), near(:), keep(:)
-      complex(wp), allocatable :: offset(:), distance(:), s(:)
+      complex(wp), allocatable :: offset(:), distance(:), inverse(:), s(:)
       integer :: i, m, n
       complex(wp) :: value, slope
       real(wp) :: noise
@@ -80,7 +80,7 @@ contains
       end associate
       call make_secular(beam, active, zeta, spring, problem)
       n = problem%roots
-      allocate (near(n), offset(n), s(n), distance(problem%poles))
+      allocate (near(n), offset(n), s(n), distance(problem%poles), inverse(problem%poles))
       call first_guess(beam, active, zeta, spring, problem, near, offset)
       call find_all_roots(problem, near, offset, converged)
       if (.not. converged) then
@@ -102,7 +102,8 @@ contains
          do i = 1, size(active)
             modes%shape(active(i), m) = beam%stop_value(active(i))/(distance(2*i - 1)*distance(2*i))
          end do
-         call secular(problem, modes%exponent(m), distance, value, slope, noise, modes%condition(m))
+         call inverses(distance, inverse)
+         call secular(problem, modes%exponent(m), distance(problem%poles), inverse, value, slope, noise, modes%condition(m))
          modes%derivative(m) = slope
          modes%stop_value(m) = sum(beam%stop_value*modes%shape(:, m))
          modes%tip_value(m) = sum(beam%tip_value*modes%shape(:, m))
@@ -131,7 +132,8 @@ contains
 
       integer, parameter :: points = 48
       type(contact_modes_t) :: circles
-      complex(wp) :: center, direction, node, value, slope, distance(problem%poles)
+      complex(wp) :: center, direction, node, value, slope
+      complex(wp), dimension(problem%poles) :: distance, inverse
       real(wp) :: apart, room, radius, noise, angle
       logical :: gone(size(keep)), on_axis
       integer :: m, i, k, partner, near, place
@@ -164,7 +166,8 @@ contains
             call distances(problem, near, node - problem%pole(near), distance)
             place = circles%count + 1
             circles%count = place
-            call secular(problem, node, distance, value, slope, noise, circles%condition(place))
+            call inverses(distance, inverse)
+            call secular(problem, node, distance(problem%poles), inverse, value, slope, noise, circles%condition(place))
             circles%condition(place) = 1.0_wp
             circles%exponent(place) = node
             circles%weight(place) = 2.0_wp

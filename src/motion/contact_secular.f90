@@ -11,7 +11,7 @@ module contact_secular
    use stop_models, only: three_element_t
    implicit none (type, external)
    private
-   public :: secular_t, make_secular, first_guess, find_all_roots, distances, secular, size_of
+   public :: secular_t, make_secular, first_guess, find_all_roots, distances, inverses, secular, size_of
 
    !> The secular function, with its poles: of a weakly coupled mode the exponent lies so near to its pole that
    !> only their distance can carry the digits, so every root is kept as a pole and an offset.
@@ -28,6 +28,8 @@ module contact_secular
       real(wp), allocatable :: weight(:), square(:)
       !> Poles, and 1 + 2 zeta pole, [poles]
       complex(wp), allocatable :: pole(:), relative(:)
+      !> The pole is one of those that crowd near -1/(2 zeta), [poles]
+      logical, allocatable :: crowded(:)
    end type secular_t
 
 contains
@@ -80,6 +82,8 @@ contains
          problem%pole(problem%poles) = -spring%relaxation_rate
          problem%relative(problem%poles) = 1.0_wp - problem%two_zeta*spring%relaxation_rate
       end if
+      allocate (problem%crowded(problem%poles))
+      problem%crowded(:) = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_secular
 
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
@@ -91,7 +95,7 @@ contains
       integer, intent(in) :: b
       complex(wp) :: difference
 
-      if (problem%two_zeta > 0.0_wp .and. abs(problem%relative(a)) < 0.5_wp .and. abs(problem%relative(b)) < 0.5_wp) then
+      if (problem%crowded(a) .and. problem%crowded(b)) then
          difference = (problem%relative(a) - problem%relative(b))/problem%two_zeta
       else
          difference = problem%pole(a) - problem%pole(b)
@@ -111,10 +115,34 @@ contains
 
       integer :: j
 
-      do j = 1, problem%poles
-         distance(j) = pole_difference(problem, near, j) + offset
-      end do
+      if (problem%crowded(near)) then
+         do j = 1, problem%poles
+            distance(j) = pole_difference(problem, near, j) + offset
+         end do
+      else
+         do j = 1, problem%poles
+            distance(j) = (problem%pole(near) - problem%pole(j)) + offset
+         end do
+      end if
    end subroutine distances
+
+   !> Reciprocals of distances. Only the smallest can be so small that its square underflows.
+   pure subroutine inverses(distance, inverse)
+      !> s - pole, [poles]
+      complex(wp), contiguous, intent(in) :: distance(:)
+      !> 1/(s - pole), [poles]
+      complex(wp), contiguous, intent(out) :: inverse(:)
+
+      real(wp) :: square
+      integer :: j
+
+      do j = 1, size(distance)
+         square = max(real(distance(j), wp)**2 + aimag(distance(j))**2, tiny(1.0_wp))
+         inverse(j) = cmplx(real(distance(j), wp)/square, -aimag(distance(j))/square, wp)
+      end do
+      j = minloc(size_of(distance), dim=1)
+      inverse(j) = 1.0_wp/distance(j)
+   end subroutine inverses
 
    !> Exponents to start from: each mode of the beam with the spring attached keeps its share of the damping.
    subroutine first_guess(beam, active, zeta, spring, problem, near, offset)
@@ -167,7 +195,7 @@ contains
       offset = s - problem%pole
       ! off the real axis, from where the iteration could not reach conjugate pairs, and off the poles
       do j = 1, size(s)
-         if (abs(problem%relative(j)) < 0.5_wp .and. problem%two_zeta > 0.0_wp) then
+         if (problem%crowded(j)) then
             ! the slow exponent of a heavily damped mode hardly feels the stop
             offset(j) = 0.05_wp*problem%relative(j)/problem%two_zeta
          else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(j))) then
@@ -189,7 +217,9 @@ contains
       logical, intent(out) :: converged
 
       integer, parameter :: iteration_cap = 500
-      complex(wp) :: value, slope, repulsion, step, distance(problem%poles), s
+      complex(wp) :: value, slope, repulsion, step, s
+      complex(wp), dimension(problem%poles) :: distance, inverse
+      complex(wp), dimension(size(near)) :: apart
       logical :: done(size(near))
       integer :: iteration, m, j
       real(wp) :: noise, condition
@@ -205,29 +235,25 @@ contains
                offset(m) = distance(j)
             end if
             s = problem%pole(near(m)) + offset(m)
-            call secular(problem, s, distance, value, slope, noise, condition)
+            call inverses(distance, inverse)
+            call secular(problem, s, distance(problem%poles), inverse, value, slope, noise, condition)
             if (size_of(value) <= noise) then
                done(m) = .true.
                cycle
             end if
             ! the polynomial is the value times all D_i: its logarithmic derivative, less the other roots'
-            repulsion = slope/value
-            do j = 1, 2*problem%modes
-               repulsion = repulsion + 1.0_wp/distance(j)
-            end do
-            do j = 1, size(near)
-               if (j == m) cycle
-               repulsion = repulsion - 1.0_wp/(pole_difference(problem, near(m), near(j)) + (offset(m) - offset(j)))
-            end do
+            repulsion = slope/value + sum(inverse(:2*problem%modes))
+            call root_distances(problem, near, offset, m, apart)
+            repulsion = repulsion - sum_of_inverses(apart)
             step = -1.0_wp/repulsion
-            if (.not. abs(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
-            if (abs(offset(m) + step) <= 1.0e-3_wp*abs(offset(m))) then
+            if (.not. size_of(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
+            if (size_of(offset(m) + step) <= 1.0e-3_wp*size_of(offset(m))) then
                ! so much nearer to the pole that the difference would lose the digits
                offset(m) = weakly_coupled_offset(problem, near(m), s, distance)
             else
                offset(m) = offset(m) + step
             end if
-            if (abs(step) <= epsilon(1.0_wp)*abs(offset(m))) done(m) = .true.
+            if (size_of(step) <= epsilon(1.0_wp)*size_of(offset(m))) done(m) = .true.
          end do
          if (all(done)) exit
       end do
@@ -244,6 +270,52 @@ contains
       end do
       converged = count(aimag(problem%pole(near) + offset) > 0.0_wp) == count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine find_all_roots
+
+   !> Distances of one root from all others.
+   pure subroutine root_distances(problem, near, offset, root, apart)
+      !> The problem
+      type(secular_t), intent(in) :: problem
+      !> Roots: pole and offset
+      integer, intent(in) :: near(:)
+      complex(wp), intent(in) :: offset(:)
+      !> Which
+      integer, intent(in) :: root
+      !> Root less the others; of itself: 0, [roots]
+      complex(wp), intent(out) :: apart(:)
+
+      integer :: j
+
+      if (problem%crowded(near(root))) then
+         do j = 1, size(near)
+            apart(j) = pole_difference(problem, near(root), near(j)) + (offset(root) - offset(j))
+         end do
+      else
+         do j = 1, size(near)
+            apart(j) = (problem%pole(near(root)) - problem%pole(near(j))) + (offset(root) - offset(j))
+         end do
+      end if
+      apart(root) = (0.0_wp, 0.0_wp)
+   end subroutine root_distances
+
+   !> Sum of 1/z over all z but zeros.
+   pure function sum_of_inverses(z) result(total)
+      !> Numbers whose squares do not underflow, but for zeros
+      complex(wp), intent(in) :: z(:)
+      complex(wp) :: total
+
+      real(wp) :: square, total_real, total_imaginary
+      integer :: j
+
+      total_real = 0.0_wp
+      total_imaginary = 0.0_wp
+      !$omp simd private(square) reduction(+:total_real, total_imaginary)
+      do j = 1, size(z)
+         square = max(real(z(j), wp)**2 + aimag(z(j))**2, tiny(1.0_wp))
+         total_real = total_real + real(z(j), wp)/square
+         total_imaginary = total_imaginary - aimag(z(j))/square
+      end do
+      total = cmplx(total_real, total_imaginary, wp)
+   end function sum_of_inverses
 
    !> |Re z| + |Im z|: within sqrt(2) of |z|, without its square root.
    elemental function size_of(z) result(value)
@@ -290,13 +362,15 @@ contains
    end function weakly_coupled_offset
 
    !> (s + nu) (1 + k (1 + beta s/(s + nu)) G(s)) and its derivative; without branch 1 + k G(s).
-   pure subroutine secular(problem, s, distance, value, slope, noise, condition)
+   pure subroutine secular(problem, s, from_branch, inverse, value, slope, noise, condition)
       !> The problem
       type(secular_t), intent(in) :: problem
       !> Where
       complex(wp), intent(in) :: s
-      !> Its distances from the poles
-      complex(wp), intent(in) :: distance(:)
+      !> Its distance from the last pole, the branch's if there is one
+      complex(wp), intent(in) :: from_branch
+      !> Inverses of its distances from the poles
+      complex(wp), intent(in) :: inverse(:)
       !> Value and derivative
       complex(wp), intent(out) :: value
       complex(wp), intent(out) :: slope
@@ -314,15 +388,15 @@ contains
       size_of_slope = 0.0_wp
       size_of_value = 0.0_wp
       do i = 1, problem%modes
-         d = problem%weight(i)/(distance(2*i - 1)*distance(2*i))
+         d = problem%weight(i)*(inverse(2*i - 1)*inverse(2*i))
          g = g + d
          size_of_value = size_of_value + size_of(d)
-         d = d*(1.0_wp/distance(2*i - 1) + 1.0_wp/distance(2*i))
+         d = d*(inverse(2*i - 1) + inverse(2*i))
          g_slope = g_slope - d
          size_of_slope = size_of_slope + size_of(d)
       end do
       if (problem%has_branch) then
-         associate (stiff => problem%stiffness + problem%branch_stiffness, shifted => distance(problem%poles))
+         associate (stiff => problem%stiffness + problem%branch_stiffness, shifted => from_branch)
             numerator = stiff*s + problem%stiffness*problem%rate
             value = shifted + numerator*g
             slope = 1.0_wp + stiff*g + numerator*g_slope

@@ -53,7 +53,7 @@ contains
       type(local_t), intent(out) :: here
 
       complex(wp) :: term
-      real(wp) :: magnitude, swing, size_of_term
+      real(wp) :: magnitude, swing, size_of_term, speed
       integer :: m
 
       here%signal = self%offset
@@ -61,17 +61,20 @@ contains
       swing = 0.0_wp
       do m = 1, size(self%exponent)
          term = self%amplitude(m)*exp(self%exponent(m)*t)
-         size_of_term = abs(term)
+         ! far from where a square could overflow, so without the care that abs takes
+         speed = sqrt(real(self%exponent(m), wp)**2 + aimag(self%exponent(m))**2)
+         size_of_term = sqrt(real(term, wp)**2 + aimag(term)**2)
          here%signal = here%signal + real(term, wp)
          swing = swing + size_of_term
-         magnitude = magnitude + (4.0_wp + abs(self%exponent(m))*t)*size_of_term
-         term = term*self%exponent(m)**order
+         magnitude = magnitude + (4.0_wp + speed*t)*size_of_term
          if (order > 0) then
+            term = term*self%exponent(m)**order
+            size_of_term = size_of_term*speed**order
             here%value = here%value + real(term, wp)
-            here%rounding = here%rounding + (4.0_wp + abs(self%exponent(m))*t)*epsilon(1.0_wp)*abs(term)
+            here%rounding = here%rounding + (4.0_wp + speed*t)*epsilon(1.0_wp)*size_of_term
          end if
          here%slope = here%slope + real(term*self%exponent(m), wp)
-         here%bound = here%bound + abs(term)*abs(self%exponent(m))**2
+         here%bound = here%bound + size_of_term*speed**2
       end do
       here%signal_rounding = epsilon(1.0_wp)*magnitude
       if (order == 0) then
