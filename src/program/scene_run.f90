@@ -10,6 +10,10 @@ module scene_run
    use frequency_study, only: frequency_table
    use frequency_types, only: frequency_table_t
    use newmark_motion, only: newmark_response
+   use precision_file, only: write_precision
+   use precision_study, only: run_precision
+   use precision_tables, only: print_precision
+   use precision_types, only: precision_t
    use progress_line, only: start_progress, stop_progress
    use response_measures, only: measure_response, response_measures_t
    use response_types, only: response_t
@@ -98,6 +102,10 @@ contains
       ! a folder that cannot be made is better known before a long run than after it
       call make_folder(folder, error)
       if (allocated(error)) return
+      if (scene%wants_precision) then
+         call run_precision_scene(scene, folder, quiet, error)
+         return
+      end if
       if (.not. quiet) call start_progress('impactbeam: '//scene%name)
       call compute_scene(scene, model, table, response, error)
       call stop_progress()
@@ -117,5 +125,27 @@ contains
       if (allocated(table)) call print_frequency_table(output_unit, table)
       if (allocated(measures)) call print_measures(output_unit, measures)
    end subroutine run_scene
+
+   !> Compare run time and error, write the file, print the tables.
+   subroutine run_precision_scene(scene, folder, quiet, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> No table
+      logical, intent(in) :: quiet
+      !> Set when the study fails or its file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(precision_t) :: study
+
+      if (.not. quiet) call start_progress('impactbeam: '//scene%name)
+      call run_precision(scene, folder, study, error)
+      call stop_progress()
+      if (allocated(error)) return
+      call write_precision(folder, program_version, scene, study, error)
+      if (allocated(error) .or. quiet) return
+      call print_precision(output_unit, scene, study)
+   end subroutine run_precision_scene
 
 end module scene_run

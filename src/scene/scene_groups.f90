@@ -6,9 +6,10 @@ module scene_groups
    use scene_ranges, only: branch_range, damper_range, duration_range, elements_range, hop_range, most_elements, &
       position_ratio_range, preload_range, ratio_range, restitution_range, step_range, stiffness_range, taper_range, &
       tip_mass_range, zeta_range
-   use scene_types, only: beam_settings_t, frequency_settings_t, impulse_names, law_names, law_restitution, &
+   use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, impulse_names, law_names, &
+      law_restitution, &
       law_three_element, mesh_settings_t, method_exact, method_names, method_newmark, name_length, &
-      output_settings_t, reference_names, response_settings_t, scene_t, shape_height_table, &
+      output_settings_t, precision_settings_t, reference_names, response_settings_t, scene_t, shape_height_table, &
       shape_section_table, shape_taper, solver_names, stop_settings_t
    use scene_walk, only: scene_walk_t
    use value_rules, only: above, range_t, role_t, within
@@ -94,6 +95,8 @@ contains
       call walk_response(walk, scene%response, physical)
       call walk%open_group('frequencies', scene%wants_frequencies)
       call walk_frequencies(walk, scene%frequencies)
+      call walk%open_group('precision', scene%wants_precision)
+      call walk_precision(walk, scene%precision, scene%has_stop)
       call walk%open_group('output')
       call walk_output(walk, scene%output, scene%wants_response, scene%wants_frequencies)
    end subroutine walk_scene
@@ -274,6 +277,41 @@ contains
          role_t(default='exact where they are known'))
       frequencies%reference = reference - 1
    end subroutine walk_frequencies
+
+   !> &precision
+   subroutine walk_precision(walk, precision, has_stop)
+      !> What the calls do; the group is open
+      type(scene_walk_t), intent(inout) :: walk
+      !> The study
+      type(precision_settings_t), intent(inout) :: precision
+      !> The scene has a stop, so motion is compared; else frequencies alone
+      logical, intent(in) :: has_stop
+
+      character(*), parameter :: stop = '&stop'
+      integer, parameter :: most_elements_dense = 1000
+
+      call walk%choices('methods', precision%methods, 'ways through time to compare', contender_names, &
+         role_t(has_stop, stop, default='all'))
+      call walk%item('duration', precision%duration, 'length of the runs, tau', duration_range, role_t(has_stop, stop))
+      call walk%item('steps', precision%steps, 'Newmark''s steps d tau; tolerances fall with their squares', &
+         range_t(1.0e-6_wp, 0.1_wp), role_t(has_stop, stop, default='0.04 halved up to seven times'))
+      call walk%item('hop_tolerances', precision%hop_tolerances, 'hop tolerances of exact motion', &
+         within(1.0e-14_wp, 0.1_wp), role_t(has_stop, stop, default='1e-2, 1e-3 ... 1e-12'))
+      call walk%item('mode_tolerances', precision%mode_tolerances, 'mode tolerances of exact motion', &
+         within(0.0_wp, 0.1_wp), role_t(has_stop, stop, default='none'))
+      call walk%item('mesh_elements', precision%mesh_elements, 'meshes of exact motion', &
+         within(1, most_elements_dense), role_t(has_stop, stop, default='none'))
+      call walk%item('scaling_elements', precision%scaling_elements, 'meshes over which cost and memory grow', &
+         elements_range, role_t(has_stop, stop, default='none'))
+      call walk%item('scaling_modes', precision%scaling_modes, 'modes for which these are solved', within(1, 100), &
+         role_t(has_stop, stop))
+      call walk%item('scaling_durations', precision%scaling_durations, 'lengths of runs over which cost grows, tau', &
+         duration_range, role_t(has_stop, stop, default='none'))
+      call walk%item('repetitions', precision%repetitions, 'timings of each entry, of which the median counts', &
+         within(1, 1000))
+      call walk%item('shortest_timing', precision%shortest_timing, 'seconds that a timing lasts at least', &
+         within(1.0e-4_wp, 10.0_wp))
+   end subroutine walk_precision
 
    !> &output
    subroutine walk_output(walk, output, has_response, has_frequencies)

@@ -8,9 +8,10 @@ module scene_resolve
    use scene_input, only: scene_input_t
    use scene_ranges, only: branch_range, damper_range, duration_range, preload_range, step_range, stiffness_range, &
       tip_mass_range, zeta_range
-   use scene_types, only: beam_settings_t, frequency_settings_t, law_three_element, mesh_settings_t, &
-      output_settings_t, reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, &
-      solver_auto, solver_dsygv, solver_lanczos, solver_names, solver_natural
+   use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
+      frequency_settings_t, law_three_element, mesh_settings_t, output_settings_t, precision_settings_t, &
+      reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, solver_auto, &
+      solver_dsygv, solver_lanczos, solver_names, solver_natural
    use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
@@ -59,6 +60,7 @@ contains
       if (scene%has_stop) call resolve_stop(input, physical, scene)
       if (scene%wants_response) call resolve_response(input, physical, scene%scales%omega1, scene%response)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
+      if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
       if (input%has_problem()) return
       call check_output(input, scene)
    end subroutine resolve_scene
@@ -74,7 +76,13 @@ contains
          call input%complain('scene', 'name', &
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
-      if (.not. (scene%wants_response .or. scene%wants_frequencies)) then
+      if (scene%wants_precision) then
+         if (scene%wants_response) then
+            call input%complain('response', '', 'does not go with &precision, which has runs of its own')
+         else if (.not. (scene%has_stop .or. scene%wants_frequencies)) then
+            call input%complain('precision', '', 'needs &stop / to compare motion, or &frequencies / to compare solvers')
+         end if
+      else if (.not. (scene%wants_response .or. scene%wants_frequencies)) then
          call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
       else if (scene%wants_response .and. .not. scene%has_stop) then
          call input%complain('response', '', 'needs a stop; add &stop / (with or without names in it)')
@@ -290,6 +298,20 @@ contains
          end if
       end associate
    end subroutine resolve_frequencies
+
+   !> &precision: lists that the file does not give.
+   pure subroutine resolve_precision(precision)
+      !> As read in; resolved out
+      type(precision_settings_t), intent(inout) :: precision
+
+      integer :: i
+
+      if (.not. allocated(precision%methods)) &
+         allocate (precision%methods, source=[contender_exact, contender_average, contender_linear, contender_explicit])
+      if (.not. allocated(precision%steps)) allocate (precision%steps, source=[(scale(0.04_wp, -i), i=0, 7)])
+      if (.not. allocated(precision%hop_tolerances)) &
+         allocate (precision%hop_tolerances, source=[(10.0_wp**(-i), i=2, 12)])
+   end subroutine resolve_precision
 
    !> The meshes of the frequency table, pairwise.
    subroutine resolve_meshes(input, mesh, frequencies)

@@ -8,13 +8,14 @@ module scene_types
    implicit none (type, external)
    private
    public :: scene_t, beam_settings_t, mesh_settings_t, stop_settings_t, response_settings_t
-   public :: frequency_settings_t, output_settings_t, scales_t
+   public :: frequency_settings_t, output_settings_t, scales_t, precision_settings_t
    public :: shape_taper, shape_height_table, shape_section_table
    public :: law_restitution, law_three_element, impulse_momentum, impulse_nodal
    public :: method_exact, method_newmark
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
    public :: reference_exact, reference_none, name_length
    public :: law_names, impulse_names, method_names, solver_names, reference_names
+   public :: contender_exact, contender_average, contender_linear, contender_explicit, contender_names
 
    !> Longest name of a scene, solver, history.
    integer, parameter :: name_length = 64
@@ -55,12 +56,20 @@ module scene_types
    !> The exact frequencies from the determinants.
    integer, parameter :: reference_exact = 1
 
+   !> What &precision compares: `exact`, and Newmark with beta = 1/4, 1/6 and 0.
+   integer, parameter :: contender_exact = 1
+   integer, parameter :: contender_average = 2
+   integer, parameter :: contender_linear = 3
+   integer, parameter :: contender_explicit = 4
+
    !> The constants above as users write them: law_names(law_restitution) and so on; `reference_names`
    !> begins with reference_none.
    character(*), parameter :: law_names(2) = [character(name_length) :: 'restitution', 'three_element']
    character(*), parameter :: impulse_names(2) = [character(name_length) :: 'momentum', 'nodal']
    character(*), parameter :: method_names(2) = [character(name_length) :: 'exact', 'newmark']
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
+   character(*), parameter :: contender_names(4) = [character(name_length) :: &
+      'exact', 'average_acceleration', 'linear_acceleration', 'explicit']
    character(*), parameter :: reference_names(0:1) = [character(name_length) :: 'none', 'exact']
 
    !> &beam, in the user's units.
@@ -155,6 +164,28 @@ module scene_types
       integer :: reference = reference_exact
    end type frequency_settings_t
 
+   !> &precision: run time against error
+   type :: precision_settings_t
+      !> Length of the runs, tau
+      real(wp) :: duration = 20.0_wp
+      !> `contender_` constants; all where the file names none
+      integer, allocatable :: methods(:)
+      !> Newmark's steps, d tau
+      real(wp), allocatable :: steps(:)
+      !> `exact`: tolerances, each varied by itself, and meshes
+      real(wp), allocatable :: hop_tolerances(:)
+      real(wp), allocatable :: mode_tolerances(:)
+      integer, allocatable :: mesh_elements(:)
+      !> Meshes and lengths over which the growth of the cost is measured
+      integer, allocatable :: scaling_elements(:)
+      real(wp), allocatable :: scaling_durations(:)
+      !> Modes for which large meshes are solved
+      integer :: scaling_modes = 6
+      !> Timings of each entry, and the seconds that one of them lasts at least
+      integer :: repetitions = 7
+      real(wp) :: shortest_timing = 0.02_wp
+   end type precision_settings_t
+
    !> &output: what goes into the file beyond the events
    type :: output_settings_t
       !> Histories at the sample times
@@ -213,6 +244,9 @@ module scene_types
       !> &frequencies is there
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies
+      !> &precision is there
+      logical :: wants_precision = .false.
+      type(precision_settings_t) :: precision
       type(output_settings_t) :: output
       type(scales_t) :: scales
    end type scene_t

@@ -1,0 +1,318 @@
+!> Where the time of a run goes, and how cost and memory grow with the mesh, the length of the run, the events and the
+!> modes kept.
+module cost_growth
+   use failures, only: failure_t
+   use kinds, only: i8, wp
+   use machine_facts, only: forget_peak_memory, peak_memory
+   use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_few_modes, task_modes, task_motion, &
+                           task_run, task_t
+   use precision_types, only: curve_t, motion_entry_t, part_t, precision_t, varied_hop
+   use scene_types, only: contender_average, contender_exact, name_length, output_settings_t, scene_t
+   use timed_tasks, only: measure_time, timing_t
+   implicit none (type, external)
+   private
+   public :: measure_parts, measure_growth, fitted_exponent
+
+   !> Distance of samples where a sample is timed, tau.
+   real(wp), parameter :: sample_step = 0.01_wp
+   !> Beyond these the cubes of the dense solver take longer than a study should.
+   integer, parameter :: most_elements_modes = 256, most_elements_motion = 128
+
+contains
+
+   !> The parts of a run of the scene's beam by exact motion with default tolerances.
+   subroutine measure_parts(scene, study, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Gets the parts
+      type(precision_t), intent(inout) :: study
+      !> Set when a part fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(output_settings_t) :: histories
+      type(task_t) :: task
+      real(wp) :: events_only, with_histories
+
+      task%scene = scene
+      task%elements = scene%mesh%elements
+      task%ratio = scene%mesh%ratio
+      task%settings = settings_for(contender_exact, scene%precision, sample_step)
+      allocate (study%parts(0))
+      call add(task_assembly, no_output(), 'assembly', 0.0_wp)
+      if (.not. allocated(error)) call add(task_modes, no_output(), 'modes', 0.0_wp)
+      if (.not. allocated(error)) call add(task_motion, no_output(), 'events', 0.0_wp)
+      if (allocated(error)) return
+      events_only = study%parts(size(study%parts))%timing%median
+      call add(task_motion, histories, 'histories', events_only)
+      if (allocated(error)) return
+      with_histories = events_only + study%parts(size(study%parts))%timing%median
+      call add(task_motion, full_output(), 'ledger', with_histories)
+
+   contains
+
+      !> Time a part; what it takes beyond another one.
+      subroutine add(what, output, name, beyond)
+         !> One of the `task_` constants
+         integer, intent(in) :: what
+         !> What to keep
+         type(output_settings_t), intent(in) :: output
+         !> Name of the part
+         character(*), intent(in) :: name
+         !> Seconds to take off
+         real(wp), intent(in) :: beyond
+
+         type(part_t) :: part
+
+         task%what = what
+         task%output = output
+         part%name = name
+         call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, part%timing, error)
+         associate (timing => part%timing)
+            timing%median = timing%median - beyond
+            timing%lower_quartile = timing%lower_quartile - beyond
+            timing%upper_quartile = timing%upper_quartile - beyond
+         end associate
+         study%parts = [study%parts, part]
+      end subroutine add
+
+   end subroutine measure_parts
+
+   !> All curves that the scene asks for.
+   subroutine measure_growth(scene, study, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Entries in; gets the curves
+      type(precision_t), intent(inout) :: study
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      allocate (study%curves(0))
+      call grow_with_events(study%motion, study%curves)
+      if (allocated(scene%precision%scaling_durations)) call grow_with_duration(scene, study%curves, error)
+      if (allocated(error)) return
+      if (allocated(scene%precision%scaling_elements)) call grow_with_elements(scene, study%curves, error)
+   end subroutine measure_growth
+
+   !> Cost of a run against its number of events, from the hop tolerances compared.
+   pure subroutine grow_with_events(entries, curves)
+      !> The entries
+      type(motion_entry_t), intent(in) :: entries(:)
+      !> Gets a curve
+      type(curve_t), allocatable, intent(inout) :: curves(:)
+
+      logical :: wanted(size(entries))
+
+      wanted = entries%varied == varied_hop .and. entries%failure == '' .and. entries%event_count > 0
+      if (count(wanted) < 2) return
+      call add_curve(curves, 'exact motion', 'events', 's', pack(real(entries%event_count, wp), wanted), &
+                     pack(entries%motion%median, wanted))
+   end subroutine grow_with_events
+
+   !> Cost of a run against its length.
+   subroutine grow_with_duration(scene, curves, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Gets the curves
+      type(curve_t), allocatable, intent(inout) :: curves(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer, parameter :: contenders(2) = [contender_exact, contender_average]
+      character(*), parameter :: names(2) = [character(name_length) :: 'exact motion', 'newmark, d tau = 0.01']
+      type(task_t) :: task
+      type(timing_t) :: timing
+      real(wp), allocatable :: seconds(:), evaluations(:)
+      integer :: i, k
+
+      associate (durations => scene%precision%scaling_durations)
+         allocate (seconds(size(durations)), evaluations(size(durations)))
+         call assemble(scene, scene%mesh%elements, task, error)
+         if (allocated(error)) return
+         task%what = task_modes
+         call task%run(error)
+         if (allocated(error)) return
+         do k = 1, 2
+            task%what = merge(task_motion, task_run, contenders(k) == contender_exact)
+            task%settings = settings_for(contenders(k), scene%precision, sample_step)
+            do i = 1, size(durations)
+               task%settings%duration = durations(i)
+               call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, timing, error)
+               if (allocated(error)) return
+               seconds(i) = timing%median
+               evaluations(i) = real(task%response%evaluations, wp)
+            end do
+            call add_curve(curves, names(k), 'duration', 's', durations, seconds)
+            if (k == 1) call add_curve(curves, 'exact motion, modal sums', 'duration', '1', durations, evaluations)
+         end do
+      end associate
+   end subroutine grow_with_duration
+
+   !> Cost and memory against the mesh; cost of a sample against the modes kept.
+   subroutine grow_with_elements(scene, curves, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Gets the curves
+      type(curve_t), allocatable, intent(inout) :: curves(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(task_t) :: task
+      real(wp), allocatable :: few(:), memory(:), all_modes(:), motion(:), newmark(:), sample(:), modes(:)
+      real(wp) :: seconds, before
+      integer, allocatable :: elements(:)
+      integer :: i, dense, moving
+
+      allocate (elements, source=scene%precision%scaling_elements)
+      allocate (few(size(elements)), memory(size(elements)))
+      allocate (newmark(0), all_modes(0), motion(0), sample(0), modes(0))
+      dense = 0
+      moving = 0
+      call forget_peak_memory()
+      before = peak_memory()
+      do i = 1, size(elements)
+         call assemble(scene, elements(i), task, error)
+         if (allocated(error)) return
+         task%count = scene%precision%scaling_modes
+         call seconds_of(task, task_few_modes, few(i))
+         if (allocated(error)) return
+         memory(i) = peak_memory() - before
+         if (elements(i) > most_elements_modes) cycle
+         task%settings = settings_for(contender_average, scene%precision, sample_step)
+         call seconds_of(task, task_run, seconds)
+         if (allocated(error)) return
+         newmark = [newmark, seconds]
+         call seconds_of(task, task_modes, seconds)
+         if (allocated(error)) return
+         all_modes = [all_modes, seconds]
+         dense = i
+         if (elements(i) > most_elements_motion) cycle
+         moving = i
+         task%settings = settings_for(contender_exact, scene%precision, sample_step)
+         task%settings%keep_all_modes = .true.
+         call add_motion(task)
+         if (allocated(error)) return
+      end do
+      associate (n => real(elements, wp), mesh => 'elements')
+         call add_curve(curves, 'few modes by lanczos, with assembly', mesh, 's', n, few)
+         call add_curve(curves, 'memory of few modes, at peak', mesh, 'byte', n, memory)
+         call add_curve(curves, 'newmark, d tau = 0.01', mesh, 's', n(:dense), newmark)
+         call add_curve(curves, 'all modes, dense', mesh, 's', n(:dense), all_modes)
+         call add_curve(curves, 'exact motion, all modes kept', mesh, 's', n(:moving), motion)
+         call add_curve(curves, 'a sample of all histories', 'modes', 's', modes, sample)
+      end associate
+
+   contains
+
+      !> Median seconds of a task.
+      subroutine seconds_of(job, what, median)
+         !> The task
+         type(task_t), intent(inout) :: job
+         !> One of the `task_` constants
+         integer, intent(in) :: what
+         !> Seconds
+         real(wp), intent(out) :: median
+
+         type(timing_t) :: timing
+
+         job%what = what
+         call measure_time(job, scene%precision%repetitions, scene%precision%shortest_timing, timing, error)
+         median = timing%median
+      end subroutine seconds_of
+
+      !> Exact motion with all modes, events only and with samples.
+      subroutine add_motion(job)
+         !> The task
+         type(task_t), intent(inout) :: job
+
+         real(wp), parameter :: fine_step = 0.001_wp
+         type(output_settings_t) :: histories
+         real(wp) :: events_only, with_samples
+
+         call seconds_of(job, task_motion, events_only)
+         if (allocated(error)) return
+         job%output = histories
+         job%settings%step = fine_step
+         call seconds_of(job, task_motion, with_samples)
+         if (allocated(error)) return
+         motion = [motion, events_only]
+         modes = [modes, real(job%response%modes_kept, wp)]
+         sample = [sample, (with_samples - events_only)/real(size(job%response%tau), wp)]
+         job%output = no_output()
+      end subroutine add_motion
+
+   end subroutine grow_with_elements
+
+   !> Assemble a mesh of the scene.
+   subroutine assemble(scene, elements, task, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its mesh
+      integer, intent(in) :: elements
+      !> Gets the model
+      type(task_t), intent(out) :: task
+      !> Set when that fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      task%scene = scene
+      task%elements = elements
+      task%ratio = scene%mesh%ratio
+      task%output = no_output()
+      task%what = task_assembly
+      call task%run(error)
+   end subroutine assemble
+
+   !> Add a curve and its exponent.
+   pure subroutine add_curve(curves, name, abscissa_name, unit, abscissa, ordinate)
+      !> The curves
+      type(curve_t), allocatable, intent(inout) :: curves(:)
+      !> What grows, with what, in which unit
+      character(*), intent(in) :: name
+      character(*), intent(in) :: abscissa_name
+      character(*), intent(in) :: unit
+      !> Points
+      real(wp), intent(in) :: abscissa(:)
+      real(wp), intent(in) :: ordinate(:)
+
+      type(curve_t), allocatable :: longer(:)
+      integer :: i
+
+      allocate (longer(size(curves) + 1))
+      do i = 1, size(curves)
+         longer(i) = curves(i)
+      end do
+      associate (curve => longer(size(longer)))
+         curve%name = name
+         curve%abscissa_name = abscissa_name
+         curve%unit = unit
+         allocate (curve%abscissa, source=abscissa)
+         allocate (curve%ordinate, source=ordinate)
+         curve%exponent = fitted_exponent(abscissa, ordinate)
+      end associate
+      call move_alloc(longer, curves)
+   end subroutine add_curve
+
+   !> Least squares on the logarithms of the upper half of the points, three at least if there are so many.
+   pure function fitted_exponent(abscissa, ordinate) result(exponent)
+      !> Points, > 0
+      real(wp), intent(in) :: abscissa(:)
+      real(wp), intent(in) :: ordinate(:)
+      real(wp) :: exponent
+
+      integer, parameter :: least = 3
+      real(wp), allocatable :: x(:), y(:)
+      logical :: used(size(abscissa))
+      integer :: i, points
+
+      exponent = 0.0_wp
+      points = size(abscissa)
+      used = [(i > min(points/2, max(points - least, 0)), i=1, points)]
+      used = used .and. abscissa > 0.0_wp .and. ordinate > 0.0_wp
+      if (count(used) < 2) return
+      allocate (x, source=log(pack(abscissa, used)))
+      allocate (y, source=log(pack(ordinate, used)))
+      x = x - sum(x)/real(size(x), wp)
+      y = y - sum(y)/real(size(y), wp)
+      if (sum(x**2) > 0.0_wp) exponent = sum(x*y)/sum(x**2)
+   end function fitted_exponent
+
+end module cost_growth

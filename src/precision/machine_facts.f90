@@ -1,0 +1,126 @@
+!> What a timing depends on besides the program: processor, compiler, build; and the memory of the process. From /proc, where
+!> the system has it.
+module machine_facts
+   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: processor_name, compiler_name, options_of_compiler, kind_of_build, peak_memory, forget_peak_memory
+
+   integer, parameter :: line_length = 256
+
+contains
+
+   !> The processor's name; empty where it is not known.
+   function processor_name() result(name)
+      character(:), allocatable :: name
+
+      name = value_in('/proc/cpuinfo', 'model name')
+   end function processor_name
+
+   !> Name and version of the compiler.
+   function compiler_name() result(name)
+      character(:), allocatable :: name
+
+      name = compiler_version()
+   end function compiler_name
+
+   !> Its options, but for those that name folders.
+   function options_of_compiler() result(options)
+      character(:), allocatable :: options
+
+      character(:), allocatable :: all_options, word
+      integer :: place, next
+      logical :: skips
+
+      all_options = compiler_options()//' '
+      options = ''
+      place = 1
+      skips = .false.
+      do while (place <= len(all_options))
+         next = place + index(all_options(place:), ' ') - 1
+         word = all_options(place:next - 1)
+         place = next + 1
+         if (skips .or. len(word) == 0) then
+            skips = .false.
+            cycle
+         end if
+         skips = word == '-I' .or. word == '-J' .or. word == '-o'
+         if (skips .or. scan(word, '/') > 0) cycle
+         if (len(options) > 0) options = options//' '
+         options = options//word
+      end do
+   end function options_of_compiler
+
+   !> Release or debug, by what the compiler was told.
+   function kind_of_build() result(kind)
+      character(:), allocatable :: kind
+
+      kind = 'debug'
+      if (index(compiler_options(), '-O3') > 0) kind = 'release'
+      if (index(compiler_options(), '-fcheck') > 0) kind = kind//' with checks'
+   end function kind_of_build
+
+   !> Most memory that the process has held since the last call of `forget_peak_memory`, in bytes; 0 where it is not known.
+   function peak_memory() result(bytes)
+      real(wp) :: bytes
+
+      character(:), allocatable :: value
+      integer :: status, kilobytes
+
+      bytes = 0.0_wp
+      value = value_in('/proc/self/status', 'VmHWM')
+      if (len(value) == 0) return
+      read (value, *, iostat=status) kilobytes
+      if (status == 0) bytes = 1024.0_wp*real(kilobytes, wp)
+   end function peak_memory
+
+   !> Count anew; where the system does not allow that, peaks are those of the whole run.
+   subroutine forget_peak_memory()
+      integer :: unit, status
+
+      open (newunit=unit, file='/proc/self/clear_refs', status='old', action='write', iostat=status)
+      if (status /= 0) return
+      write (unit, '(a)', iostat=status) '5'
+      close (unit, iostat=status)
+   end subroutine forget_peak_memory
+
+   !> What stands behind the colon in the first line of a file that begins with a name; empty if there is none.
+   function value_in(file, name) result(value)
+      !> The file
+      character(*), intent(in) :: file
+      !> The name
+      character(*), intent(in) :: name
+      character(:), allocatable :: value
+
+      character(line_length) :: line
+      integer :: unit, status
+
+      value = ''
+      open (newunit=unit, file=file, status='old', action='read', iostat=status)
+      if (status /= 0) return
+      do
+         read (unit, '(a)', iostat=status) line
+         if (status /= 0) exit
+         if (index(line, name) /= 1) cycle
+         value = trim(adjustl(replace_tabs(line(index(line, ':') + 1:))))
+         exit
+      end do
+      close (unit, iostat=status)
+   end function value_in
+
+   !> Blanks for tabulators.
+   pure function replace_tabs(text) result(plain)
+      !> A text
+      character(*), intent(in) :: text
+      character(len(text)) :: plain
+
+      integer :: i
+
+      plain = text
+      do i = 1, len(text)
+         if (text(i:i) == achar(9)) plain(i:i) = ' '
+      end do
+   end function replace_tabs
+
+end module machine_facts

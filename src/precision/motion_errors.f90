@@ -1,0 +1,204 @@
+!> How two runs of one scene differ, and what they are compared by.
+module motion_errors
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t
+   use kinds, only: lambda1_power4, wp
+   use response_measures, only: measure_response, response_measures_t
+   use response_types, only: event_capture, event_contact, event_impact, response_t
+   use skyline_matrix, only: factorise, multiply, skyline_t, solve_factorised
+   implicit none (type, external)
+   private
+   public :: motion_errors_t, motion_facts_t, balance_t, make_balance, facts_of, difference_of, extrapolate, horizon_of, ledger_gap
+
+   !> What a run is judged by, up to a horizon.
+   type :: motion_facts_t
+      !> First meeting with the stop: instant and velocity
+      real(wp) :: impact_tau = 0.0_wp
+      real(wp) :: impact_velocity = 0.0_wp
+      !> Energy of beam and stop at the horizon, in that at the start
+      real(wp) :: energy = 0.0_wp
+      !> Contact impulse up to the horizon
+      real(wp) :: impulse = 0.0_wp
+      !> eta of stop and tip at the samples up to the horizon, [samples, 2]
+      real(wp), allocatable :: history(:, :)
+   end type motion_facts_t
+
+   !> What the balance of impulses needs of a beam.
+   type :: balance_t
+      !> M s, s the static shape of a unit force at the stop, and s there
+      real(wp), allocatable :: mass(:)
+      real(wp) :: flexibility = 0.0_wp
+      !> delta and 2 zeta
+      real(wp) :: preload = 0.0_wp
+      real(wp) :: two_zeta = 0.0_wp
+   end type balance_t
+
+   !> Differences of two runs.
+   type :: motion_errors_t
+      !> d tau and relative
+      real(wp) :: impact_tau = 0.0_wp
+      real(wp) :: impact_velocity = 0.0_wp
+      !> Largest d eta
+      real(wp) :: history = 0.0_wp
+      !> In the energy at the start
+      real(wp) :: energy = 0.0_wp
+      !> Relative
+      real(wp) :: impulse = 0.0_wp
+      !> How far the ledger of energy is from closing, in the energy at the start
+      real(wp) :: ledger = 0.0_wp
+   end type motion_errors_t
+
+contains
+
+   !> Where comparison ends: at the peak of the third rebound, or with the run; on a grid of instants that all runs sample.
+   pure function horizon_of(response, duration, grid) result(horizon)
+      !> The run, with all histories
+      type(response_t), intent(in) :: response
+      !> Its length
+      real(wp), intent(in) :: duration
+      !> Distance of these instants
+      real(wp), intent(in) :: grid
+      real(wp) :: horizon
+
+      integer, parameter :: third = 3
+      type(response_measures_t) :: measures
+
+      call measure_response(response, duration, measures)
+      horizon = duration
+      if (size(measures%peak_tau) >= third) horizon = measures%peak_tau(third)
+      horizon = grid*real(floor(horizon/grid*(1.0_wp + 8.0_wp*epsilon(1.0_wp))), wp)
+   end function horizon_of
+
+   !> Take the facts of a run.
+   pure subroutine facts_of(response, horizon, balance, facts)
+      !> The run, with all histories, energies, and the shape at the horizon
+      type(response_t), intent(in) :: response
+      !> Up to here
+      real(wp), intent(in) :: horizon
+      !> The beam
+      type(balance_t), intent(in) :: balance
+      !> The facts
+      type(motion_facts_t), intent(out) :: facts
+
+      integer :: i, last
+
+      last = count(response%tau <= horizon*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
+      do i = 1, response%event_count
+         associate (event => response%events(i))
+            if (all(event%kind /= [event_impact, event_capture, event_contact])) cycle
+            facts%impact_tau = event%tau
+            facts%impact_velocity = event%velocity_before
+            exit
+         end associate
+      end do
+      associate (energy => response%energy)
+         facts%energy = (energy%kinetic(last) + energy%strain(last) + energy%stop(last))/response%initial_energy
+      end associate
+      facts%impulse = contact_impulse(response, balance, last)
+      allocate (facts%history(last, 2))
+      facts%history(:, 1) = response%displacement_stop(:last)
+      facts%history(:, 2) = response%displacement_tip(:last)
+   end subroutine facts_of
+
+   !> What the stop has given to the beam up to the last sample, from the balance with the static shape s of a unit force at the
+   !> stop: s.(M y'' + 2 zeta K y' + K y) = s_c f with s.K y = y_c, integrated. Only y_c is integrated over samples; the force
+   !> itself falls within a fraction of a sample after each impact. The shape kept is that at this instant.
+   pure function contact_impulse(response, balance, last) result(impulse)
+      !> The run, with one shape
+      type(response_t), intent(in) :: response
+      !> The beam
+      type(balance_t), intent(in) :: balance
+      !> Last sample
+      integer, intent(in) :: last
+      real(wp) :: impulse
+
+      real(wp) :: way
+
+      associate (eta => response%displacement_stop, tau => response%tau)
+         way = sum(0.5_wp*(eta(2:last) + eta(:last - 1))*(tau(2:last) - tau(:last - 1))) + balance%preload*tau(last)
+         impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, 1)) &
+                   + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, 1)) &
+                   + balance%two_zeta*(eta(last) - eta(1)) + way
+         impulse = impulse/balance%flexibility
+      end associate
+   end function contact_impulse
+
+   !> Prepare the balance of impulses.
+   pure subroutine make_balance(model, preload, zeta, balance, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> delta
+      real(wp), intent(in) :: preload
+      !> zeta
+      real(wp), intent(in) :: zeta
+      !> The balance
+      type(balance_t), intent(out) :: balance
+      !> Set when the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skyline_t) :: factors
+      real(wp) :: static(model%stiffness%order)
+
+      factors = model%stiffness
+      call factorise(factors, error)
+      if (allocated(error)) return
+      static = 0.0_wp
+      static(model%stop_dof) = lambda1_power4
+      call solve_factorised(factors, static)
+      allocate (balance%mass(size(static)))
+      call multiply(model%mass, static, balance%mass)
+      balance%flexibility = static(model%stop_dof)
+      balance%preload = preload
+      balance%two_zeta = 2.0_wp*zeta
+   end subroutine make_balance
+
+   !> The difference of two runs sampled at the same instants, or one of them at every k-th of the other's.
+   pure function difference_of(facts, reference) result(errors)
+      !> The runs
+      type(motion_facts_t), intent(in) :: facts
+      type(motion_facts_t), intent(in) :: reference
+      type(motion_errors_t) :: errors
+
+      integer :: samples
+
+      errors%impact_tau = abs(facts%impact_tau - reference%impact_tau)
+      errors%impact_velocity = abs(facts%impact_velocity - reference%impact_velocity) &
+                               /max(abs(reference%impact_velocity), tiny(1.0_wp))
+      errors%energy = abs(facts%energy - reference%energy)
+      errors%impulse = abs(facts%impulse - reference%impulse)/max(abs(reference%impulse), tiny(1.0_wp))
+      samples = min(size(facts%history, 1), size(reference%history, 1))
+      errors%history = maxval(abs(facts%history(:samples, :) - reference%history(:samples, :)))
+   end function difference_of
+
+   !> What two runs, the second with half the step of the first, tend to if their errors fall with its square.
+   pure subroutine extrapolate(coarse, fine, limit)
+      !> The runs
+      type(motion_facts_t), intent(in) :: coarse
+      type(motion_facts_t), intent(in) :: fine
+      !> Sampled like the coarse one
+      type(motion_facts_t), intent(out) :: limit
+
+      integer :: samples
+
+      samples = min(size(coarse%history, 1), (size(fine%history, 1) + 1)/2)
+      limit%impact_tau = (4.0_wp*fine%impact_tau - coarse%impact_tau)/3.0_wp
+      limit%impact_velocity = (4.0_wp*fine%impact_velocity - coarse%impact_velocity)/3.0_wp
+      limit%energy = (4.0_wp*fine%energy - coarse%energy)/3.0_wp
+      limit%impulse = (4.0_wp*fine%impulse - coarse%impulse)/3.0_wp
+      allocate (limit%history(samples, 2))
+      limit%history(:, :) = (4.0_wp*fine%history(:2*samples - 1:2, :) - coarse%history(:samples, :))/3.0_wp
+   end subroutine extrapolate
+
+   !> How far the ledger is from closing, in the energy at the start.
+   pure function ledger_gap(response) result(gap)
+      !> The run, with energies
+      type(response_t), intent(in) :: response
+      real(wp) :: gap
+
+      associate (e => response%energy)
+         gap = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop &
+                          + e%dissipated_impact - e%created - response%initial_energy))/response%initial_energy
+      end associate
+   end function ledger_gap
+
+end module motion_errors

@@ -1,0 +1,160 @@
+!> What the study times: a run by any method, or one of its parts.
+module motion_tasks
+   use auto_solver, only: auto_lambda
+   use beam_model, only: beam_model_t
+   use dsygv_solver, only: dsygv_lambda
+   use exact_motion, only: exact_response, exact_response_in_modes
+   use failures, only: failure_t
+   use free_modes, only: find_free_modes, free_modes_t
+   use kinds, only: wp
+   use lanczos_solver, only: lanczos_lambda, lanczos_modes
+   use natural_solver, only: natural_lambda
+   use newmark_motion, only: newmark_response
+   use response_types, only: response_t
+   use scene_beam_model, only: model_of
+   use scene_types, only: contender_average, contender_exact, contender_linear, method_exact, method_newmark, &
+      output_settings_t, precision_settings_t, response_settings_t, scene_t, solver_dsygv, solver_lanczos, solver_natural
+   use timed_tasks, only: timed_task_t
+   implicit none (type, external)
+   private
+   public :: task_t, task_assembly, task_modes, task_run, task_motion, task_few_modes, task_solver
+   public :: settings_for, no_output, full_output
+
+   !> Assemble the beam.
+   integer, parameter :: task_assembly = 1
+   !> All its modes.
+   integer, parameter :: task_modes = 2
+   !> A whole run of the assembled beam.
+   integer, parameter :: task_run = 3
+   !> The same in modes found beforehand.
+   integer, parameter :: task_motion = 4
+   !> Assemble the beam and find its lowest modes.
+   integer, parameter :: task_few_modes = 5
+   !> Frequencies by one solver.
+   integer, parameter :: task_solver = 6
+
+   type, extends(timed_task_t) :: task_t
+      !> One of the `task_` constants
+      integer :: what = task_run
+      type(scene_t) :: scene
+      type(response_settings_t) :: settings
+      type(output_settings_t) :: output
+      type(beam_model_t) :: model
+      type(free_modes_t) :: modes
+      !> Mesh, for assembly
+      integer :: elements = 0
+      real(wp) :: ratio = 1.0_wp
+      !> Modes and solver, for frequencies
+      integer :: count = 0
+      integer :: solver = 0
+      !> What came out
+      type(response_t) :: response
+      real(wp), allocatable :: lambda(:)
+   contains
+      procedure :: run
+   end type task_t
+
+contains
+
+   !> Do the task once.
+   subroutine run(self, error)
+      class(task_t), intent(inout) :: self
+      !> Set when it fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: modes(:, :)
+
+      associate (scene => self%scene)
+         select case (self%what)
+         case (task_assembly)
+            call model_of(scene, self%elements, self%ratio, self%model, error)
+         case (task_modes)
+            call find_free_modes(self%model, self%modes, error, with_support=.true.)
+         case (task_motion)
+            call exact_response_in_modes(self%modes, scene%zeta, scene%stop, self%settings, self%output, &
+                                         scene%scales%height_ratio, self%response, error)
+         case (task_few_modes)
+            call model_of(scene, self%elements, self%ratio, self%model, error)
+            if (allocated(error)) return
+            call lanczos_modes(self%model, min(self%count, self%elements), self%lambda, modes, error)
+         case (task_solver)
+            call solve(self, error)
+         case default
+            if (self%settings%method == method_exact) then
+               call exact_response(self%model, scene%zeta, scene%stop, self%settings, self%output, &
+                                   scene%scales%height_ratio, self%response, error)
+            else
+               call newmark_response(self%model, scene%zeta, scene%stop, self%settings, self%output, &
+                                     scene%scales%height_ratio, self%response, error)
+            end if
+         end select
+      end associate
+   end subroutine run
+
+   !> Frequencies by one solver.
+   subroutine solve(self, error)
+      !> The task; its lambda are set
+      type(task_t), intent(inout) :: self
+      !> Set when the solver fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      select case (self%solver)
+      case (solver_dsygv)
+         call dsygv_lambda(self%model, self%count, self%lambda, error)
+      case (solver_natural)
+         call natural_lambda(self%model, self%count, self%lambda, error)
+      case (solver_lanczos)
+         call lanczos_lambda(self%model, min(self%count, self%model%mesh%elements), self%lambda, error)
+      case default
+         call auto_lambda(self%model, self%count, self%lambda, error)
+      end select
+   end subroutine solve
+
+   !> Settings of a run by one of the methods compared. Newmark's tolerances are those of the paper at the paper's step, 0.01, and
+   !> fall with its square as the method's error does.
+   pure function settings_for(contender, precision, step) result(settings)
+      !> One of the `contender_` constants
+      integer, intent(in) :: contender
+      !> The study
+      type(precision_settings_t), intent(in) :: precision
+      !> Newmark's step, or the distance of samples
+      real(wp), intent(in) :: step
+      type(response_settings_t) :: settings
+
+      real(wp), parameter :: paper_step = 0.01_wp
+
+      settings%duration = precision%duration
+      settings%step = step
+      if (contender == contender_exact) return
+      settings%method = method_newmark
+      settings%contact_tolerance = settings%contact_tolerance*(step/paper_step)**2
+      settings%release_tolerance = settings%release_tolerance*(step/paper_step)**2
+      settings%substep = .true.
+      select case (contender)
+      case (contender_average)
+         settings%newmark_beta = 0.25_wp
+      case (contender_linear)
+         settings%newmark_beta = 1.0_wp/6.0_wp
+      case default
+         settings%newmark_beta = 0.0_wp
+      end select
+   end function settings_for
+
+   !> Events only.
+   pure function no_output() result(output)
+      type(output_settings_t) :: output
+
+      output%displacement_stop = .false.
+      output%displacement_tip = .false.
+      output%velocity_stop = .false.
+      output%contact_force = .false.
+   end function no_output
+
+   !> All histories and the ledger.
+   pure function full_output() result(output)
+      type(output_settings_t) :: output
+
+      output%energy = .true.
+   end function full_output
+
+end module motion_tasks

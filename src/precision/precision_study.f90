@@ -1,0 +1,97 @@
+!> Run time against error: all that a scene with &precision asks for.
+module precision_study
+   use cost_growth, only: measure_growth, measure_parts
+   use failures, only: failure_t
+   use motion_precision, only: comparison_step, compare_motion
+   use motion_tasks, only: full_output, settings_for, task_assembly, task_run, task_t
+   use precision_types, only: part_t, precision_t
+   use response_types, only: response_t
+   use results_file, only: write_results
+   use scene_types, only: contender_exact, scene_t
+   use solver_precision, only: compare_solvers
+   use timed_tasks, only: measure_time, timed_task_t
+   implicit none (type, external)
+   private
+   public :: run_precision
+
+   !> Writing the file of a run.
+   type, extends(timed_task_t) :: file_task_t
+      character(:), allocatable :: folder
+      type(scene_t) :: scene
+      type(response_t) :: response
+   contains
+      procedure :: run
+   end type file_task_t
+
+contains
+
+   !> Do the study. The file whose writing is timed goes under the scene's own name, where the study's file then takes
+   !> its place.
+   subroutine run_precision(scene, folder, study, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> What was found
+      type(precision_t), intent(out) :: study
+      !> Set when something that the study stands on fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      if (scene%has_stop) then
+         call compare_motion(scene, study, error)
+         if (allocated(error)) return
+         call measure_parts(scene, study, error)
+         if (allocated(error)) return
+         call measure_growth(scene, study, error)
+         if (allocated(error)) return
+      end if
+      if (scene%wants_frequencies) call compare_solvers(scene, study, error)
+      if (allocated(error)) return
+      if (scene%has_stop) call measure_writing(scene, folder, study, error)
+   end subroutine run_precision
+
+   !> How long it takes to write a file with all histories and the ledger.
+   subroutine measure_writing(scene, folder, study, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> Gets a part
+      type(precision_t), intent(inout) :: study
+      !> Set when the file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(file_task_t) :: writing
+      type(task_t) :: task
+      type(part_t) :: part
+
+      task%scene = scene
+      task%elements = scene%mesh%elements
+      task%ratio = scene%mesh%ratio
+      task%what = task_assembly
+      call task%run(error)
+      if (allocated(error)) return
+      task%what = task_run
+      task%output = full_output()
+      task%settings = settings_for(contender_exact, scene%precision, comparison_step)
+      call task%run(error)
+      if (allocated(error)) return
+      writing%folder = folder
+      writing%scene = scene
+      writing%response = task%response
+      part%name = 'results file'
+      call measure_time(writing, scene%precision%repetitions, scene%precision%shortest_timing, part%timing, error)
+      if (allocated(error)) return
+      study%parts = [study%parts, part]
+   end subroutine measure_writing
+
+   !> Write the file once.
+   subroutine run(self, error)
+      class(file_task_t), intent(inout) :: self
+      !> Set when it cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      call write_results(self%folder, 'timing', self%scene, error, response=self%response)
+   end subroutine run
+
+end module precision_study

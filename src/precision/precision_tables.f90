@@ -1,0 +1,164 @@
+!> Tables of run time against error for people to read.
+module precision_tables
+   use kinds, only: wp
+   use machine_facts, only: compiler_name, kind_of_build, processor_name
+   use number_text, only: to_text
+   use precision_types, only: motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_names
+   use scene_types, only: contender_names, scene_t
+   use solver_precision, only: rounding_start
+   implicit none (type, external)
+   private
+   public :: print_precision
+
+contains
+
+   !> All that was found.
+   subroutine print_precision(unit, scene, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      write (unit, '(a)') scene%name//': '//scene%title
+      write (unit, '(2x, a)') processor_name()//', '//compiler_name()//', '//kind_of_build()
+      if (allocated(study%motion)) call print_motion(unit, study)
+      if (allocated(study%parts)) call print_parts(unit, study)
+      if (allocated(study%curves)) call print_curves(unit, study)
+      if (allocated(study%solvers)) call print_solvers(unit, study)
+   end subroutine print_precision
+
+   !> Time and error of motion.
+   subroutine print_motion(unit, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      character(*), parameter :: numbers = '(2x, a22, a16, es10.1, 6es10.1, es11.2, a)'
+      integer :: i
+
+      write (unit, '(/, 2x, a22, a16, 7a10, a11, a)') adjustl('method                '), 'varied', 'value', 'tau_1', &
+         'v_1', 'history', 'energy', 'impulse', 'ledger', 'seconds', '  quartiles'
+      do i = 1, size(study%motion)
+         associate (entry => study%motion(i), errors => study%motion(i)%errors)
+            if (entry%failure /= '') then
+               write (unit, '(2x, a22, a16, es10.1, 2x, a)') contender_names(entry%contender), varied_names(entry%varied), &
+                  value_of(entry), trim(entry%failure)
+               cycle
+            end if
+            write (unit, numbers) contender_names(entry%contender), adjustr(varied_names(entry%varied)(:16)), value_of(entry), &
+               errors%impact_tau, errors%impact_velocity, errors%history, errors%energy, errors%impulse, errors%ledger, &
+               entry%whole%median, '  '//short(entry%whole%lower_quartile)//' ... '//short(entry%whole%upper_quartile)
+         end associate
+      end do
+      write (unit, '(2x, a, f0.3)') 'differences from exact motion, all modes, hop tolerance 1e-14, up to tau = ', study%horizon
+      associate (check => study%check)
+         if (check%failure /= '') then
+            write (unit, '(2x, a)') 'no check of this reference: '//trim(check%failure)
+         else
+            write (unit, '(2x, a, es8.1)') 'this reference against average_acceleration extrapolated from two steps, the longer ', &
+               check%steps(1)
+            write (unit, '(2x, a48, 5es10.1)') 'that step from the extrapolation', check%between_steps%impact_tau, &
+               check%between_steps%impact_velocity, check%between_steps%history, check%between_steps%energy, &
+               check%between_steps%impulse
+            write (unit, '(2x, a48, 5es10.1)') 'the extrapolation from the reference', check%difference%impact_tau, &
+               check%difference%impact_velocity, check%difference%history, check%difference%energy, check%difference%impulse
+         end if
+      end associate
+   end subroutine print_motion
+
+   !> The value that an entry varies.
+   pure function value_of(entry) result(value)
+      !> The entry
+      type(motion_entry_t), intent(in) :: entry
+      real(wp) :: value
+
+      select case (entry%varied)
+      case (varied_hop)
+         value = entry%hop_tolerance
+      case (varied_modes)
+         value = entry%mode_tolerance
+      case (varied_mesh)
+         value = real(entry%elements, wp)
+      case default
+         value = entry%step
+      end select
+   end function value_of
+
+   !> Two digits.
+   function short(value) result(text)
+      !> A number
+      real(wp), intent(in) :: value
+      character(8) :: text
+
+      write (text, '(es8.2)') value
+   end function short
+
+   !> Where the time goes.
+   subroutine print_parts(unit, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      integer :: i
+
+      write (unit, '(/, 2x, a32, a11, a)') adjustl('part of a run by exact motion   '), 'seconds', '  quartiles'
+      do i = 1, size(study%parts)
+         associate (timing => study%parts(i)%timing)
+            write (unit, '(2x, a32, es11.2, a)') study%parts(i)%name(:32), timing%median, &
+               '  '//short(timing%lower_quartile)//' ... '//short(timing%upper_quartile)
+         end associate
+      end do
+   end subroutine print_parts
+
+   !> Exponents of growth.
+   subroutine print_curves(unit, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      integer :: i, last
+
+      if (size(study%curves) == 0) return
+      write (unit, '(/, 2x, a40, a12, a10, a)') adjustl('growth                                  '), 'with', 'exponent', &
+         '  from ... to'
+      do i = 1, size(study%curves)
+         associate (curve => study%curves(i))
+            last = size(curve%abscissa)
+            if (last == 0) cycle
+            write (unit, '(2x, a40, a12, f10.2, a)') curve%name(:40), adjustr(curve%abscissa_name(:12)), curve%exponent, &
+               '  '//short(curve%ordinate(1))//' at '//to_text(curve%abscissa(1))//' ... '//short(curve%ordinate(last)) &
+               //' at '//to_text(curve%abscissa(last))//', '//trim(curve%unit)
+         end associate
+      end do
+   end subroutine print_curves
+
+   !> Time and error of frequencies, and where rounding takes over.
+   subroutine print_solvers(unit, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      character(*), parameter :: rounding = '  rounding takes over beyond'
+      integer :: i, start
+
+      write (unit, '(/, 2x, a12, a10, a8, 2a12, a11)') adjustl('solver      '), 'elements', 'ratio', 'lambda_1', 'largest', &
+         'seconds'
+      do i = 1, size(study%solvers)
+         associate (entry => study%solvers(i))
+            write (unit, '(2x, a12, i10, f8.2, 2es12.1, es11.2)', advance='no') entry%solver(:12), entry%elements, entry%ratio, &
+               entry%first_error, entry%largest_error, entry%timing%median
+            start = rounding_start(study%solvers, trim(entry%solver), entry%ratio)
+            if (start == entry%elements) write (unit, '(a)', advance='no') rounding
+            write (unit, '()')
+         end associate
+      end do
+      write (unit, '(2x, a)') 'relative errors; -1: no exact value, or the solver gave none'
+   end subroutine print_solvers
+
+end module precision_tables

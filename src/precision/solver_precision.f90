@@ -1,0 +1,121 @@
+!> Run time against error of frequencies: every solver on every mesh of the scene's table.
+module solver_precision
+   use exact_frequencies, only: exact_lambda
+   use failures, only: failure_t
+   use frequency_study, only: has_exact_frequencies
+   use kinds, only: wp
+   use motion_tasks, only: task_assembly, task_solver, task_t
+   use precision_types, only: precision_t, solver_entry_t
+   use scene_beam_model, only: section_of
+   use scene_types, only: reference_exact, scene_t, solver_names
+   use timed_tasks, only: measure_time
+   implicit none (type, external)
+   private
+   public :: compare_solvers, rounding_start
+
+contains
+
+   !> Time every solver on every mesh.
+   subroutine compare_solvers(scene, study, error)
+      !> The scene, with &frequencies
+      type(scene_t), intent(in) :: scene
+      !> Gets the entries
+      type(precision_t), intent(inout) :: study
+      !> Set when a mesh cannot be made; a solver that fails leaves no error and no time
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer, parameter :: default_count = 6
+      type(failure_t), allocatable :: trouble
+      type(task_t) :: task
+      real(wp), allocatable :: exact(:)
+      integer :: i, j, count, place
+
+      associate (asked => scene%frequencies)
+         count = asked%count
+         if (count == 0) count = default_count
+         if (asked%reference == reference_exact .and. has_exact_frequencies(section_of(scene%beam), scene%tip_mass_ratio)) then
+            call exact_lambda(count, (scene%beam%height_root - scene%beam%height_tip) &
+                              /(scene%beam%height_root + scene%beam%height_tip), scene%tip_mass_ratio, exact, error)
+            if (allocated(error)) return
+         end if
+         allocate (study%solvers(size(asked%mesh_elements)*size(asked%solver)))
+         place = 0
+         do j = 1, size(asked%solver)
+            do i = 1, size(asked%mesh_elements)
+               place = place + 1
+               associate (entry => study%solvers(place))
+                  entry%solver = solver_names(asked%solver(j))
+                  entry%elements = asked%mesh_elements(i)
+                  entry%ratio = asked%mesh_ratios(i)
+                  task%scene = scene
+                  task%what = task_assembly
+                  task%elements = entry%elements
+                  task%ratio = entry%ratio
+                  call task%run(error)
+                  if (allocated(error)) return
+                  task%what = task_solver
+                  task%solver = asked%solver(j)
+                  task%count = min(count, 2*entry%elements)
+                  call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%timing, trouble)
+                  if (.not. allocated(trouble)) call take_errors(task%lambda, exact, entry)
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine compare_solvers
+
+   !> Relative errors of the frequencies found.
+   pure subroutine take_errors(lambda, exact, entry)
+      !> Found
+      real(wp), intent(in) :: lambda(:)
+      !> Exact; unallocated: not known
+      real(wp), allocatable, intent(in) :: exact(:)
+      !> Gets the errors
+      type(solver_entry_t), intent(inout) :: entry
+
+      integer :: modes
+
+      if (.not. allocated(exact)) return
+      modes = min(size(lambda), size(exact))
+      if (modes == 0) return
+      entry%first_error = abs(lambda(1)/exact(1) - 1.0_wp)
+      entry%largest_error = maxval(abs(lambda(:modes)/exact(:modes) - 1.0_wp))
+   end subroutine take_errors
+
+   !> The mesh beyond which more elements no longer make the first frequency better: there rounding takes over. 0: nowhere.
+   pure function rounding_start(entries, solver, ratio) result(elements)
+      !> All entries
+      type(solver_entry_t), intent(in) :: entries(:)
+      !> Solver and ratio
+      character(*), intent(in) :: solver
+      real(wp), intent(in) :: ratio
+      integer :: elements
+
+      integer :: i, best
+
+      best = 0
+      do i = 1, size(entries)
+         if (.not. of_kind(entries(i))) cycle
+         if (best == 0) best = i
+         if (entries(i)%first_error < entries(best)%first_error) best = i
+      end do
+      elements = 0
+      if (best == 0) return
+      do i = 1, size(entries)
+         if (of_kind(entries(i)) .and. entries(i)%elements > entries(best)%elements) elements = entries(best)%elements
+      end do
+
+   contains
+
+      !> Does an entry belong to the solver and the ratio, and has it an error?
+      pure function of_kind(entry) result(belongs)
+         !> The entry
+         type(solver_entry_t), intent(in) :: entry
+         logical :: belongs
+
+         belongs = entry%solver == solver .and. abs(entry%ratio - ratio) <= 0.0_wp .and. entry%first_error >= 0.0_wp
+      end function of_kind
+
+   end function rounding_start
+
+end module solver_precision
