@@ -42,6 +42,8 @@ module certified_search
       !> That derivative and the next one
       real(wp) :: value = 0.0_wp
       real(wp) :: slope = 0.0_wp
+      !> And the one after that, if it is known: it only speeds the end of the search
+      real(wp) :: curvature = 0.0_wp
       !> From here on the one after never falls below minus this
       real(wp) :: bound = 0.0_wp
       !> Nor does its magnitude exceed this
@@ -218,7 +220,8 @@ contains
          low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*bound*value) - slope)
          high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*bound*value) - slope)
       end associate
-      t = start - at_start%value/at_start%slope
+      ! the zero of the parabola through value, slope and curvature
+      t = start + 2.0_wp*at_start%value/(sqrt(at_start%slope**2 - 2.0_wp*at_start%curvature*at_start%value) - at_start%slope)
       do iteration = 1, iteration_cap
          t = min(max(t, low), high)
          call signal%evaluate(t, value, slope)

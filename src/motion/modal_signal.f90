@@ -122,7 +122,11 @@ contains
             here%slope = here%slope - self%rate*surface
             here%bound_both = here%bound_both + self%rate**2*surface
          end if
-         if (order == 0 .and. (here%floor > here%rounding .or. falls_to_zero(here))) return
+         if (order == 0 .and. falls_to_zero(here)) then
+            here%curvature = dot_product(weight, a) + self%rate**2*surface
+            return
+         end if
+         if (order == 0 .and. here%floor > here%rounding) return
          call bound_terms(oscillators, weight, jerk, snap, swing_jerk)
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
          here%free = free_step(weight*z, weight*v, weight*a, swing, swing_a, swing_jerk, rest, -self%rate*surface, &
