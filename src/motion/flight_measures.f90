@@ -283,6 +283,8 @@ contains
       logical :: stays_above
 
       measures = measurer%measures
+      measures%start_energy = measurer%start_energy
+      measures%rest_energy = measurer%rest_energy
       measures%lost_impact = lost_impact
       measures%created = created
       ! the ledger closes to rounding

@@ -78,6 +78,9 @@ module response_types
       !> When the energy above that of the beam at rest had fallen to `quiet_energy` of the start's; false: not yet
       logical :: has_spent = .false.
       real(wp) :: spent_tau = 0.0_wp
+      !> Energy at the start, and of the beam at rest
+      real(wp) :: start_energy = 0.0_wp
+      real(wp) :: rest_energy = 0.0_wp
       !> Energy at the end, and where the rest of it went
       real(wp) :: final_energy = 0.0_wp
       real(wp) :: lost_beam = 0.0_wp

@@ -4,7 +4,7 @@ module file_system
    use failures, only: fail, failure_t, status_run_failed
    implicit none (type, external)
    private
-   public :: make_folder, replace_file, partial_name, is_terminal, standard_error_descriptor
+   public :: make_folder, replace_file, move_file, remove_folder, partial_name, is_terminal, standard_error_descriptor
 
    !> File descriptor of standard error.
    integer(c_int), parameter :: standard_error_descriptor = 2_c_int
@@ -57,6 +57,12 @@ module file_system
          character(kind=c_char), intent(in) :: to(*)
          integer(c_int) :: code
       end function impactbeam_rename
+
+      subroutine impactbeam_remove_folder(path) bind(c)
+         import :: c_char
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+      end subroutine impactbeam_remove_folder
 
       subroutine impactbeam_remove_leftovers(folder, prefix) bind(c)
          import :: c_char
@@ -114,6 +120,29 @@ contains
       ! Its own failure changes nothing: the next run removes what is left.
       code = posix_unlink(partial//c_null_char)
    end subroutine replace_file
+
+   !> Give a file another name on the same disk, in place of the file that has it.
+   subroutine move_file(from, to, error)
+      !> Its name
+      character(*), intent(in) :: from
+      !> Its name to be
+      character(*), intent(in) :: to
+      !> Why it could not be moved
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+
+      code = impactbeam_rename(trim(from)//c_null_char, trim(to)//c_null_char)
+      if (code /= 0) call fail(error, status_run_failed, "cannot write '"//trim(to)//"': "//reason(code))
+   end subroutine move_file
+
+   !> Remove a folder and the files in it, as far as that can be done.
+   subroutine remove_folder(path)
+      !> The folder; those in it stay, and it with them
+      character(*), intent(in) :: path
+
+      call impactbeam_remove_folder(trim(path)//c_null_char)
+   end subroutine remove_folder
 
    !> The name under which a process writes a file before it is complete: hidden, and no result by its ending.
    pure function partial_name(name, process) result(partial)

@@ -80,6 +80,19 @@ void impactbeam_remove_leftovers(const char *folder, const char *prefix)
    closedir(entries);
 }
 
+/* Remove a folder and the files in it; where one cannot be removed the folder stays. */
+void impactbeam_remove_folder(const char *path)
+{
+   DIR *const entries = opendir(path);
+   if (entries == NULL) return;
+   for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries)) {
+      if (strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0) continue;
+      unlinkat(dirfd(entries), entry->d_name, 0);
+   }
+   closedir(entries);
+   rmdir(path);
+}
+
 /* The words for an errno, cut to fit. */
 void impactbeam_describe(int code, char *text, size_t size)
 {

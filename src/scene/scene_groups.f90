@@ -12,6 +12,7 @@ module scene_groups
       output_settings_t, precision_settings_t, reference_names, response_settings_t, scene_t, shape_height_table, &
       shape_section_table, shape_taper, solver_names, stop_settings_t
    use scene_walk, only: scene_walk_t
+   use sweep_groups, only: walk_best, walk_sweep
    use value_rules, only: above, range_t, role_t, within
    implicit none (type, external)
    private
@@ -97,8 +98,13 @@ contains
       call walk_frequencies(walk, scene%frequencies)
       call walk%open_group('precision', scene%wants_precision)
       call walk_precision(walk, scene%precision, scene%has_stop)
+      call walk%open_group('sweep', scene%wants_sweep)
+      call walk_sweep(walk, scene)
+      call walk%open_group('best', scene%wants_best)
+      call walk_best(walk, scene%best)
       call walk%open_group('output')
-      call walk_output(walk, scene%output, scene%wants_response, scene%wants_frequencies)
+      call walk_output(walk, scene%output, scene%wants_response .and. (walk%is_reading() .or. .not. scene%wants_sweep), &
+         scene%wants_frequencies)
    end subroutine walk_scene
 
    !> &beam

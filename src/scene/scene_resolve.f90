@@ -12,6 +12,7 @@ module scene_resolve
       frequency_settings_t, law_three_element, mesh_settings_t, output_settings_t, precision_settings_t, &
       reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, solver_auto, &
       solver_dsygv, solver_lanczos, solver_names, solver_natural
+   use sweep_groups, only: resolve_sweep
    use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
@@ -61,6 +62,8 @@ contains
       if (scene%wants_response) call resolve_response(input, physical, scene%scales%omega1, scene%response)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
+      if (input%has_problem()) return
+      call resolve_sweep(input, scene)
       if (input%has_problem()) return
       call check_output(input, scene)
    end subroutine resolve_scene

@@ -5,6 +5,7 @@
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
    use kinds, only: wp
+   use sweep_settings, only: best_settings_t, sweep_settings_t
    implicit none (type, external)
    private
    public :: scene_t, beam_settings_t, mesh_settings_t, stop_settings_t, response_settings_t
@@ -247,6 +248,11 @@ module scene_types
       !> &precision is there
       logical :: wants_precision = .false.
       type(precision_settings_t) :: precision
+      !> &sweep is there, and &best
+      logical :: wants_sweep = .false.
+      type(sweep_settings_t) :: sweep
+      logical :: wants_best = .false.
+      type(best_settings_t) :: best
       type(output_settings_t) :: output
       type(scales_t) :: scales
    end type scene_t

@@ -1,0 +1,150 @@
+!> What a sweep varies and what it measures: the parameters, the measures, and the settings of &sweep and &best.
+module sweep_settings
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: parameter_count, parameter_names, parameter_meanings, is_of_beam, parameter_elements, &
+      parameter_mesh_ratio, parameter_taper, parameter_tip_mass, parameter_position, parameter_duration, &
+      parameter_hop_tolerance, parameter_zeta, parameter_preload, parameter_restitution, parameter_stiffness, &
+      parameter_branch, parameter_damper
+   public :: swept_t, sweep_settings_t, best_settings_t
+   public :: design_grid, design_paired, design_latin_hypercube, design_names
+   public :: goal_least, goal_most, goal_names
+   public :: measure_count, measure_names, measure_meanings, measure_units, measure_is_whole
+   public :: column_status, column_impacts, column_rebounds, column_contacts, column_first_tau, column_first_velocity, &
+      column_force, column_impulse, column_total_contact, column_longest_contact, column_peak, column_quiet, &
+      column_spent, column_lost_beam, column_lost_stop, column_lost_impact, column_created, column_left
+
+   integer, parameter :: name_room = 32
+   integer, parameter :: meaning_room = 100
+
+   !> Parameters; those of the beam and its mesh come first, so that in a grid they vary slowest.
+   integer, parameter :: parameter_elements = 1
+   integer, parameter :: parameter_mesh_ratio = 2
+   integer, parameter :: parameter_taper = 3
+   integer, parameter :: parameter_tip_mass = 4
+   integer, parameter :: parameter_position = 5
+   integer, parameter :: parameter_duration = 6
+   integer, parameter :: parameter_hop_tolerance = 7
+   integer, parameter :: parameter_zeta = 8
+   integer, parameter :: parameter_preload = 9
+   integer, parameter :: parameter_restitution = 10
+   integer, parameter :: parameter_stiffness = 11
+   integer, parameter :: parameter_branch = 12
+   integer, parameter :: parameter_damper = 13
+   integer, parameter :: parameter_count = 13
+   character(*), parameter :: parameter_names(parameter_count) = [character(name_room) :: &
+      'elements', 'mesh_ratio', 'taper', 'tip_mass_ratio', 'position', 'duration', 'hop_tolerance', 'zeta', &
+      'preload', 'restitution', 'stiffness_ratio', 'branch_ratio', 'damper_ratio']
+   character(*), parameter :: parameter_meanings(parameter_count) = [character(meaning_room) :: &
+      'number of elements', 'ratio of neighbouring elements', 'alpha = (height_root - height_tip) / length, mean height kept', &
+      'mu = tip mass over mass of the beam', 'position of the stop Lc over length', 'length of the run, tau', &
+      'eta that a flight must exceed to be no rest', 'damping ratio', 'delta = d / (y_c(0) - d)', &
+      'coefficient of restitution eps', 'kappa = k / (3 E Ibar / L^3)', 'beta = spring of the Maxwell branch over k', &
+      'c* = c omega1 / (3 E Ibar / L^3)']
+
+   !> Every combination of the values.
+   integer, parameter :: design_grid = 1
+   !> The first values of all lists, the second values, and so on.
+   integer, parameter :: design_paired = 2
+   !> As many random cases as asked for, each range divided into as many strata with one case in each.
+   integer, parameter :: design_latin_hypercube = 3
+   character(*), parameter :: design_names(3) = [character(name_room) :: 'grid', 'paired', 'latin_hypercube']
+
+   integer, parameter :: goal_least = 1
+   integer, parameter :: goal_most = 2
+   character(*), parameter :: goal_names(2) = [character(name_room) :: 'least', 'most']
+
+   !> Columns of a row.
+   integer, parameter :: column_status = 1
+   integer, parameter :: column_impacts = 2
+   integer, parameter :: column_contacts = 3
+   integer, parameter :: column_rebounds = 4
+   integer, parameter :: column_first_tau = 5
+   integer, parameter :: column_first_velocity = 6
+   integer, parameter :: column_force = 7
+   integer, parameter :: column_impulse = 8
+   integer, parameter :: column_total_contact = 9
+   integer, parameter :: column_longest_contact = 10
+   !> The first of five
+   integer, parameter :: column_peak = 11
+   integer, parameter :: column_quiet = 16
+   integer, parameter :: column_spent = 17
+   integer, parameter :: column_lost_beam = 18
+   integer, parameter :: column_lost_stop = 19
+   integer, parameter :: column_lost_impact = 20
+   integer, parameter :: column_created = 21
+   integer, parameter :: column_left = 22
+   integer, parameter :: measure_count = 22
+   character(*), parameter :: measure_names(measure_count) = [character(name_room) :: &
+      'status', 'impacts', 'contacts', 'rebounds', 'first_impact_tau', 'first_impact_velocity', 'greatest_force', &
+      'greatest_impulse', 'total_contact', 'longest_contact', 'peak_1', 'peak_2', 'peak_3', 'peak_4', 'peak_5', &
+      'quiet_tau', 'spent_tau', 'lost_beam', 'lost_stop', 'lost_impact', 'created', 'left']
+   character(*), parameter :: measure_meanings(measure_count) = [character(meaning_room) :: &
+      '0: done, 1: failed, the reason is in failure_reason', 'impacts of model A, contacts of model B', &
+      'contacts that last', 'flights that rise above eta = 0.02', 'instant of the first meeting with the stop', &
+      'd eta/d tau at the stop point before it', 'greatest contact force Pbar', 'greatest impulse of an impact or a contact', &
+      'time in contact', 'longest contact', 'highest point of the first rebound, eta', 'of the second', 'of the third', &
+      'of the fourth', 'of the fifth', 'instant after which |eta_c| stays within 0.02; nan: it does not', &
+      'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
+      'energy above rest that the beam dissipated, share of the start''s', 'that the stop dissipated', &
+      'that impacts dissipated', 'that the nodal reading of the impulse created', 'that is left at the end']
+   character(*), parameter :: measure_units(measure_count) = [character(name_room) :: &
+      '1', '1', '1', '1', 'tau', 'eta/tau', 'Pbar', 'impulse', 'tau', 'tau', 'eta', 'eta', 'eta', 'eta', 'eta', 'tau', 'tau', &
+      '1', '1', '1', '1', '1']
+   !> Columns that hold whole numbers
+   logical, parameter :: measure_is_whole(measure_count) = [.true., .true., .true., .true., spread(.false., 1, 18)]
+
+   !> The values of one parameter; it is not swept if nothing is given.
+   type :: swept_t
+      !> Values one by one
+      real(wp), allocatable :: list(:)
+      !> Least and greatest value
+      real(wp), allocatable :: range(:)
+      !> The same, to be divided evenly in the logarithm
+      real(wp), allocatable :: log_range(:)
+      !> Number of values in the range; 0: not given
+      integer :: points = 0
+   end type swept_t
+
+   !> &sweep
+   type :: sweep_settings_t
+      !> One of the `design_` constants
+      integer :: design = design_grid
+      !> Parameters, by the `parameter_` constants
+      type(swept_t) :: swept(parameter_count)
+      !> Latin hypercube: number of cases, and what its random numbers start from
+      integer :: count = 0
+      integer :: seed = 1
+      !> Cases to a part, the unit in which results reach the disk; 0: chosen by the number of cases
+      integer :: part_cases = 0
+   end type sweep_settings_t
+
+   !> &best
+   type :: best_settings_t
+      !> Column by which cases are compared
+      integer :: measure = column_quiet
+      !> `goal_least` or `goal_most`
+      integer :: goal = goal_least
+      !> Number of cases in the table
+      integer :: count = 10
+      !> Refine from the best case, between the least and the greatest swept value of each parameter
+      logical :: refine = .false.
+      !> Refinement: most cases to compute
+      integer :: evaluations = 2000
+      !> Refinement: it ends when the steps are shorter than this share of each range
+      real(wp) :: precision = 1.0e-4_wp
+   end type best_settings_t
+
+contains
+
+   !> Does another value make another beam or mesh?
+   elemental function is_of_beam(parameter) result(is)
+      !> One of the `parameter_` constants
+      integer, intent(in) :: parameter
+      logical :: is
+
+      is = parameter <= parameter_position
+   end function is_of_beam
+
+end module sweep_settings

@@ -1,0 +1,90 @@
+!> Random numbers that are the same on every machine for the same seed: two congruential generators combined
+!> (L'Ecuyer, Commun. ACM 31 (1988) 742).
+module random_numbers
+   use kinds, only: i8, wp
+   implicit none (type, external)
+   private
+   public :: random_t, start_random, next_random, next_normal, shuffle
+
+   type :: random_t
+      private
+      integer(i8) :: first = 1_i8
+      integer(i8) :: second = 1_i8
+   end type random_t
+
+   integer(i8), parameter :: first_modulus = 2147483563_i8
+   integer(i8), parameter :: second_modulus = 2147483399_i8
+
+contains
+
+   !> Begin a sequence.
+   pure subroutine start_random(seed, stream, random)
+      !> Seed, > 0
+      integer, intent(in) :: seed
+      !> Another sequence of the same seed, >= 0
+      integer, intent(in) :: stream
+      !> The generator
+      type(random_t), intent(out) :: random
+
+      real(wp) :: thrown_away
+      integer :: i
+
+      random%first = modulo(int(seed, i8), first_modulus - 1_i8) + 1_i8
+      random%second = modulo(int(stream, i8)*104729_i8 + int(seed, i8), second_modulus - 1_i8) + 1_i8
+      ! neighbouring seeds begin alike
+      do i = 1, 32
+         call next_random(random, thrown_away)
+      end do
+   end subroutine start_random
+
+   !> A number between 0 and 1, both excluded.
+   pure subroutine next_random(random, value)
+      !> The generator
+      type(random_t), intent(inout) :: random
+      !> The number
+      real(wp), intent(out) :: value
+
+      integer(i8) :: mixed
+
+      random%first = modulo(40014_i8*random%first, first_modulus)
+      random%second = modulo(40692_i8*random%second, second_modulus)
+      mixed = modulo(random%first - random%second, first_modulus - 1_i8)
+      if (mixed == 0_i8) mixed = first_modulus - 1_i8
+      value = real(mixed, wp)/real(first_modulus, wp)
+   end subroutine next_random
+
+   !> A normally distributed number (Box and Muller).
+   pure subroutine next_normal(random, value)
+      !> The generator
+      type(random_t), intent(inout) :: random
+      !> The number
+      real(wp), intent(out) :: value
+
+      real(wp) :: first, second
+
+      call next_random(random, first)
+      call next_random(random, second)
+      value = sqrt(-2.0_wp*log(first))*cos(2.0_wp*acos(-1.0_wp)*second)
+   end subroutine next_normal
+
+   !> The numbers 1 ... n in random order (Fisher and Yates).
+   pure subroutine shuffle(random, order)
+      !> The generator
+      type(random_t), intent(inout) :: random
+      !> The numbers, [n]
+      integer, intent(out) :: order(:)
+
+      real(wp) :: value
+      integer :: i, other, held
+
+      order = [(i, i=1, size(order))]
+      do i = size(order), 2, -1
+         call next_random(random, value)
+         other = min(1 + int(value*real(i, wp)), i)
+         held = order(i)
+         order(i) = order(other)
+         order(other) = held
+      end do
+   end subroutine shuffle
+
+end module random_numbers

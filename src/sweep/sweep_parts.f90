@@ -1,0 +1,302 @@
+!> The parts of a sweep on disk while it runs: files of some hundred rows each, written aside and renamed into place,
+!> so that whatever ends the run each of them is whole or absent. Beside them lies the plan they belong to.
+module sweep_parts
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
+   use failures, only: fail, failure_t, status_bad_input, status_run_failed
+   use file_system, only: make_folder, replace_file
+   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5eset_auto_f, h5f_acc_rdonly_f, h5fclose_f, &
+      h5fopen_f, h5open_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, &
+      h5t_native_integer, h5t_string, h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
+   use hdf5_writing, only: hdf5_image_t
+   use kinds, only: i8, wp
+   use sweep_plan, only: checksum, first_of_part, last_of_part, plan_t
+   use sweep_settings, only: measure_count, measure_names, parameter_names
+   use text_file, only: load_text
+   implicit none (type, external)
+   private
+   public :: part_t, parts_folder, enter_folder, part_is_done, write_part, read_part, reason_room
+
+   !> Reasons of failure are cut to this.
+   integer, parameter :: reason_room = 200
+   character(*), parameter :: plan_file = 'plan.txt'
+
+   !> Some rows.
+   type :: part_t
+      !> Parameters, [axes, cases]
+      real(wp), allocatable :: values(:, :)
+      !> Measures, [measure_count, cases]
+      real(wp), allocatable :: rows(:, :)
+      !> Cases that failed, and why
+      integer, allocatable :: failed(:)
+      character(reason_room), allocatable :: reasons(:)
+   end type part_t
+
+   interface
+      !> C: give memory back, here that of texts which HDF5 read.
+      subroutine c_free(address) bind(c, name='free')
+         import :: c_ptr
+         implicit none (type, external)
+         type(c_ptr), value :: address
+      end subroutine c_free
+   end interface
+
+contains
+
+   !> Where the parts of a sweep are.
+   pure function parts_folder(folder, name) result(path)
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> Name of the scene
+      character(*), intent(in) :: name
+      character(:), allocatable :: path
+
+      path = folder//'/'//name//'.parts'
+   end function parts_folder
+
+   !> Make the folder of the parts, or go on with one that a run of the same plan left.
+   subroutine enter_folder(path, text, error)
+      !> The folder
+      character(*), intent(in) :: path
+      !> The plan in words
+      character(*), intent(in) :: text
+      !> Set when the parts there belong to another plan
+      type(failure_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: present, problem
+      character(kind=c_char), allocatable :: bytes(:)
+      logical :: is_there
+
+      inquire (file=path//'/'//plan_file, exist=is_there)
+      if (is_there) then
+         call load_text(path//'/'//plan_file, present, problem)
+         if (allocated(problem)) then
+            call fail(error, status_run_failed, "cannot read '"//path//'/'//plan_file//"': "//problem)
+         else if (present /= text) then
+            call fail(error, status_bad_input, "'"//path//"' holds the parts of another sweep: there "// &
+                      difference(present, text)//'; let that one finish with the scene as it was, remove the folder, ' &
+                      //'or give another name or --out')
+         end if
+         return
+      end if
+      call make_folder(path, error)
+      if (allocated(error)) return
+      allocate (bytes(len(text)))
+      bytes(:) = transfer(text, bytes)
+      call replace_file(path, plan_file, bytes, error)
+   end subroutine enter_folder
+
+   !> The first line in which two texts differ.
+   pure function difference(there, here) result(words)
+      !> The text on disk
+      character(*), intent(in) :: there
+      !> The text of this run
+      character(*), intent(in) :: here
+      character(:), allocatable :: words
+
+      integer :: i, start
+
+      start = 1
+      do i = 1, min(len(there), len(here))
+         if (there(i:i) /= here(i:i)) exit
+         if (there(i:i) == new_line('a')) start = i + 1
+      end do
+      words = "'"//line_at(there, start)//"', here '"//line_at(here, start)//"'"
+   end function difference
+
+   !> The line that begins at a place.
+   pure function line_at(text, start) result(line)
+      !> The text
+      character(*), intent(in) :: text
+      !> The place
+      integer, intent(in) :: start
+      character(:), allocatable :: line
+
+      integer :: length
+
+      line = text(min(start, len(text) + 1):)
+      length = index(line, new_line('a'))
+      if (length > 0) line = line(:length - 1)
+   end function line_at
+
+   !> The name of a part's file.
+   pure function part_name(part) result(name)
+      !> The part, from 1
+      integer, intent(in) :: part
+      character(:), allocatable :: name
+
+      character(16) :: digits
+
+      write (digits, '(i0.6)') part
+      name = trim(digits)//'.h5'
+   end function part_name
+
+   !> Is a part on disk? It is there whole or not at all.
+   function part_is_done(path, part) result(done)
+      !> The folder
+      character(*), intent(in) :: path
+      !> The part
+      integer, intent(in) :: part
+      logical :: done
+
+      inquire (file=path//'/'//part_name(part), exist=done)
+   end function part_is_done
+
+   !> Write a part.
+   subroutine write_part(path, plan, text, number, part, error)
+      !> The folder
+      character(*), intent(in) :: path
+      !> The plan, and the same in words
+      type(plan_t), intent(in) :: plan
+      character(*), intent(in) :: text
+      !> Number of the part
+      integer, intent(in) :: number
+      !> Its rows
+      type(part_t), intent(in) :: part
+      !> Why it could not be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer(size_t), parameter :: overhead = 32768_size_t
+      type(hdf5_image_t) :: image
+      character(kind=c_char), allocatable :: bytes(:)
+      integer :: i
+
+      call image%begin(8_size_t*(size(part%rows, kind=size_t) + size(part%values, kind=size_t)) + overhead)
+      call image%add('plan', real(checksum(text), wp), '1', 'checksum of the plan in plan.txt')
+      call image%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
+                     'number of the case', is_scale=.true.)
+      call image%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
+      call image%note('names', joined(measure_names), 'column')
+      call image%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
+      call image%note('names', joined(parameter_names(plan%axes%parameter)), 'parameter')
+      call image%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
+      call image%add('rows', part%rows, 'mixed', 'measures of each case', ['column', 'case  '])
+      call image%add('failed', part%failed, '1', 'cases that failed', is_scale=.true.)
+      call image%add('reason', part%reasons, 'none', 'why', along='failed')
+      call image%finish(bytes, error)
+      if (allocated(error)) return
+      call replace_file(path, part_name(number), bytes, error)
+   end subroutine write_part
+
+   !> Names with commas between them.
+   pure function joined(names) result(text)
+      !> The names
+      character(*), intent(in) :: names(:)
+      character(:), allocatable :: text
+
+      integer :: i
+
+      text = trim(names(1))
+      do i = 2, size(names)
+         text = text//', '//trim(names(i))
+      end do
+   end function joined
+
+   !> Read a part back.
+   subroutine read_part(path, plan, text, number, part, is_good)
+      !> The folder
+      character(*), intent(in) :: path
+      !> The plan, and the same in words
+      type(plan_t), intent(in) :: plan
+      character(*), intent(in) :: text
+      !> Number of the part
+      integer, intent(in) :: number
+      !> Its rows
+      type(part_t), intent(out) :: part
+      !> False: it cannot be read, or belongs to another plan
+      logical, intent(out) :: is_good
+
+      integer(hid_t) :: file
+      integer :: status, cases, failures
+      integer, allocatable, target :: failed(:)
+      real(wp), allocatable, target :: values(:, :), rows(:, :)
+      real(wp), target :: found(1)
+
+      cases = last_of_part(plan, number) - first_of_part(plan, number) + 1
+      allocate (values(size(plan%axes), cases), rows(measure_count, cases))
+      call h5open_f(status)
+      call h5eset_auto_f(0, status)
+      call h5fopen_f(path//'/'//part_name(number), h5f_acc_rdonly_f, file, status)
+      is_good = status == 0
+      if (.not. is_good) return
+      call load(file, 'plan', h5t_native_double, 1_hsize_t, c_loc(found), is_good)
+      if (is_good) is_good = nint(found(1), i8) == checksum(text)
+      call load(file, 'parameters', h5t_native_double, size(values, kind=hsize_t), c_loc(values), is_good)
+      call load(file, 'rows', h5t_native_double, size(rows, kind=hsize_t), c_loc(rows), is_good)
+      failures = 0
+      if (is_good) failures = count(rows(1, :) > 0.0_wp)
+      allocate (failed(failures), part%reasons(failures))
+      if (failures > 0) then
+         call load(file, 'failed', h5t_native_integer, int(failures, hsize_t), c_loc(failed), is_good)
+         call load_reasons(file, part%reasons, is_good)
+      end if
+      call h5fclose_f(file, status)
+      call move_alloc(values, part%values)
+      call move_alloc(rows, part%rows)
+      call move_alloc(failed, part%failed)
+   end subroutine read_part
+
+   !> Read a dataset of a known size.
+   subroutine load(file, name, type, expected, address, is_good)
+      !> The open file
+      integer(hid_t), intent(in) :: file
+      !> The dataset, and its type in memory
+      character(*), intent(in) :: name
+      integer(hid_t), intent(in) :: type
+      !> Number of its elements
+      integer(hsize_t), intent(in) :: expected
+      !> Where they go
+      type(c_ptr), intent(in) :: address
+      !> In: go on. Out: it went well
+      logical, intent(inout) :: is_good
+
+      integer(hid_t) :: dataset, space
+      integer(hsize_t) :: points
+      integer :: status
+      type(c_ptr) :: place
+
+      if (.not. is_good) return
+      call h5dopen_f(file, name, dataset, status)
+      is_good = status == 0
+      if (.not. is_good) return
+      call h5dget_space_f(dataset, space, status)
+      call h5sget_simple_extent_npoints_f(space, points, status)
+      is_good = points == expected
+      place = address
+      if (is_good) call h5dread_f(dataset, type, place, status)
+      is_good = is_good .and. status == 0
+      call h5sclose_f(space, status)
+      call h5dclose_f(dataset, status)
+   end subroutine load
+
+   !> Read the reasons.
+   subroutine load_reasons(file, reasons, is_good)
+      !> The open file
+      integer(hid_t), intent(in) :: file
+      !> The reasons
+      character(*), intent(out) :: reasons(:)
+      !> In: go on. Out: it went well
+      logical, intent(inout) :: is_good
+
+      integer(hid_t) :: type
+      integer :: status, i, k
+      type(c_ptr), target :: addresses(size(reasons))
+      character(kind=c_char), pointer :: letters(:)
+
+      reasons = ''
+      call h5tcopy_f(h5t_string, type, status)
+      call h5tset_cset_f(type, h5t_cset_utf8_f, status)
+      call load(file, 'reason', type, size(reasons, kind=hsize_t), c_loc(addresses), is_good)
+      call h5tclose_f(type, status)
+      if (.not. is_good) return
+      do i = 1, size(reasons)
+         if (.not. c_associated(addresses(i))) cycle
+         call c_f_pointer(addresses(i), letters, [len(reasons) + 1])
+         do k = 1, len(reasons)
+            if (letters(k) == c_null_char) exit
+            reasons(i) (k:k) = letters(k)
+         end do
+         call c_free(addresses(i))
+      end do
+   end subroutine load_reasons
+
+end module sweep_parts

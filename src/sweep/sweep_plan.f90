@@ -1,0 +1,337 @@
+!> The cases of a sweep: how many, their parameters, the parts in which they reach the disk.
+module sweep_plan
+   use kinds, only: i8, wp
+   use number_text, only: to_text
+   use random_numbers, only: next_random, random_t, shuffle, start_random
+   use scene_echo, only: echo_scene, echo_t
+   use scene_types, only: scene_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, measure_count, measure_names, parameter_branch, &
+      parameter_count, parameter_damper, parameter_duration, parameter_elements, parameter_hop_tolerance, &
+      parameter_mesh_ratio, parameter_names, parameter_position, parameter_preload, parameter_restitution, &
+      parameter_stiffness, parameter_taper, parameter_tip_mass, parameter_zeta, swept_t
+   implicit none (type, external)
+   private
+   public :: plan_t, axis_t, make_plan, case_values, set_parameter, first_of_part, last_of_part, plan_text, checksum
+
+   !> The values of one parameter.
+   type :: axis_t
+      !> One of the `parameter_` constants
+      integer :: parameter = 0
+      !> Grid: its values. Otherwise one value a case
+      real(wp), allocatable :: values(:)
+      !> Least and greatest value, and whether they were divided in the logarithm
+      real(wp) :: least = 0.0_wp
+      real(wp) :: most = 0.0_wp
+      logical :: is_logarithmic = .false.
+   end type axis_t
+
+   type :: plan_t
+      !> Number of cases
+      integer :: cases = 0
+      !> Every combination of values, the last axis varying fastest
+      logical :: is_grid = .false.
+      !> What is varied
+      type(axis_t), allocatable :: axes(:)
+      !> Cases to a part, and parts
+      integer :: part_cases = 0
+      integer :: parts = 0
+   end type plan_t
+
+contains
+
+   !> Lay out the cases of a checked scene.
+   subroutine make_plan(scene, plan)
+      !> The scene; it has &sweep
+      type(scene_t), intent(in) :: scene
+      !> Its cases
+      type(plan_t), intent(out) :: plan
+
+      integer, parameter :: parts_aimed_at = 400, least_part = 10, most_part = 16384
+      type(axis_t), allocatable :: axes(:)
+      integer :: k, count, i
+
+      associate (sweep => scene%sweep)
+         plan%is_grid = sweep%design == design_grid
+         allocate (axes(parameter_count))
+         count = 0
+         plan%cases = merge(sweep%count, 1, sweep%design == design_latin_hypercube)
+         do k = 1, parameter_count
+            if (.not. is_swept(sweep%swept(k))) cycle
+            count = count + 1
+            axes(count)%parameter = k
+            axes(count)%is_logarithmic = allocated(sweep%swept(k)%log_range)
+            if (sweep%design == design_latin_hypercube) then
+               call draw(sweep%swept(k), sweep%count, sweep%seed, k, axes(count)%values)
+            else
+               call divide(sweep%swept(k), axes(count)%values)
+            end if
+            if (allocated(sweep%swept(k)%range)) then
+               axes(count)%least = sweep%swept(k)%range(1)
+               axes(count)%most = sweep%swept(k)%range(2)
+            else if (axes(count)%is_logarithmic) then
+               axes(count)%least = sweep%swept(k)%log_range(1)
+               axes(count)%most = sweep%swept(k)%log_range(2)
+            else
+               axes(count)%least = minval(axes(count)%values)
+               axes(count)%most = maxval(axes(count)%values)
+            end if
+            if (plan%is_grid) then
+               plan%cases = plan%cases*size(axes(count)%values)
+            else
+               plan%cases = size(axes(count)%values)
+            end if
+         end do
+         allocate (plan%axes(count))
+         do i = 1, count
+            plan%axes(i) = axes(i)
+         end do
+         plan%part_cases = sweep%part_cases
+         if (plan%part_cases == 0) &
+            plan%part_cases = min(max((plan%cases - 1)/parts_aimed_at + 1, least_part), most_part)
+         plan%parts = (plan%cases - 1)/plan%part_cases + 1
+      end associate
+   end subroutine make_plan
+
+   !> Does a parameter vary?
+   pure function is_swept(swept) result(answer)
+      !> The parameter
+      type(swept_t), intent(in) :: swept
+      logical :: answer
+
+      answer = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
+   end function is_swept
+
+   !> The values of a list or a divided range; the ends are exact.
+   pure subroutine divide(swept, values)
+      !> The parameter
+      type(swept_t), intent(in) :: swept
+      !> Its values
+      real(wp), allocatable, intent(out) :: values(:)
+
+      integer :: i, n
+
+      if (allocated(swept%list)) then
+         allocate (values, source=swept%list)
+         return
+      end if
+      n = swept%points
+      allocate (values(n))
+      do i = 1, n
+         values(i) = between(swept, real(i - 1, wp)/real(n - 1, wp))
+      end do
+      values(n) = between(swept, 1.0_wp)
+   end subroutine divide
+
+   !> One value in each of as many strata as cases, in random order.
+   subroutine draw(swept, cases, seed, stream, values)
+      !> The parameter
+      type(swept_t), intent(in) :: swept
+      !> Number of cases
+      integer, intent(in) :: cases
+      !> Seed, and a number of the parameter's own
+      integer, intent(in) :: seed
+      integer, intent(in) :: stream
+      !> Its values
+      real(wp), allocatable, intent(out) :: values(:)
+
+      type(random_t) :: random
+      integer, allocatable :: stratum(:)
+      real(wp) :: place
+      integer :: i
+
+      allocate (values(cases), stratum(cases))
+      call start_random(seed, stream, random)
+      call shuffle(random, stratum)
+      do i = 1, cases
+         call next_random(random, place)
+         values(i) = between(swept, (real(stratum(i) - 1, wp) + place)/real(cases, wp))
+      end do
+   end subroutine draw
+
+   !> A share of the way from the least to the greatest value.
+   pure function between(swept, share) result(value)
+      !> The parameter
+      type(swept_t), intent(in) :: swept
+      !> 0 to 1
+      real(wp), intent(in) :: share
+      real(wp) :: value
+
+      if (allocated(swept%log_range)) then
+         associate (least => swept%log_range(1), most => swept%log_range(2))
+            value = min(max(least*(most/least)**share, least), most)
+            if (share >= 1.0_wp) value = most
+         end associate
+      else
+         associate (least => swept%range(1), most => swept%range(2))
+            value = min(max(least + (most - least)*share, least), most)
+            if (share >= 1.0_wp) value = most
+         end associate
+      end if
+   end function between
+
+   !> The parameters of a case, in the order of the axes.
+   pure subroutine case_values(plan, case, values)
+      !> The plan
+      type(plan_t), intent(in) :: plan
+      !> The case, from 1
+      integer, intent(in) :: case
+      !> Its parameters, [axes]
+      real(wp), intent(out) :: values(:)
+
+      integer :: k, rest
+
+      rest = case - 1
+      do k = size(plan%axes), 1, -1
+         associate (axis => plan%axes(k)%values)
+            if (plan%is_grid) then
+               values(k) = axis(modulo(rest, size(axis)) + 1)
+               rest = rest/size(axis)
+            else
+               values(k) = axis(case)
+            end if
+         end associate
+      end do
+   end subroutine case_values
+
+   !> Give a scene another value of a parameter.
+   pure subroutine set_parameter(scene, parameter, value)
+      !> The scene
+      type(scene_t), intent(inout) :: scene
+      !> One of the `parameter_` constants
+      integer, intent(in) :: parameter
+      !> Its value
+      real(wp), intent(in) :: value
+
+      real(wp), parameter :: smallest_tip = 1.0e-9_wp
+      real(wp) :: mean
+
+      select case (parameter)
+      case (parameter_elements)
+         scene%mesh%elements = nint(value)
+      case (parameter_mesh_ratio)
+         scene%mesh%ratio = value
+      case (parameter_taper)
+         mean = 0.5_wp*(scene%beam%height_root + scene%beam%height_tip)
+         scene%beam%height_root = mean + 0.5_wp*value*scene%beam%length
+         scene%beam%height_tip = mean - 0.5_wp*value*scene%beam%length
+         ! a wedge in rounded numbers
+         if (scene%beam%height_tip < smallest_tip*mean) scene%beam%height_tip = 0.0_wp
+      case (parameter_tip_mass)
+         scene%tip_mass_ratio = value
+      case (parameter_position)
+         scene%stop%position = value
+      case (parameter_duration)
+         scene%response%duration = value
+      case (parameter_hop_tolerance)
+         scene%response%hop_tolerance = value
+      case (parameter_zeta)
+         scene%zeta = value
+      case (parameter_preload)
+         scene%stop%preload = value
+      case (parameter_restitution)
+         scene%stop%restitution = value
+      case (parameter_stiffness)
+         scene%stop%stiffness_ratio = value
+      case (parameter_branch)
+         scene%stop%branch_ratio = value
+      case (parameter_damper)
+         scene%stop%damper_ratio = value
+      end select
+   end subroutine set_parameter
+
+   !> The first case of a part.
+   pure function first_of_part(plan, part) result(case)
+      !> The plan
+      type(plan_t), intent(in) :: plan
+      !> The part, from 1
+      integer, intent(in) :: part
+      integer :: case
+
+      case = (part - 1)*plan%part_cases + 1
+   end function first_of_part
+
+   !> The last case of a part.
+   pure function last_of_part(plan, part) result(case)
+      !> The plan
+      type(plan_t), intent(in) :: plan
+      !> The part, from 1
+      integer, intent(in) :: part
+      integer :: case
+
+      case = int(min(int(part, i8)*int(plan%part_cases, i8), int(plan%cases, i8)))
+   end function last_of_part
+
+   !> All that the rows depend on, a line a name, in words that read back to the same numbers.
+   subroutine plan_text(scene, plan, version, text)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its plan
+      type(plan_t), intent(in) :: plan
+      !> Version of the program
+      character(*), intent(in) :: version
+      !> Lines, each ended by new_line('a')
+      character(:), allocatable, intent(out) :: text
+
+      character, parameter :: next = new_line('a')
+      type(echo_t), allocatable :: entries(:)
+      integer :: i, k
+
+      text = 'impactbeam '//version//next//'columns'
+      do k = 1, measure_count
+         text = text//' '//trim(measure_names(k))
+      end do
+      text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%part_cases)//next
+      call echo_scene(scene, entries)
+      do i = 1, size(entries)
+         associate (entry => entries(i))
+            if (entry%group == 'scene' .or. entry%group == 'best') cycle
+            text = text//'&'//entry%group//' '//entry%name//' = '
+            if (allocated(entry%number)) then
+               text = text//listed(entry%number)
+            else
+               text = text//entry%text
+            end if
+            text = text//next
+         end associate
+      end do
+   end subroutine plan_text
+
+   !> Numbers in words; a long list by its ends and its checksum.
+   function listed(numbers) result(text)
+      !> The numbers
+      real(wp), intent(in) :: numbers(:)
+      character(:), allocatable :: text
+
+      integer, parameter :: most_listed = 100
+      character(:), allocatable :: all
+      integer :: i
+
+      if (size(numbers) <= most_listed) then
+         text = ''
+         do i = 1, size(numbers)
+            text = text//' '//to_text(numbers(i))
+         end do
+         return
+      end if
+      allocate (character(size(numbers)*storage_size(1.0_wp)/8) :: all)
+      all = transfer(numbers, all)
+      text = ' '//to_text(numbers(1))//' ... '//to_text(numbers(size(numbers)))//', '//to_text(size(numbers)) &
+             //' values, checksum '//to_text(checksum(all))
+   end function listed
+
+   !> A number that another text hardly has: the text as digits in base 257, modulo a prime.
+   pure function checksum(text) result(sum)
+      !> The text
+      character(*), intent(in) :: text
+      integer(i8) :: sum
+
+      integer(i8), parameter :: prime = 35184372088777_i8
+      integer :: i
+
+      sum = 1_i8
+      do i = 1, len(text)
+         sum = modulo(sum*257_i8 + int(iachar(text(i:i)), i8) + 1_i8, prime)
+      end do
+   end function checksum
+
+end module sweep_plan

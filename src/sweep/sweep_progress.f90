@@ -1,0 +1,120 @@
+!> How far a sweep is: cases done, rate and time left; on a terminal one line that is rewritten, else a line a minute.
+module sweep_progress
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use file_system, only: is_terminal, standard_error_descriptor
+   use kinds, only: i8, wp
+   use number_text, only: to_text
+   implicit none (type, external)
+   private
+   public :: progress_t, start_rate, show_rate, end_rate, progress_words
+
+   type :: progress_t
+      !> Nothing is said without it
+      logical :: is_wanted = .false.
+      logical :: on_terminal = .false.
+      character(:), allocatable :: label
+      !> Cases in all, and of them those done before this run
+      integer :: cases = 0
+      integer :: before = 0
+      !> Clock at the start, at the last line, and its rate
+      integer(i8) :: start = 0_i8
+      integer(i8) :: last = 0_i8
+      integer(i8) :: rate = 1_i8
+      logical :: has_line = .false.
+   end type progress_t
+
+contains
+
+   !> Begin.
+   subroutine start_rate(is_wanted, label, cases, before, progress)
+      !> Say anything
+      logical, intent(in) :: is_wanted
+      !> What runs
+      character(*), intent(in) :: label
+      !> Cases in all, and of them those done before this run
+      integer, intent(in) :: cases
+      integer, intent(in) :: before
+      !> Ready
+      type(progress_t), intent(out) :: progress
+
+      progress%is_wanted = is_wanted
+      progress%on_terminal = is_terminal(standard_error_descriptor)
+      progress%label = label
+      progress%cases = cases
+      progress%before = before
+      call system_clock(progress%start, progress%rate)
+      progress%last = progress%start
+   end subroutine start_rate
+
+   !> Say how far it is, if that is due.
+   subroutine show_rate(progress, done)
+      !> The progress
+      type(progress_t), intent(inout) :: progress
+      !> Cases done by now, by all runs
+      integer, intent(in) :: done
+
+      integer(i8) :: now
+      real(wp) :: pause
+
+      if (.not. progress%is_wanted) return
+      call system_clock(now)
+      pause = merge(1.0_wp, 60.0_wp, progress%on_terminal)
+      if (real(now - progress%last, wp) < pause*real(progress%rate, wp)) return
+      progress%last = now
+      progress%has_line = .true.
+      associate (words => progress_words(progress%label, progress%cases, done, done - progress%before, &
+                                         real(now - progress%start, wp)/real(progress%rate, wp)))
+         if (progress%on_terminal) then
+            write (error_unit, '(a)', advance='no') achar(13)//words//achar(27)//'[K'
+            flush (error_unit)
+         else
+            write (error_unit, '(a)') words
+         end if
+      end associate
+   end subroutine show_rate
+
+   !> Wipe the line out.
+   subroutine end_rate(progress)
+      !> The progress
+      type(progress_t), intent(inout) :: progress
+
+      if (progress%has_line .and. progress%on_terminal) then
+         write (error_unit, '(a)', advance='no') achar(13)//achar(27)//'[K'
+         flush (error_unit)
+      end if
+      progress%has_line = .false.
+   end subroutine end_rate
+
+   !> Such as 'name: 5000 of 100000 cases, 6100 a second, 16 s left'.
+   pure function progress_words(label, cases, done, fresh, seconds) result(words)
+      !> What runs
+      character(*), intent(in) :: label
+      !> Cases in all, done by now, and of them done in this run
+      integer, intent(in) :: cases
+      integer, intent(in) :: done
+      integer, intent(in) :: fresh
+      !> Seconds of this run
+      real(wp), intent(in) :: seconds
+      character(:), allocatable :: words
+
+      real(wp) :: rate, left
+
+      words = label//': '//to_text(done)//' of '//to_text(cases)//' cases'
+      if (fresh == 0 .or. .not. seconds > 0.0_wp) return
+      rate = real(fresh, wp)/seconds
+      left = real(cases - done, wp)/rate
+      if (rate >= 10.0_wp) then
+         words = words//', '//to_text(nint(rate))//' a second, '
+      else
+         words = words//', '//to_text(0.01_wp*real(nint(100.0_wp*rate), wp))//' a second, '
+      end if
+      if (left < 600.0_wp) then
+         words = words//to_text(nint(left))//' s left'
+      else if (left < 36000.0_wp) then
+         words = words//to_text(nint(left/60.0_wp))//' min left'
+      else
+         words = words//to_text(nint(min(left/3600.0_wp, 1.0e9_wp)))//' h left'
+      end if
+   end function progress_words
+
+end module sweep_progress

@@ -1,0 +1,206 @@
+!> All cases of a sweep: threads and processes take parts until there are no more. Each case depends on its own
+!> parameters alone, so who runs it, and beside what, leaves no trace in its row.
+module sweep_run
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use sweep_case, only: run_case, runner_t, start_runner
+   use sweep_parts, only: part_is_done, part_t, reason_room, write_part
+   use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
+   use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
+   use sweep_ranks, only: abandon_deal, agree, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, serve_deal, &
+      start_deal
+   use sweep_settings, only: measure_count
+   use scene_types, only: scene_t
+   implicit none (type, external)
+   private
+   public :: run_parts, run_cases
+
+   !> What the threads share.
+   type :: shared_t
+      type(deal_t) :: deal
+      type(progress_t) :: progress
+      !> Cases found on disk, and run here
+      integer :: before = 0
+      integer :: done = 0
+      !> The first failure; no thread goes on after it
+      type(failure_t), allocatable :: error
+   end type shared_t
+
+   interface
+      !> Linear algebra is to use the thread that calls it (blas_threads.c).
+      subroutine single_threaded_blas() bind(c, name='impactbeam_single_threaded_blas')
+         implicit none (type, external)
+      end subroutine single_threaded_blas
+   end interface
+
+contains
+
+   !> Run the parts that are not on disk.
+   subroutine run_parts(scene, plan, text, path, threads, label, is_silent, fresh, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its plan, and the same in words
+      type(plan_t), intent(in) :: plan
+      character(*), intent(in) :: text
+      !> Folder of the parts
+      character(*), intent(in) :: path
+      !> Number of threads
+      integer, intent(in) :: threads
+      !> What the progress is called, and whether none is shown
+      character(*), intent(in) :: label
+      logical, intent(in) :: is_silent
+      !> Cases that were not on disk
+      integer, intent(out) :: fresh
+      !> Set when a part cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(shared_t) :: shared
+      integer, allocatable :: missing(:)
+      integer :: i
+
+      missing = pack([(i, i=1, plan%parts)], [(.not. part_is_done(path, i), i=1, plan%parts)])
+      fresh = 0
+      do i = 1, size(missing)
+         fresh = fresh + last_of_part(plan, missing(i)) - first_of_part(plan, missing(i)) + 1
+      end do
+      shared%before = plan%cases - fresh
+      call start_deal(missing, shared%deal)
+      call start_rate(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, shared%progress)
+      call single_threaded_blas()
+      !$omp parallel num_threads(threads) default(shared)
+      call take_parts(scene, plan, text, path, shared)
+      !$omp end parallel
+      if (allocated(shared%error)) call abandon_deal(shared%deal)
+      call finish_deal(shared%deal)
+      call end_rate(shared%progress)
+      i = agree(merge(1, 0, allocated(shared%error)))
+      if (allocated(shared%error)) then
+         call move_alloc(shared%error, error)
+      else if (i > 0) then
+         call fail(error, status_run_failed, 'another process could not write its part')
+      end if
+   end subroutine run_parts
+
+   !> What one thread does: a part after another, until there are no more.
+   subroutine take_parts(scene, plan, text, path, shared)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its plan, and the same in words
+      type(plan_t), intent(in) :: plan
+      character(*), intent(in) :: text
+      !> Folder of the parts
+      character(*), intent(in) :: path
+      !> What the threads share; each takes its turn
+      type(shared_t), intent(inout) :: shared
+
+      type(runner_t) :: runner
+      type(part_t) :: part
+      type(failure_t), allocatable :: trouble
+      integer :: number
+
+      call start_runner(scene, runner)
+      do
+         !$omp critical (sweep_deal)
+         number = 0
+         if (.not. allocated(shared%error)) call next_of_deal(shared%deal, number)
+         !$omp end critical (sweep_deal)
+         if (number == 0) exit
+         call run_part(runner, plan, number, part, shared)
+         !$omp critical (sweep_disk)
+         call write_part(path, plan, text, number, part, trouble)
+         !$omp end critical (sweep_disk)
+         if (allocated(trouble)) then
+            !$omp critical (sweep_deal)
+            call fail(shared%error, trouble%status, trouble%message)
+            !$omp end critical (sweep_deal)
+         end if
+      end do
+   end subroutine take_parts
+
+   !> The rows of one part.
+   subroutine run_part(runner, plan, number, part, shared)
+      !> The thread's runner
+      type(runner_t), intent(inout) :: runner
+      !> The plan
+      type(plan_t), intent(in) :: plan
+      !> The part
+      integer, intent(in) :: number
+      !> Its rows
+      type(part_t), intent(out) :: part
+      !> What the threads share
+      type(shared_t), intent(inout) :: shared
+
+      character(:), allocatable :: reason
+      character(reason_room), allocatable :: reasons(:)
+      integer, allocatable :: failed(:)
+      integer :: case, cases, failures, first, shown
+
+      first = first_of_part(plan, number)
+      cases = last_of_part(plan, number) - first + 1
+      allocate (part%values(size(plan%axes), cases), part%rows(measure_count, cases), failed(cases), reasons(cases))
+      failures = 0
+      do case = 1, cases
+         call case_values(plan, first + case - 1, part%values(:, case))
+         call run_case(runner, plan, part%values(:, case), part%rows(:, case), reason)
+         if (allocated(reason)) then
+            failures = failures + 1
+            failed(failures) = first + case - 1
+            reasons(failures) = reason
+         end if
+         !$omp critical (sweep_deal)
+         shared%done = shared%done + 1
+         shown = shared%before + shared%done
+         ! of other processes only is known what they were given
+         if (rank_count() > 1) shown = min(plan%cases, shared%before + shared%deal%given*plan%part_cases)
+         call serve_deal(shared%deal)
+         call show_rate(shared%progress, shown)
+         !$omp end critical (sweep_deal)
+      end do
+      allocate (part%failed, source=failed(:failures))
+      allocate (part%reasons(failures))
+      part%reasons(:) = reasons(:failures)
+   end subroutine run_part
+
+   !> Run some cases that belong to no part, each by any thread.
+   subroutine run_cases(scene, plan, values, threads, rows)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its plan, for the parameters
+      type(plan_t), intent(in) :: plan
+      !> Parameters of each case, [axes, cases]
+      real(wp), intent(in) :: values(:, :)
+      !> Number of threads
+      integer, intent(in) :: threads
+      !> Their measures, [measure_count, cases]
+      real(wp), intent(out) :: rows(:, :)
+
+      call single_threaded_blas()
+      !$omp parallel num_threads(threads) default(shared)
+      call take_cases(scene, plan, values, rows)
+      !$omp end parallel
+   end subroutine run_cases
+
+   !> What one thread does.
+   subroutine take_cases(scene, plan, values, rows)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its plan, for the parameters
+      type(plan_t), intent(in) :: plan
+      !> Parameters of each case, [axes, cases]
+      real(wp), intent(in) :: values(:, :)
+      !> Their measures, [measure_count, cases]
+      real(wp), intent(inout) :: rows(:, :)
+
+      type(runner_t) :: runner
+      character(:), allocatable :: reason
+      integer :: i
+
+      call start_runner(scene, runner)
+      !$omp do schedule(dynamic)
+      do i = 1, size(values, 2)
+         call run_case(runner, plan, values(:, i), rows(:, i), reason)
+      end do
+      !$omp end do
+   end subroutine take_cases
+
+end module sweep_run
