@@ -6,6 +6,8 @@
 
 add_library(impactbeam_flags INTERFACE)
 target_compile_options(impactbeam_flags INTERFACE
+  # threads of a sweep are in one procedure at once: no local variable may be static
+  -frecursive
   -std=f2018 -Wall -Wextra -Wconversion-extra -Wimplicit-interface -Wimplicit-procedure
   $<$<BOOL:${IMPACTBEAM_WERROR}>:-Werror>
   $<$<CONFIG:Release>:-O3>

@@ -21,6 +21,8 @@ module command_line
       logical :: check_only = .false.
       !> Nothing on standard output but errors on standard error
       logical :: quiet = .false.
+      !> Threads of a sweep; 0: as many as there are cores
+      integer :: threads = 0
       !> Print the version, or the help, and nothing else
       logical :: wants_version = .false.
       logical :: wants_help = .false.
@@ -78,6 +80,16 @@ contains
                command%wants_names = .true.
             else if (word == '--help' .or. word == '-h') then
                command%wants_help = .true.
+            else if (word == '--threads' .or. index(word, '--threads=') == 1) then
+               if (word == '--threads') i = i + 1
+               if (i > size(arguments)) then
+                  call fail(error, status_bad_input, '--threads needs a number after it')
+               else if (word == '--threads') then
+                  call read_threads(arguments(i)%text, command%threads, error)
+               else
+                  call read_threads(word(len('--threads=') + 1:), command%threads, error)
+               end if
+               if (allocated(error)) return
             else if (word == '--out') then
                i = i + 1
                if (i > size(arguments)) then
@@ -89,7 +101,7 @@ contains
                command%folder = word(len('--out=') + 1:)
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
-                         &--quiet, --names, --version, --help')
+                         &--threads N, --quiet, --names, --version, --help')
                return
             end if
          end associate
@@ -105,19 +117,41 @@ contains
          call fail(error, status_bad_input, 'no scene file given; impactbeam --help tells how to use it')
    end subroutine parse_arguments
 
+   !> A number of threads.
+   pure subroutine read_threads(word, threads, error)
+      !> What the user wrote
+      character(*), intent(in) :: word
+      !> The number
+      integer, intent(inout) :: threads
+      !> Set when it is none
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer, parameter :: most_threads = 4096, most_digits = 4
+      integer :: number
+
+      number = 0
+      if (len(word) >= 1 .and. len(word) <= most_digits .and. verify(word, '0123456789') == 0) read (word, '(i4)') number
+      if (number < 1 .or. number > most_threads) then
+         call fail(error, status_bad_input, '--threads '//word//': must be a whole number from 1 to 4096')
+      else
+         threads = number
+      end if
+   end subroutine read_threads
+
    !> The help text, lines separated by new_line('a').
    pure function usage() result(text)
       character(:), allocatable :: text
 
       character, parameter :: next = new_line('a')
 
-      text = 'usage: impactbeam SCENE.nml... [--out DIR] [--check] [--quiet] [--names] [--version] [--help]'//next// &
+      text = 'usage: impactbeam SCENE.nml... [--out DIR] [--check] [--threads N] [--quiet] [--names] [--version] [--help]'//next// &
              next// &
              'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.'//next// &
              'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
              next// &
              '  --out DIR   folder of the results (default: results)'//next// &
              '  --check     read and check the scenes, compute nothing'//next// &
+             '  --threads N threads of a sweep (default: one a core)'//next// &
              '  --quiet     no tables'//next// &
              '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &
              '  --version   print the version'//next// &

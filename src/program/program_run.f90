@@ -7,11 +7,22 @@ module program_run
    use scene_echo, only: reference_table
    use scene_run, only: read_scenes, run_scene
    use scene_types, only: scene_t
+   use sweep_ranks, only: is_first_rank, start_ranks, stop_ranks
    implicit none (type, external)
    private
-   public :: run_command_line
+   public :: run_program
 
 contains
+
+   !> A run of the program, in one process or several.
+   subroutine run_program(status)
+      !> Exit status: 0 done, 1 a run failed, 2 bad usage or input
+      integer, intent(out) :: status
+
+      call start_ranks()
+      call run_command_line(status)
+      call stop_ranks()
+   end subroutine run_program
 
    !> Do what the command line asks for.
    subroutine run_command_line(status)
@@ -47,10 +58,10 @@ contains
       end if
       do i = 1, size(scenes)
          if (command%check_only) then
-            if (.not. command%quiet) write (output_unit, '(a)') scenes(i)%file//': good'
+            if (.not. command%quiet .and. is_first_rank()) write (output_unit, '(a)') scenes(i)%file//': good'
             cycle
          end if
-         call run_scene(scenes(i), command%folder, command%quiet, error)
+         call run_scene(scenes(i), command%folder, command%threads, command%quiet, error)
          if (allocated(error)) call report(scenes(i)%file//': '//error%message, error%status, status)
       end do
    end subroutine run_command_line
@@ -64,7 +75,7 @@ contains
       !> Status so far
       integer, intent(inout) :: status
 
-      write (error_unit, '(a)') 'impactbeam: '//message
+      if (is_first_rank()) write (error_unit, '(a)') 'impactbeam: '//message
       status = max(status, found)
    end subroutine report
 

@@ -21,6 +21,8 @@ module scene_run
    use scene_beam_model, only: model_of
    use scene_reader, only: read_scene
    use scene_types, only: method_exact, scene_t
+   use sweep_ranks, only: is_first_rank
+   use sweep_study, only: run_sweep
    implicit none (type, external)
    private
    public :: read_scenes, run_scene, compute_scene
@@ -84,11 +86,13 @@ contains
    end subroutine compute_scene
 
    !> Compute a scene, write its file, print its table.
-   subroutine run_scene(scene, folder, quiet, error)
+   subroutine run_scene(scene, folder, threads, quiet, error)
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder
+      !> Threads of a sweep; 0: as many as there are cores
+      integer, intent(in) :: threads
       !> No table
       logical, intent(in) :: quiet
       !> Set when the run fails or its file cannot be written
@@ -99,6 +103,12 @@ contains
       type(response_t), allocatable :: response
       type(response_measures_t), allocatable :: measures
 
+      if (scene%wants_sweep) then
+         call run_sweep(scene, folder, program_version, threads, quiet, print_model, error)
+         return
+      end if
+      ! what processes cannot share the first one does
+      if (.not. is_first_rank()) return
       ! a folder that cannot be made is better known before a long run than after it
       call make_folder(folder, error)
       if (allocated(error)) return

@@ -21,7 +21,7 @@ module hdf5_writing
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: hdf5_image_t
+   public :: hdf5_image_t, open_hdf5
 
    !> Groups within groups, the root included.
    integer, parameter :: deepest = 8
@@ -57,7 +57,25 @@ module hdf5_writing
       procedure, private :: here, check, add_dataset, describe, open_object, close_object, write_attribute
    end type hdf5_image_t
 
+   !> The library has been started: each further start would leave copies of its types behind.
+   logical :: is_open = .false.
+
 contains
+
+   !> Start the library, at the first call.
+   subroutine open_hdf5(status)
+      !> What HDF5 returned: negative is a failure
+      integer, intent(out) :: status
+
+      integer :: quiet_status
+
+      status = 0
+      if (is_open) return
+      call h5open_f(status)
+      is_open = status == 0
+      ! what fails is told by who asked
+      call h5eset_auto_f(0, quiet_status)
+   end subroutine open_hdf5
 
    !> Start an empty file.
    subroutine begin(self, expected_size)
@@ -72,9 +90,8 @@ contains
 
       if (allocated(self%refused)) deallocate (self%refused)
       self%depth = 0
-      call h5open_f(status)
+      call open_hdf5(status)
       call self%check(status, 'starting the library')
-      call h5eset_auto_f(0, status)
 
       call h5pcreate_f(h5p_file_access_f, access, status)
       call h5pset_fapl_core_f(access, max(smallest_increment, expected_size), .false., status)

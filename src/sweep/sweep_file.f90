@@ -6,17 +6,17 @@ module sweep_file
    use file_system, only: move_file, remove_folder, replace_file
    use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
    use hdf5, only: h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dwrite_f, &
-      h5eset_auto_f, h5f_acc_rdwr_f, h5fclose_f, h5fopen_f, h5gclose_f, h5gopen_f, h5open_f, h5p_dataset_create_f, &
+      h5f_acc_rdwr_f, h5fclose_f, h5fopen_f, h5gclose_f, h5gopen_f, h5p_dataset_create_f, &
       h5pclose_f, h5pcreate_f, h5pset_obj_track_times_f, h5s_scalar_f, h5s_select_set_f, h5sclose_f, h5screate_f, &
       h5screate_simple_f, h5sselect_hyperslab_f, h5t_cset_utf8_f, h5t_native_double, h5t_native_integer, h5t_string, &
       h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
-   use hdf5_writing, only: hdf5_image_t
+   use hdf5_writing, only: hdf5_image_t, open_hdf5
    use kinds, only: wp
    use results_file, only: begin_results, results_name
    use scene_types, only: scene_t
    use sweep_best, only: best_t, consider, refined_t, start_best
    use sweep_parts, only: part_t, read_part, reason_room
-   use sweep_plan, only: first_of_part, last_of_part, plan_t
+   use sweep_plan, only: first_of_part, plan_t
    use sweep_settings, only: design_names, goal_names, measure_count, measure_is_whole, measure_meanings, &
       measure_names, measure_units, parameter_elements, parameter_meanings, parameter_names
    implicit none (type, external)
@@ -249,12 +249,13 @@ contains
 
       integer(hid_t) :: file, group, parameters(size(plan%axes)), measures(measure_count), case
       type(part_t) :: part
-      integer :: status, number, k, i, first, trouble
+      integer, parameter :: most_rows = 16384
+      real(wp), allocatable :: values(:, :), rows(:, :)
+      integer :: status, number, k, i, first, held, trouble
       logical :: is_good
 
       trouble = 0
-      call h5open_f(status)
-      call h5eset_auto_f(0, status)
+      call open_hdf5(status)
       call h5fopen_f(path//'/'//assembled_file, h5f_acc_rdwr_f, file, status)
       if (status /= 0) then
          call fail(error, status_run_failed, "HDF5 cannot open '"//path//'/'//assembled_file//"'")
@@ -275,21 +276,24 @@ contains
          call make_column(trim(measure_names(k)), trim(measure_meanings(k)), trim(measure_units(k)), measure_is_whole(k), &
                           merge(1.0_wp/scene%scales%omega1, 0.0_wp, measure_units(k) == 'tau'), measures(k))
       end do
+      allocate (values(max(most_rows, plan%part_cases), size(plan%axes)), &
+                rows(max(most_rows, plan%part_cases), measure_count))
+      first = 1
+      held = 0
       do number = 1, plan%parts
          call read_part(path, plan, text, number, part, is_good)
          if (.not. is_good) then
             call complain(path, number, error)
             exit
          end if
-         first = first_of_part(plan, number)
-         call put(case, .true., first, [(real(i, wp), i=first, last_of_part(plan, number))])
-         do k = 1, size(plan%axes)
-            call put(parameters(k), plan%axes(k)%parameter == parameter_elements, first, part%values(k, :))
+         if (held + size(part%rows, 2) > size(rows, 1)) call put_all()
+         do i = 1, size(part%rows, 2)
+            values(held + i, :) = part%values(:, i)
+            rows(held + i, :) = part%rows(:, i)
          end do
-         do k = 1, measure_count
-            call put(measures(k), measure_is_whole(k), first, part%rows(k, :))
-         end do
+         held = held + size(part%rows, 2)
       end do
+      call put_all()
       do k = 1, size(plan%axes)
          call h5dsattach_scale_f(parameters(k), case, 1, status)
          call note(status)
@@ -308,6 +312,21 @@ contains
                                  "'; is the disk full?")
 
    contains
+
+      !> Write the rows held back.
+      subroutine put_all()
+         integer :: n
+
+         call put(case, .true., first, [(real(n, wp), n=first, first + held - 1)])
+         do n = 1, size(plan%axes)
+            call put(parameters(n), plan%axes(n)%parameter == parameter_elements, first, values(:held, n))
+         end do
+         do n = 1, measure_count
+            call put(measures(n), measure_is_whole(n), first, rows(:held, n))
+         end do
+         first = first + held
+         held = 0
+      end subroutine put_all
 
       !> Remember a call that failed.
       subroutine note(returned)

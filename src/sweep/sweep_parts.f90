@@ -4,10 +4,10 @@ module sweep_parts
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use file_system, only: make_folder, replace_file
-   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5eset_auto_f, h5f_acc_rdonly_f, h5fclose_f, &
-      h5fopen_f, h5open_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, &
+   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, &
+      h5fopen_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, &
       h5t_native_integer, h5t_string, h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
-   use hdf5_writing, only: hdf5_image_t
+   use hdf5_writing, only: hdf5_image_t, open_hdf5
    use kinds, only: i8, wp
    use sweep_plan, only: checksum, first_of_part, last_of_part, plan_t
    use sweep_settings, only: measure_count, measure_names, parameter_names
@@ -213,8 +213,7 @@ contains
 
       cases = last_of_part(plan, number) - first_of_part(plan, number) + 1
       allocate (values(size(plan%axes), cases), rows(measure_count, cases))
-      call h5open_f(status)
-      call h5eset_auto_f(0, status)
+      call open_hdf5(status)
       call h5fopen_f(path//'/'//part_name(number), h5f_acc_rdonly_f, file, status)
       is_good = status == 0
       if (.not. is_good) return

@@ -34,7 +34,7 @@ contains
    subroutine start_ranks()
       integer :: provided
 
-      is_started = is_set('OMPI_COMM_WORLD_SIZE') .or. is_set('PMI_SIZE') .or. is_set('PMIX_RANK') .or. is_set('PMI_RANK')
+      is_started = any([is_set('OMPI_COMM_WORLD_SIZE'), is_set('PMI_SIZE'), is_set('PMIX_RANK'), is_set('PMI_RANK')])
       if (.not. is_started) return
       call mpi_init_thread(mpi_thread_serialized, provided)
       call mpi_comm_size(mpi_comm_world, all_ranks)
