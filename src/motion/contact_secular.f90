@@ -179,12 +179,13 @@ contains
             share = spring%relaxation_rate**2/(spring%relaxation_rate**2 + square(j))
             damping = damping + 0.5_wp*spring%branch_stiffness*at_stop(j)**2*share/spring%relaxation_rate
          end if
+         ! one root for both cases: where the loop becomes vectors neither may fail
+         root = sqrt(abs(square(j) - damping**2))
          if (damping**2 < square(j)) then
-            root = sqrt(square(j) - damping**2)
             s(2*j - 1) = cmplx(-damping, root, wp)
             s(2*j) = conjg(s(2*j - 1))
          else
-            root = damping + sqrt(damping**2 - square(j))
+            root = damping + root
             s(2*j - 1) = -square(j)/root
             s(2*j) = -root
          end if
