@@ -62,7 +62,8 @@ module scene_groups
    type(range_t), parameter :: position_range = range_t(-1.0e12_wp, 1.0e12_wp)
    type(range_t), parameter :: area_range = range_t(0.0_wp, 1.0e24_wp)
    type(range_t), parameter :: inertia_range = range_t(0.0_wp, 1.0e48_wp)
-   type(range_t), parameter :: material_range = range_t(1.0e-20_wp, 1.0e20_wp)
+   ! kilograms per cubic nanometre among them
+   type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
 
 contains
