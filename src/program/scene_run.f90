@@ -10,6 +10,7 @@ module scene_run
    use frequency_study, only: frequency_table
    use frequency_types, only: frequency_table_t
    use newmark_motion, only: newmark_response
+   use paper_cases, only: make_ways, way_count, way_t
    use precision_file, only: write_precision
    use precision_study, only: run_precision
    use precision_tables, only: print_precision
@@ -23,6 +24,10 @@ module scene_run
    use scene_types, only: method_exact, scene_t
    use sweep_ranks, only: is_first_rank
    use sweep_study, only: run_sweep
+   use statement_types, only: statements_t
+   use statements_file, only: write_statements
+   use statements_study, only: judge_statements
+   use statements_tables, only: print_statements
    implicit none (type, external)
    private
    public :: read_scenes, run_scene, compute_scene
@@ -116,6 +121,10 @@ contains
          call run_precision_scene(scene, folder, quiet, error)
          return
       end if
+      if (scene%wants_statements) then
+         call run_statements_scene(scene, folder, quiet, error)
+         return
+      end if
       if (.not. quiet) call start_progress('impactbeam: '//scene%name)
       call compute_scene(scene, model, table, response, error)
       call stop_progress()
@@ -157,5 +166,29 @@ contains
       if (allocated(error) .or. quiet) return
       call print_precision(output_unit, scene, study)
    end subroutine run_precision_scene
+
+   !> Judge the paper's statements, write the files, print the table.
+   subroutine run_statements_scene(scene, folder, quiet, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> No table
+      logical, intent(in) :: quiet
+      !> Set when a run fails or a file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(statements_t) :: list
+      type(way_t) :: ways(way_count)
+
+      if (.not. quiet) call start_progress('impactbeam: '//scene%name)
+      call make_ways(scene%statements%elements, scene%statements%fine_elements, ways)
+      call judge_statements(ways, scene%statements%duration, list, error)
+      call stop_progress()
+      if (allocated(error)) return
+      call write_statements(folder, program_version, scene, ways, list, error)
+      if (allocated(error) .or. quiet) return
+      call print_statements(output_unit, ways, list)
+   end subroutine run_statements_scene
 
 end module scene_run

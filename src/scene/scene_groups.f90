@@ -10,7 +10,7 @@ module scene_groups
       law_restitution, &
       law_three_element, mesh_settings_t, method_exact, method_names, method_newmark, name_length, &
       output_settings_t, precision_settings_t, reference_names, response_settings_t, scene_t, shape_height_table, &
-      shape_section_table, shape_taper, solver_names, stop_settings_t
+      shape_section_table, shape_taper, solver_names, statements_settings_t, stop_settings_t
    use scene_walk, only: scene_walk_t
    use sweep_groups, only: walk_best, walk_sweep
    use value_rules, only: above, range_t, role_t, within
@@ -55,6 +55,7 @@ module scene_groups
       'displacement_stop', 'displacement_tip', 'velocity_stop', 'contact_force', 'all', 'none']
 
    integer, parameter :: longest_title = 200
+   integer, parameter :: most_elements_judged = 128
    ! Ranges in the user's units: wide, but products and quotients of a few of them stay far from
    ! overflow
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
@@ -103,6 +104,8 @@ contains
       call walk_sweep(walk, scene)
       call walk%open_group('best', scene%wants_best)
       call walk_best(walk, scene%best)
+      call walk%open_group('statements', scene%wants_statements)
+      call walk_statements(walk, scene%statements)
       call walk%open_group('output')
       call walk_output(walk, scene%output, scene%wants_response .and. (walk%is_reading() .or. .not. scene%wants_sweep), &
          scene%wants_frequencies)
@@ -284,6 +287,19 @@ contains
          role_t(default='exact where they are known'))
       frequencies%reference = reference - 1
    end subroutine walk_frequencies
+
+   !> &statements
+   subroutine walk_statements(walk, statements)
+      !> What the calls do
+      type(scene_walk_t), intent(inout) :: walk
+      !> The study
+      type(statements_settings_t), intent(inout) :: statements
+
+      call walk%item('elements', statements%elements, 'elements of the paper''s mesh', within(1, most_elements_judged))
+      call walk%item('fine_elements', statements%fine_elements, 'elements of a mesh that is fine enough to judge by', &
+         within(1, most_elements_judged))
+      call walk%item('duration', statements%duration, 'length of the runs, tau', duration_range)
+   end subroutine walk_statements
 
    !> &precision
    subroutine walk_precision(walk, precision, has_stop)

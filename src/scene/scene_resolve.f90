@@ -79,7 +79,9 @@ contains
          call input%complain('scene', 'name', &
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
-      if (scene%wants_precision) then
+      if (scene%wants_statements) then
+         call check_statements(input)
+      else if (scene%wants_precision) then
          if (scene%wants_response) then
             call input%complain('response', '', 'does not go with &precision, which has runs of its own')
          else if (.not. (scene%has_stop .or. scene%wants_frequencies)) then
@@ -91,6 +93,21 @@ contains
          call input%complain('response', '', 'needs a stop; add &stop / (with or without names in it)')
       end if
    end subroutine check_requests
+
+   !> &statements has beams and stops of its own.
+   subroutine check_statements(input)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+
+      character(*), parameter :: others(11) = [character(11) :: 'beam', 'mesh', 'damping', 'tip_mass', 'stop', 'response', &
+                                               'frequencies', 'precision', 'sweep', 'best', 'output']
+      integer :: i
+
+      do i = 1, size(others)
+         if (input%has_group(trim(others(i)))) &
+            call input%complain(trim(others(i)), '', 'does not go with &statements, which has beams, stops and runs of its own')
+      end do
+   end subroutine check_statements
 
    !> Scales of the uniform beam of mean section.
    subroutine find_scales(input, beam, scales)

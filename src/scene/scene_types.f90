@@ -9,7 +9,7 @@ module scene_types
    implicit none (type, external)
    private
    public :: scene_t, beam_settings_t, mesh_settings_t, stop_settings_t, response_settings_t
-   public :: frequency_settings_t, output_settings_t, scales_t, precision_settings_t
+   public :: frequency_settings_t, output_settings_t, scales_t, precision_settings_t, statements_settings_t
    public :: shape_taper, shape_height_table, shape_section_table
    public :: law_restitution, law_three_element, impulse_momentum, impulse_nodal
    public :: method_exact, method_newmark
@@ -187,6 +187,15 @@ module scene_types
       real(wp) :: shortest_timing = 0.02_wp
    end type precision_settings_t
 
+   !> &statements: the paper's statements, judged
+   type :: statements_settings_t
+      !> Elements of equal length: of the paper's mesh, and of one where the mesh no longer matters
+      integer :: elements = 8
+      integer :: fine_elements = 32
+      !> Length of the runs, tau
+      real(wp) :: duration = 150.0_wp
+   end type statements_settings_t
+
    !> &output: what goes into the file beyond the events
    type :: output_settings_t
       !> Histories at the sample times
@@ -253,6 +262,9 @@ module scene_types
       type(sweep_settings_t) :: sweep
       logical :: wants_best = .false.
       type(best_settings_t) :: best
+      !> &statements is there
+      logical :: wants_statements = .false.
+      type(statements_settings_t) :: statements
       type(output_settings_t) :: output
       type(scales_t) :: scales
    end type scene_t

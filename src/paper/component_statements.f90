@@ -1,0 +1,92 @@
+!> Statements 9 and 10: high components in displacement and velocity, and what reduces them.
+module component_statements
+   use kinds, only: wp
+   use paper_cases, only: fine, way_count
+   use paper_outcomes, only: outcome_t
+   use paper_series, only: series_t, vary_mass, vary_position, vary_preload, vary_taper, vary_zeta
+   use statement_types, only: add_statement, listed, number, statements_t
+   implicit none (type, external)
+   private
+   public :: judge_components
+
+contains
+
+   !> 9: velocity against displacement, scatter of the peaks. 10: what reduces high components, displacements and velocities.
+   subroutine judge_components(series, list)
+      !> All series, by the `vary_` constants
+      type(series_t), intent(in) :: series(:)
+      !> Gets the statements
+      type(statements_t), intent(inout) :: list
+
+      integer, parameter :: remedies = 5
+      integer, parameter :: parameter_of(remedies) = [vary_zeta, vary_preload, vary_mass, vary_taper, vary_position]
+      integer, parameter :: case_of(remedies) = [3, 4, 4, 4, 5]
+      character(*), parameter :: name_of(remedies) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
+                                                      'alpha = 0.075', 'Lc/L = 0.875']
+      real(wp), dimension(way_count) :: ratio, scatter, reduced
+      character(:), allocatable :: detail
+      integer :: way, k, wins
+
+      detail = ''
+      do way = 1, way_count
+         associate (plain => series(vary_zeta)%outcome(1, way), heavy => series(vary_mass)%outcome(6, way))
+            ratio(way) = plain%high_velocity/max(plain%high_displacement, 1.0e-12_wp)
+            scatter(way) = scatter_of(plain)/max(scatter_of(heavy), 1.0e-12_wp)
+            reduced(way) = 0.0_wp
+            do k = 1, remedies
+               associate (other => series(parameter_of(k))%outcome(case_of(k), way))
+                  wins = count([other%high_velocity < plain%high_velocity, other%main_peak < plain%main_peak, &
+                                other%later_velocity < plain%later_velocity])
+                  reduced(way) = reduced(way) + real(wins, wp)
+                  if (way == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))//': '// &
+                     listed([other%high_velocity/plain%high_velocity, other%main_peak/plain%main_peak, &
+                             other%later_velocity/plain%later_velocity], 2)
+               end associate
+            end do
+         end associate
+      end do
+      associate (plain => series(vary_zeta)%outcome(1, fine), heavy => series(vary_mass)%outcome(6, fine), &
+                 damped => series(vary_zeta)%outcome(3, fine))
+         call add_statement(list, '9a', 'After an impact the velocity shows high components far more than the displacement.', &
+            'part of the modes above the second in the velocity of the stop point over that in its displacement, over 2', &
+            ratio, ratio > 2.0_wp, 'parts '//number(plain%high_velocity, 3)//' and '//number(plain%high_displacement, 3), '')
+         call add_statement(list, '9b', 'The points of figure 10 lie off one smooth curve because of high modes.', &
+            'scatter of log10(peak) about a parabola in tau, reference over mu = 2, over 2', min(scatter, 1.0e6_wp), &
+            scatter > 2.0_wp, 'scatter: reference '//number(scatter_of(plain), 3)//', mu = 2 '// &
+            number(scatter_of(heavy), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3), '')
+      end associate
+      call add_statement(list, '10', 'More damping, more preload, a suitable mass, shape and contact position reduce high '// &
+         'components, displacements and contact velocities.', &
+         'of 15 figures (5 remedies; high part of the velocity, main peak, greatest later velocity), those that fall', &
+         reduced, reduced > 14.5_wp, 'of the reference''s:'//detail, &
+         'displacements and contact velocities mostly fall, high components mostly do not')
+   end subroutine judge_components
+
+   !> Root mean square distance of log10 of the peaks from the parabola through them, by least squares.
+   pure function scatter_of(outcome) result(scatter)
+      !> The case
+      type(outcome_t), intent(in) :: outcome
+      real(wp) :: scatter
+
+      integer, parameter :: terms = 3
+      real(wp) :: basis(size(outcome%peak_eta), terms), rest(size(outcome%peak_eta))
+      integer :: j, k
+
+      scatter = 0.0_wp
+      if (size(outcome%peak_eta) <= terms) return
+      rest = log10(outcome%peak_eta)
+      basis(:, 1) = 1.0_wp
+      basis(:, 2) = outcome%peak_tau
+      basis(:, 3) = outcome%peak_tau**2
+      ! made orthogonal one by one
+      do j = 1, terms
+         do k = 1, j - 1
+            basis(:, j) = basis(:, j) - basis(:, k)*dot_product(basis(:, k), basis(:, j))
+         end do
+         basis(:, j) = basis(:, j)/norm2(basis(:, j))
+         rest = rest - basis(:, j)*dot_product(basis(:, j), rest)
+      end do
+      scatter = norm2(rest)/sqrt(real(size(rest), wp))
+   end function scatter_of
+
+end module component_statements

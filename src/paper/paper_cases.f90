@@ -1,0 +1,114 @@
+!> The beams and stops of the paper's figures, and the ways in which their motion is computed.
+module paper_cases
+   use beam_mesh, only: make_mesh, mesh_t
+   use beam_model, only: beam_model_t, make_beam_model
+   use beam_section, only: tapered_section
+   use failures, only: failure_t
+   use kinds, only: wp
+   use scene_types, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, method_newmark, &
+                          stop_settings_t
+   implicit none (type, external)
+   private
+   public :: case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
+   public :: way_count, coarse, fine, coarse_nodal, fine_nodal, paper_nodal, paper_momentum
+
+   !> hbar/L of all figures.
+   real(wp), parameter :: height_ratio = 0.075_wp
+
+   !> Exact motion on a coarse and on a fine mesh, by either reading of the impulse, and the paper's own steps.
+   integer, parameter :: coarse = 1
+   integer, parameter :: fine = 2
+   integer, parameter :: coarse_nodal = 3
+   integer, parameter :: fine_nodal = 4
+   integer, parameter :: paper_nodal = 5
+   integer, parameter :: paper_momentum = 6
+   integer, parameter :: way_count = 6
+
+   !> One curve of a figure. What is not varied is as in the paper's first example.
+   type :: case_t
+      !> alpha = (h0 - h1)/L; the mean height is kept
+      real(wp) :: taper = 0.0_wp
+      !> mu
+      real(wp) :: tip_mass = 0.0_wp
+      !> Lc/L
+      real(wp) :: position = 1.0_wp
+      !> zeta
+      real(wp) :: zeta = 1.0e-3_wp
+      !> eps
+      real(wp) :: restitution = 0.6_wp
+      !> delta
+      real(wp) :: preload = 0.0_wp
+      !> kappa of the three-element stop; 0: the stop is rigid
+      real(wp) :: stiffness = 0.0_wp
+   end type case_t
+
+   !> A way to compute it.
+   type :: way_t
+      character(24) :: name = ''
+      !> Elements of equal length
+      integer :: elements = 8
+      !> `method_exact` or `method_newmark`
+      integer :: method = method_exact
+      !> `impulse_momentum` or `impulse_nodal`
+      integer :: impulse = impulse_momentum
+   end type way_t
+
+contains
+
+   !> The ways, by their constants.
+   pure subroutine make_ways(coarse_elements, fine_elements, ways)
+      !> Elements of the coarse mesh, the paper's, and of the fine one
+      integer, intent(in) :: coarse_elements
+      integer, intent(in) :: fine_elements
+      !> The ways
+      type(way_t), intent(out) :: ways(way_count)
+
+      ways(coarse) = way_t('exact, coarse', coarse_elements, method_exact, impulse_momentum)
+      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum)
+      ways(coarse_nodal) = way_t('exact, coarse, nodal', coarse_elements, method_exact, impulse_nodal)
+      ways(fine_nodal) = way_t('exact, fine, nodal', fine_elements, method_exact, impulse_nodal)
+      ways(paper_nodal) = way_t('paper''s steps, nodal', coarse_elements, method_newmark, impulse_nodal)
+      ways(paper_momentum) = way_t('paper''s steps', coarse_elements, method_newmark, impulse_momentum)
+   end subroutine make_ways
+
+   !> The assembled beam of a case.
+   pure subroutine model_of_case(this, elements, model, error)
+      !> The case
+      type(case_t), intent(in) :: this
+      !> Elements of equal length
+      integer, intent(in) :: elements
+      !> The beam
+      type(beam_model_t), intent(out) :: model
+      !> Set when the mesh cannot be made
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(mesh_t) :: mesh
+
+      call make_mesh(elements, 1.0_wp, this%position, mesh, error)
+      if (allocated(error)) return
+      call make_beam_model(tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp)), &
+                           mesh, this%tip_mass, model)
+   end subroutine model_of_case
+
+   !> The stop of a case; of the three-element stop beta = 20 and c* = 0.3 as in the paper.
+   pure function stop_of_case(this, impulse) result(stop_settings)
+      !> The case
+      type(case_t), intent(in) :: this
+      !> Reading of the impulse
+      integer, intent(in) :: impulse
+      type(stop_settings_t) :: stop_settings
+
+      stop_settings%position = this%position
+      stop_settings%preload = this%preload
+      stop_settings%restitution = this%restitution
+      stop_settings%impulse = impulse
+      stop_settings%law = law_restitution
+      if (this%stiffness > 0.0_wp) then
+         stop_settings%law = law_three_element
+         stop_settings%stiffness_ratio = this%stiffness
+         stop_settings%branch_ratio = 20.0_wp
+         stop_settings%damper_ratio = 0.3_wp
+      end if
+   end function stop_of_case
+
+end module paper_cases

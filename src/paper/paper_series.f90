@@ -1,0 +1,110 @@
+!> The cases of the paper's figures, one parameter varied at a time, each computed in every way.
+module paper_series
+   use failures, only: failure_t
+   use kinds, only: wp
+   use paper_cases, only: case_t, way_count, way_t
+   use paper_outcomes, only: find_outcome, outcome_t
+   implicit none (type, external)
+   private
+   public :: series_t, make_series, compute_series, ends_of
+   public :: vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness
+
+   integer, parameter :: vary_preload = 1
+   integer, parameter :: vary_restitution = 2
+   integer, parameter :: vary_position = 3
+   integer, parameter :: vary_zeta = 4
+   integer, parameter :: vary_mass = 5
+   integer, parameter :: vary_taper = 6
+   integer, parameter :: vary_stiffness = 7
+
+   type :: series_t
+      !> Values of the parameter varied
+      real(wp), allocatable :: value(:)
+      type(case_t), allocatable :: cases(:)
+      !> [case, way]
+      type(outcome_t), allocatable :: outcome(:, :)
+   end type series_t
+
+contains
+
+   !> The cases of one figure.
+   pure subroutine make_series(parameter, series)
+      !> One of the `vary_` constants
+      integer, intent(in) :: parameter
+      !> The series
+      type(series_t), intent(out) :: series
+
+      select case (parameter)
+      case (vary_preload)
+         series%value = [0.0_wp, 0.1_wp, 0.2_wp, 0.3_wp, 0.4_wp, 0.5_wp]
+      case (vary_restitution)
+         series%value = [0.0_wp, 0.2_wp, 0.4_wp, 0.6_wp, 0.8_wp, 0.9_wp]
+      case (vary_position)
+         series%value = [0.5_wp, 0.7_wp, 0.75_wp, 0.87_wp, 0.875_wp, 1.0_wp]
+      case (vary_zeta)
+         series%value = [0.001_wp, 0.01_wp, 0.05_wp, 0.1_wp]
+      case (vary_mass)
+         ! the last two go beyond the figure, to the oscillator of one degree of freedom
+         series%value = [0.0_wp, 0.1_wp, 0.25_wp, 0.5_wp, 1.0_wp, 2.0_wp, 10.0_wp, 30.0_wp]
+      case (vary_taper)
+         series%value = [0.0_wp, 0.025_wp, 0.05_wp, 0.075_wp, 0.1_wp, 0.125_wp, 0.15_wp]
+      case default
+         series%value = [10.0_wp, 1.0e2_wp, 1.0e3_wp, 1.0e4_wp, 1.0e5_wp]
+      end select
+      allocate (series%cases(size(series%value)))
+      select case (parameter)
+      case (vary_preload)
+         series%cases%preload = series%value
+      case (vary_restitution)
+         series%cases%restitution = series%value
+      case (vary_position)
+         series%cases%position = series%value
+      case (vary_zeta)
+         series%cases%zeta = series%value
+      case (vary_mass)
+         series%cases%tip_mass = series%value
+      case (vary_taper)
+         series%cases%taper = series%value
+      case default
+         series%cases%stiffness = series%value
+      end select
+   end subroutine make_series
+
+   !> Compute all its cases in every way.
+   subroutine compute_series(ways, duration, series, error)
+      !> The ways
+      type(way_t), intent(in) :: ways(way_count)
+      !> Length of the runs, tau
+      real(wp), intent(in) :: duration
+      !> The series
+      type(series_t), intent(inout) :: series
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: i, way
+
+      allocate (series%outcome(size(series%cases), way_count))
+      do way = 1, way_count
+         do i = 1, size(series%cases)
+            call find_outcome(series%cases(i), ways(way), duration, series%outcome(i, way), error)
+            if (allocated(error)) return
+         end do
+      end do
+   end subroutine compute_series
+
+   !> The instants of the end over the cases of a series.
+   pure function ends_of(series, way, definition) result(ends)
+      !> The series
+      type(series_t), intent(in) :: series
+      !> The way
+      integer, intent(in) :: way
+      !> Definition of the end
+      integer, intent(in) :: definition
+      real(wp) :: ends(size(series%cases))
+
+      integer :: i
+
+      ends = [(series%outcome(i, way)%ends(definition), i=1, size(ends))]
+   end function ends_of
+
+end module paper_series

@@ -1,0 +1,193 @@
+!> Statements 2, 3 and 4: the two models of the stop, the preload, the coefficient of restitution.
+module stop_statements
+   use kinds, only: pi, wp
+   use paper_cases, only: fine, way_count
+   use paper_outcomes, only: definition_count
+   use paper_series, only: ends_of, series_t
+   use statement_types, only: add_statement, listed, number, order, percent, statements_t
+   implicit none (type, external)
+   private
+   public :: judge_models, judge_preload, judge_restitution
+
+   !> The end by which statements are judged: |eta_c| last exceeds 2 percent.
+   integer, parameter :: usual_end = 2
+
+contains
+
+   !> 2: the two models give no marked difference, the stop yields very slightly, impacts are short.
+   subroutine judge_models(soft, rigid, rigid_case, list)
+      !> Three-element stops of rising kappa
+      type(series_t), intent(in) :: soft
+      !> A series with the rigid stop, and the number of the case in it
+      type(series_t), intent(in) :: rigid
+      integer, intent(in) :: rigid_case
+      !> Gets the statements
+      type(statements_t), intent(inout) :: list
+
+      real(wp), parameter :: period = 2.0_wp*pi
+      real(wp), dimension(size(soft%cases)) :: difference, yielding, share
+      real(wp), dimension(way_count) :: worst_difference, worst_yielding, worst_share
+      logical, dimension(way_count) :: alike, stiff, short
+      character(240) :: detail(3)
+      integer :: way
+
+      detail = ''
+      do way = 1, way_count
+         call compare(soft, rigid, rigid_case, way, period, difference, yielding, share)
+         ! as printed: the first of the series is kappa = 10
+         worst_difference(way) = difference(1)
+         worst_yielding(way) = yielding(1)
+         worst_share(way) = share(1)
+         alike(way) = difference(1) < 0.05_wp
+         stiff(way) = yielding(1) < 0.01_wp
+         short(way) = share(1) < 0.05_wp
+         if (way /= fine) cycle
+         detail(1) = 'at kappa = 10, 1e2 ... 1e5: '//listed(difference, 4)//'; true from kappa = '//first_of(difference, 0.05_wp)
+         detail(2) = 'at kappa = 10, 1e2 ... 1e5: '//listed(yielding, 5)//'; true from kappa = '//first_of(yielding, 0.01_wp)
+         detail(3) = 'at kappa = 10, 1e2 ... 1e5: '//listed(share, 4)//'; true from kappa = '//first_of(share, 0.05_wp)
+      end do
+      call add_statement(list, '2a', 'The two models of the stop give no marked difference.', &
+         'difference of the main peaks at the printed kappa = 10, under 0.05', worst_difference, alike, trim(detail(1)), &
+         'the printed kappa has probably lost its exponent')
+      call add_statement(list, '2b', 'The stop yields very slightly.', &
+         'deepest indentation in eta at the printed kappa = 10, under 0.01', worst_yielding, stiff, trim(detail(2)), &
+         'the printed kappa has probably lost its exponent')
+      call add_statement(list, '2c', 'The time of an impact is short against the period.', &
+         'first contact over 2 pi at the printed kappa = 10, under 0.05', worst_share, short, trim(detail(3)), &
+         'a first contact is a series of impacts and rests that lasts as long as the higher modes press the beam on the stop')
+
+   contains
+
+      !> The least kappa from which on a figure stays below its limit.
+      function first_of(figure, limit) result(text)
+         !> The figure by kappa
+         real(wp), intent(in) :: figure(:)
+         !> The limit
+         real(wp), intent(in) :: limit
+         character(:), allocatable :: text
+
+         integer :: last
+
+         last = findloc(figure < limit, .false., dim=1, back=.true.)
+         text = 'none of these'
+         if (last < size(figure)) text = number(soft%value(last + 1), 0)
+      end function first_of
+
+   end subroutine judge_models
+
+   !> Figures of one way.
+   subroutine compare(soft, rigid, rigid_case, way, period, difference, yielding, share)
+      !> Three-element stops, the rigid stop
+      type(series_t), intent(in) :: soft
+      type(series_t), intent(in) :: rigid
+      integer, intent(in) :: rigid_case
+      !> The way
+      integer, intent(in) :: way
+      !> 2 pi
+      real(wp), intent(in) :: period
+      !> Of the main peaks; indentation; length of the first contact over the period
+      real(wp), intent(out) :: difference(:)
+      real(wp), intent(out) :: yielding(:)
+      real(wp), intent(out) :: share(:)
+
+      integer :: i
+
+      do i = 1, size(soft%cases)
+         associate (own => soft%outcome(i, way), other => rigid%outcome(rigid_case, way))
+            difference(i) = abs(own%main_peak - other%main_peak)
+            yielding(i) = own%indentation
+            share(i) = own%first_contact/period
+         end associate
+      end do
+   end subroutine compare
+
+   !> 3: larger preload, sooner end.
+   subroutine judge_preload(preload, list)
+      !> Rising preload
+      type(series_t), intent(in) :: preload
+      !> Gets the statement
+      type(statements_t), intent(inout) :: list
+
+      real(wp) :: figure(way_count), ends(size(preload%cases))
+      integer :: way, agreeing, definition
+
+      do way = 1, way_count
+         figure(way) = ratio_of(way, usual_end)
+      end do
+      agreeing = 0
+      do definition = 1, definition_count
+         if ((ratio_of(fine, definition) < 0.8_wp) .eqv. (figure(fine) < 0.8_wp)) agreeing = agreeing + 1
+      end do
+      ends = ends_of(preload, fine, usual_end)
+      call add_statement(list, '3', 'The larger the preload, the sooner the vibration ends.', &
+         'end at delta = 0.5 over the end at 0, under 0.8', figure, figure < 0.8_wp, &
+         'ends at tau = '//listed(ends, 1)//' at delta = 0, 0.1 ... 0.5: order '//number(order(ends), 2)// &
+         ' (-1: each sooner than the one before)', '', agreeing)
+
+   contains
+
+      !> The end at the greatest preload over that without.
+      function ratio_of(way, definition) result(ratio)
+         !> The way and the definition of the end
+         integer, intent(in) :: way
+         integer, intent(in) :: definition
+         real(wp) :: ratio
+
+         ratio = preload%outcome(size(preload%cases), way)%ends(definition)/preload%outcome(1, way)%ends(definition)
+      end function ratio_of
+
+   end subroutine judge_preload
+
+   !> 4: smaller eps, somewhat sooner end; no marked difference above 0.6.
+   subroutine judge_restitution(restitution, list)
+      !> Rising eps
+      type(series_t), intent(in) :: restitution
+      !> Gets the statements
+      type(statements_t), intent(inout) :: list
+
+      real(wp), dimension(way_count) :: gain, spread_above
+      logical, dimension(way_count) :: sooner, alike
+      real(wp) :: ends(size(restitution%cases)), peaks(size(restitution%cases))
+      integer :: way, i, agreeing, definition, base
+
+      base = findloc(restitution%value >= 0.6_wp, .true., dim=1)
+      do way = 1, way_count
+         gain(way) = gain_of(way, usual_end)
+         sooner(way) = gain(way) > 0.05_wp
+         ends = ends_of(restitution, way, usual_end)
+         spread_above(way) = maxval(ends(base:))/minval(ends(base:)) - 1.0_wp
+         alike(way) = spread_above(way) < 0.05_wp
+      end do
+      agreeing = 0
+      do definition = 1, definition_count
+         if ((gain_of(fine, definition) > 0.05_wp) .eqv. sooner(fine)) agreeing = agreeing + 1
+      end do
+      ends = ends_of(restitution, fine, usual_end)
+      peaks = [(restitution%outcome(i, fine)%main_peak, i=1, size(peaks))]
+      call add_statement(list, '4a', 'The smaller eps, the somewhat sooner the vibration ends.', &
+         'by what share eps = 0 ends before eps = 0.6, over 0.05', gain, sooner, &
+         'ends at tau = '//listed(ends, 2)//'; spread of the main peaks '//number(1.0e6_wp*(maxval(peaks) - minval(peaks)), 2) &
+         //'e-6', &
+         'with a consistent impulse the mass that takes part in an impact, '// &
+         percent(1.0_wp/restitution%outcome(1, fine)%mobility)// &
+         ' of the beam on the fine mesh, shrinks with the elements, so eps ceases to matter unless there is a tip mass', agreeing)
+      call add_statement(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
+         'spread of the ends over eps = 0.6 ... 0.9, under 0.05', spread_above, alike, 'ends at tau = '//listed(ends(base:), 2), '')
+
+   contains
+
+      !> How much sooner smaller eps ends.
+      function gain_of(way, definition) result(gain)
+         !> The way and the definition of the end
+         integer, intent(in) :: way
+         integer, intent(in) :: definition
+         real(wp) :: gain
+
+         associate (none => restitution%outcome(1, way)%ends(definition), usual => restitution%outcome(base, way)%ends(definition))
+            gain = (usual - none)/usual
+         end associate
+      end function gain_of
+
+   end subroutine judge_restitution
+
+end module stop_statements
