@@ -27,6 +27,8 @@ class Response:
 
     def __init__(self, path, in_scene_units):
         with plots.open_results(path) as file:
+            if "cases" in file:
+                raise plots.Unplottable(f"{path}: holds several cases: draw it with plot_paper.py")
             group = plots.group_of(file, "response", "&response")
             self.path = path
             self.title = plots.title_of(file)

@@ -37,14 +37,38 @@ contains
                          energy%dissipated_stop(n), energy%dissipated_impact(n), energy%created(n), source=0.0_wp)
             end associate
          end if
-         if (.not. allocated(settings%shape_times)) return
-         response%shape_tau = ascending(pack(settings%shape_times, &
-                                             settings%shape_times >= 0.0_wp .and. settings%shape_times <= real(samples, wp)*step))
+         call find_instants(settings, real(samples, wp)*step, response%shape_tau)
+         if (.not. allocated(response%shape_tau)) return
          shapes = size(response%shape_tau)
          allocate (response%shape_displacement(0:nodes, shapes), response%shape_slope(0:nodes, shapes), &
                    response%shape_velocity(0:nodes, shapes), response%shape_slope_velocity(0:nodes, shapes), source=0.0_wp)
       end associate
    end subroutine open_records
+
+   !> Instants of the shapes: those of the list and those at equal distances, in the order of time, none twice.
+   pure subroutine find_instants(settings, duration, instants)
+      !> What was asked for
+      type(output_settings_t), intent(in) :: settings
+      !> The last instant allowed
+      real(wp), intent(in) :: duration
+      !> The instants; unallocated: no shapes were asked for
+      real(wp), allocatable, intent(out) :: instants(:)
+
+      integer :: i, even
+      real(wp), allocatable :: listed(:), times(:)
+
+      if (.not. allocated(settings%shape_times) .and. settings%shape_step <= 0.0_wp) return
+      allocate (listed(0))
+      if (allocated(settings%shape_times)) listed = ascending(settings%shape_times)
+      even = -1
+      if (settings%shape_step > 0.0_wp) even = count_samples(duration, settings%shape_step)
+      allocate (times(size(listed) + even + 1))
+      times(:size(listed)) = listed
+      times(size(listed) + 1:) = [(real(i, wp)*settings%shape_step, i=0, even)]
+      times = ascending(times)
+      instants = pack(times, times >= 0.0_wp .and. times <= duration .and. &
+                      [.true., (times(i) > times(i - 1), i=2, size(times))])
+   end subroutine find_instants
 
    !> Is anything asked for at equal steps?
    pure function samples_asked_for(settings) result(asked)

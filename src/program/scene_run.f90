@@ -2,6 +2,9 @@
 module scene_run
    use, intrinsic :: iso_fortran_env, only: output_unit
    use beam_model, only: beam_model_t
+   use case_runs, only: case_t, run_cases
+   use cases_file, only: write_cases
+   use cases_tables, only: print_cases
    use command_line, only: argument_t, program_version
    use console_tables, only: print_frequency_table, print_measures, print_model
    use exact_motion, only: exact_response
@@ -16,18 +19,18 @@ module scene_run
    use precision_tables, only: print_precision
    use precision_types, only: precision_t
    use progress_line, only: start_progress, stop_progress
-   use response_measures, only: measure_response, response_measures_t
+   use response_measures, only: measure_response, response_measures_t, rest_energy
    use response_types, only: response_t
    use results_file, only: write_results
    use scene_beam_model, only: model_of
    use scene_reader, only: read_scene
    use scene_types, only: method_exact, scene_t
-   use sweep_ranks, only: is_first_rank
-   use sweep_study, only: run_sweep
    use statement_types, only: statements_t
    use statements_file, only: write_statements
    use statements_study, only: judge_statements
    use statements_tables, only: print_statements
+   use sweep_ranks, only: is_first_rank
+   use sweep_study, only: run_sweep
    implicit none (type, external)
    private
    public :: read_scenes, run_scene, compute_scene
@@ -125,13 +128,18 @@ contains
          call run_statements_scene(scene, folder, quiet, error)
          return
       end if
+      if (scene%wants_cases) then
+         call run_cases_of_scene(scene, folder, quiet, error)
+         return
+      end if
       if (.not. quiet) call start_progress('impactbeam: '//scene%name)
       call compute_scene(scene, model, table, response, error)
       call stop_progress()
       if (allocated(error)) return
       if (allocated(response)) then
          allocate (measures)
-         call measure_response(response, scene%response%duration, measures)
+         call measure_response(response, scene%response%duration, measures, &
+                               rest_energy(scene%stop, response%initial_energy))
       end if
       ! what is not allocated is not present
       if (allocated(model%mesh%position)) then
@@ -144,6 +152,29 @@ contains
       if (allocated(table)) call print_frequency_table(output_unit, table)
       if (allocated(measures)) call print_measures(output_unit, measures)
    end subroutine run_scene
+
+   !> Run the cases, write the file, print the table.
+   subroutine run_cases_of_scene(scene, folder, quiet, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> No table
+      logical, intent(in) :: quiet
+      !> Set when a run fails or the file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(case_t), allocatable :: cases(:)
+
+      if (.not. quiet) call start_progress('impactbeam: '//scene%name)
+      call run_cases(scene, cases, error)
+      call stop_progress()
+      if (allocated(error)) return
+      call write_cases(folder, program_version, scene, cases, error)
+      if (allocated(error) .or. quiet) return
+      call print_model(output_unit, cases(1)%scene)
+      call print_cases(output_unit, scene, cases)
+   end subroutine run_cases_of_scene
 
    !> Compare run time and error, write the file, print the tables.
    subroutine run_precision_scene(scene, folder, quiet, error)

@@ -289,6 +289,11 @@ contains
          if (size(measures%peak_eta) > most_peaks) &
             call print_line(unit, '', 'and '//to_text(size(measures%peak_eta) - most_peaks)//' more')
       end if
+      if (measures%has_spent) then
+         call print_line(unit, 'energy above rest', '1 % left at tau = '//fixed(measures%spent_tau, 6))
+      else if (measures%knows_spent) then
+         call print_line(unit, 'energy above rest', 'more than 1 % left at the end, tau = '//rounded(measures%duration))
+      end if
       if (.not. measures%knows_quiet) return
       words = to_text(nint(100.0_wp*quiet_level))
       if (measures%is_quiet) then

@@ -7,11 +7,14 @@
 !> parabolas through three knots.
 module response_measures
    use kinds, only: wp
-   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_level, &
-      response_t
+   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_energy, &
+      quiet_level, response_t
+   use scene_types, only: law_three_element, stop_settings_t
+   use stop_models, only: make_three_element, three_element_t
    implicit none (type, external)
    private
-   public :: response_measures_t, measure_response, quiet_level, rebound_level
+   public :: response_measures_t, measure_response, quiet_level, rebound_level, rest_energy, find_quiet_instant, &
+      find_spent_instant
 
    !> A flight is a rebound if eta rises above this in it.
    real(wp), parameter :: rebound_level = quiet_level
@@ -39,6 +42,11 @@ module response_measures
       !> False: at the end it still does
       logical :: is_quiet = .false.
       real(wp) :: quiet_tau = 0.0_wp
+      !> When the energy above that at rest last exceeded `quiet_energy` of the start's. Not known: no ledger.
+      logical :: knows_spent = .false.
+      !> False: at the end it still does
+      logical :: has_spent = .false.
+      real(wp) :: spent_tau = 0.0_wp
    end type response_measures_t
 
    !> Knots of the displacement of the stop point.
@@ -55,24 +63,98 @@ module response_measures
 contains
 
    !> Take the measures of a run.
-   pure subroutine measure_response(response, duration, measures)
+   pure subroutine measure_response(response, duration, measures, energy_at_rest)
       !> The run
       type(response_t), intent(in) :: response
       !> Its length, tau
       real(wp), intent(in) :: duration
       !> What was measured
       type(response_measures_t), intent(out) :: measures
+      !> Energy when all motion is over, see `rest_energy`; without it the spending of energy is not measured
+      real(wp), intent(in), optional :: energy_at_rest
 
       type(chain_t) :: chain
 
       measures%duration = duration
       call measure_events(response, measures)
+      if (present(energy_at_rest) .and. allocated(response%energy)) then
+         measures%knows_spent = .true.
+         call find_spent_instant(response, energy_at_rest, quiet_energy, measures%has_spent, measures%spent_tau)
+      end if
       if (.not. allocated(response%displacement_stop) .or. .not. allocated(response%tau)) return
       if (size(response%tau) == 0) return
       call join(response, chain)
       call find_peaks(response, chain, measures)
-      call find_quiet(chain, measures)
+      measures%knows_quiet = .true.
+      call find_quiet(chain, quiet_level, measures%is_quiet, measures%quiet_tau)
    end subroutine measure_response
+
+   !> When |eta_c| last exceeded any level.
+   pure subroutine find_quiet_instant(response, level, is_quiet, tau)
+      !> The run, with displacement and velocity of the stop point
+      type(response_t), intent(in) :: response
+      !> The level
+      real(wp), intent(in) :: level
+      !> False: at the end it still does
+      logical, intent(out) :: is_quiet
+      !> The instant
+      real(wp), intent(out) :: tau
+
+      type(chain_t) :: chain
+
+      call join(response, chain)
+      call find_quiet(chain, level, is_quiet, tau)
+   end subroutine find_quiet_instant
+
+   !> When the energy above that at rest last exceeded a share of the start's: between samples it is taken to fall
+   !> on a straight line.
+   pure subroutine find_spent_instant(response, energy_at_rest, share, is_spent, tau)
+      !> The run, with the ledger
+      type(response_t), intent(in) :: response
+      !> Energy when all motion is over
+      real(wp), intent(in) :: energy_at_rest
+      !> The share
+      real(wp), intent(in) :: share
+      !> False: at the end it still does
+      logical, intent(out) :: is_spent
+      !> The instant
+      real(wp), intent(out) :: tau
+
+      real(wp) :: excess(size(response%tau)), limit
+      integer :: last
+
+      associate (energy => response%energy)
+         excess = energy%kinetic + energy%strain + energy%stop - energy_at_rest
+      end associate
+      limit = share*(response%initial_energy - energy_at_rest)
+      last = findloc(excess > limit, .true., dim=1, back=.true.)
+      is_spent = last < size(excess)
+      tau = 0.0_wp
+      if (.not. is_spent .or. last == 0) return
+      tau = response%tau(last) + (response%tau(last + 1) - response%tau(last)) &
+            *(excess(last) - limit)/(excess(last) - excess(last + 1))
+   end subroutine find_spent_instant
+
+   !> Energy that remains when all motion is over: of a beam that presses on the stop, and of the stop.
+   pure function rest_energy(stop, initial_energy) result(energy)
+      !> The stop
+      type(stop_settings_t), intent(in) :: stop
+      !> Energy of the static shape of the start, whose stop point is 1 + delta away from where it is unstressed
+      real(wp), intent(in) :: initial_energy
+      real(wp) :: energy
+
+      real(wp) :: flexibility
+      type(three_element_t) :: spring
+
+      energy = 0.0_wp
+      if (stop%preload <= 0.0_wp) return
+      flexibility = 0.5_wp*(1.0_wp + stop%preload)**2/initial_energy
+      if (stop%law == law_three_element) then
+         spring = make_three_element(stop%stiffness_ratio, stop%branch_ratio, stop%damper_ratio)
+         flexibility = flexibility + 1.0_wp/spring%stiffness
+      end if
+      energy = 0.5_wp*stop%preload**2/flexibility
+   end function rest_energy
 
    !> What the events alone tell.
    pure subroutine measure_events(response, measures)
@@ -287,20 +369,23 @@ contains
       height = ordinate(2) - slope**2/(4.0_wp*curvature)
    end subroutine refine_by_parabola
 
-   !> When |eta_c| last exceeded the quiet level: from the end back to the first piece that exceeds it.
-   pure subroutine find_quiet(chain, measures)
+   !> When |eta_c| last exceeded the level: from the end back to the first piece that exceeds it.
+   pure subroutine find_quiet(chain, level, is_quiet, tau)
       !> Knots
       type(chain_t), intent(in) :: chain
-      !> What was measured
-      type(response_measures_t), intent(inout) :: measures
+      !> The level
+      real(wp), intent(in) :: level
+      !> False: at the end it still does
+      logical, intent(out) :: is_quiet
+      !> The instant
+      real(wp), intent(out) :: tau
 
       integer :: i, k, loud, turns
       real(wp) :: cubic(0:3), mark(0:3), turn(2)
 
-      measures%knows_quiet = .true.
-      measures%is_quiet = abs(chain%eta(size(chain%eta))) <= quiet_level
-      if (.not. measures%is_quiet) return
-      measures%quiet_tau = chain%tau(1)
+      tau = chain%tau(1)
+      is_quiet = abs(chain%eta(size(chain%eta))) <= level
+      if (.not. is_quiet) return
       do i = size(chain%tau) - 1, 1, -1
          cubic = piece(chain, i)
          call find_turns(cubic, turns, turn)
@@ -309,21 +394,23 @@ contains
          mark(turns + 1) = 1.0_wp
          loud = -1
          do k = 0, turns
-            if (abs(cubic_value(cubic, mark(k))) > quiet_level) loud = k
+            if (abs(cubic_value(cubic, mark(k))) > level) loud = k
          end do
          if (loud >= 0) then
-            measures%quiet_tau = chain%tau(i) &
-               + last_loud_point(cubic, mark(loud), mark(loud + 1))*(chain%tau(i + 1) - chain%tau(i))
+            tau = chain%tau(i) &
+               + last_loud_point(cubic, level, mark(loud), mark(loud + 1))*(chain%tau(i + 1) - chain%tau(i))
             return
          end if
       end do
    end subroutine find_quiet
 
-   !> Where |cubic| falls through the quiet level between a point above it and one that is not, with no
+   !> Where |cubic| falls through the level between a point above it and one that is not, with no
    !> turn in between: bisection down to neighbouring numbers.
-   pure function last_loud_point(cubic, loud, quiet) result(point)
+   pure function last_loud_point(cubic, level, loud, quiet) result(point)
       !> Coefficients
       real(wp), intent(in) :: cubic(0:3)
+      !> The level
+      real(wp), intent(in) :: level
       !> The two points
       real(wp), intent(in) :: loud
       real(wp), intent(in) :: quiet
@@ -336,7 +423,7 @@ contains
       do
          middle = low + 0.5_wp*(high - low)
          if (middle <= low .or. middle >= high) exit
-         if (abs(cubic_value(cubic, middle)) > quiet_level) then
+         if (abs(cubic_value(cubic, middle)) > level) then
             low = middle
          else
             high = middle

@@ -16,7 +16,7 @@ module results_file
    use scene_types, only: name_length, scales_t, scene_t
    implicit none (type, external)
    private
-   public :: write_results, results_name, begin_results, finish_results
+   public :: write_results, results_name, begin_results, finish_results, write_run
 
    character(*), parameter :: conventions = &
       'tau = omega1 t; eta = (y - d)/(y_c(0) - d), y from the unstressed beam, the stop at y = d, y_c at the stop; ' &
@@ -69,12 +69,30 @@ contains
       type(response_measures_t), intent(in), optional :: measures
 
       type(hdf5_image_t) :: image
-      type(units_t) :: units
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      units = units_of(scene%scales)
       call begin_results(image, expected_size(response), version, scene)
+      call write_run(image, scene, node_position, frequencies, response, measures)
+      call finish_results(image, folder, scene, error)
+   end subroutine write_results
+
+   !> The groups of a run into the present group of a file.
+   subroutine write_run(image, scene, node_position, frequencies, response, measures)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> x/L of the nodes, clamp first, if the scene has one mesh
+      real(wp), contiguous, intent(in), optional :: node_position(:)
+      !> What was computed
+      type(frequency_table_t), intent(in), optional :: frequencies
+      type(response_t), intent(in), optional :: response
+      type(response_measures_t), intent(in), optional :: measures
+
+      type(units_t) :: units
+
+      units = units_of(scene%scales)
       if (present(node_position)) call write_mesh(image, node_position, units)
       if (present(frequencies)) call write_frequencies(image, frequencies, units)
       if (present(response)) then
@@ -85,8 +103,7 @@ contains
          if (allocated(response%energy)) call write_energy(image, response, units)
       end if
       if (present(measures)) call write_measures(image, measures, units)
-      call finish_results(image, folder, scene, error)
-   end subroutine write_results
+   end subroutine write_run
 
    !> Start the file of a scene: its attributes and the scene; a study adds groups of its own.
    subroutine begin_results(image, expected_bytes, version, scene)
@@ -504,6 +521,10 @@ contains
       if (measures%knows_quiet .and. measures%is_quiet) then
          call image%add('quiet', measures%quiet_tau, '1', 'time when |eta| at the stop last exceeded 0.02, tau')
          call image%note('in_scene_units', units%time, 'quiet')
+      end if
+      if (measures%has_spent) then
+         call image%add('spent', measures%spent_tau, '1', 'time when the energy above that at rest fell to 1 percent, tau')
+         call image%note('in_scene_units', units%time, 'spent')
       end if
       if (allocated(measures%contact_start)) then
          call image%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)

@@ -2,6 +2,7 @@
 !> may be. Defaults are those declared in `scene_types`. To add a name, add its component there and a
 !> call here; reading, the echo in result files and the reference follow.
 module scene_groups
+   use cases_groups, only: walk_cases
    use kinds, only: wp
    use scene_ranges, only: branch_range, damper_range, duration_range, elements_range, hop_range, most_elements, &
       position_ratio_range, preload_range, ratio_range, restitution_range, step_range, stiffness_range, taper_range, &
@@ -104,6 +105,8 @@ contains
       call walk_sweep(walk, scene)
       call walk%open_group('best', scene%wants_best)
       call walk_best(walk, scene%best)
+      call walk%open_group('cases', scene%wants_cases)
+      call walk_cases(walk, scene)
       call walk%open_group('statements', scene%wants_statements)
       call walk_statements(walk, scene%statements)
       call walk%open_group('output')
@@ -364,6 +367,8 @@ contains
       output%contact_force = any(histories == 4)
       call walk%item('shape_times', output%shape_times, 'instants at which the shape is stored, tau', &
          within(0.0_wp, 1.0e9_wp), role_t(has_response, '&response', default='none'))
+      call walk%item('shape_step', output%shape_step, 'distance of further such instants, from 0 to the end, tau; 0: none', &
+         within(0.0_wp, 1.0e9_wp), role_t(has_response, '&response'))
       call walk%item('energy', output%energy, 'the energy ledger', role_t(has_response, '&response'))
       call walk%item('mode_shapes', output%mode_shapes, 'number of mode shapes to store', &
          within(0, 2*most_elements), role_t(has_frequencies, '&frequencies'))

@@ -1,6 +1,7 @@
 !> From what a file gives to a scene: the groups checked against each other, defaults that depend on
 !> other values filled in, quantities in the user's units made ratios.
 module scene_resolve
+   use cases_groups, only: resolve_cases
    use kinds, only: lambda1, wp
    use number_text, only: to_text
    use scene_beam, only: mean_section, resolve_beam
@@ -65,6 +66,8 @@ contains
       if (input%has_problem()) return
       call resolve_sweep(input, scene)
       if (input%has_problem()) return
+      call resolve_cases(input, scene)
+      if (input%has_problem()) return
       call check_output(input, scene)
    end subroutine resolve_scene
 
@@ -99,8 +102,8 @@ contains
       !> The file
       type(scene_input_t), intent(inout) :: input
 
-      character(*), parameter :: others(11) = [character(11) :: 'beam', 'mesh', 'damping', 'tip_mass', 'stop', 'response', &
-                                               'frequencies', 'precision', 'sweep', 'best', 'output']
+      character(*), parameter :: others(12) = [character(11) :: 'beam', 'mesh', 'damping', 'tip_mass', 'stop', 'response', &
+                                               'frequencies', 'precision', 'sweep', 'best', 'cases', 'output']
       integer :: i
 
       do i = 1, size(others)
@@ -423,6 +426,11 @@ contains
                   //to_text(most_numbers))
             end if
          end associate
+      end if
+      if (scene%output%shape_step > 0.0_wp) then
+         numbers = scene%response%duration/scene%output%shape_step*real(scene%mesh%elements + 1, wp)
+         if (numbers > most_numbers) call input%complain('output', 'shape_step', to_text(numbers) &
+            //' numbers would be stored: must be at most '//to_text(most_numbers))
       end if
       if (.not. scene%wants_frequencies) return
       modes = 2*scene%frequencies%mesh_elements(1)

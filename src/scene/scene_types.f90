@@ -4,6 +4,7 @@
 !> Scales (DESIGN: reference scales): lengths along the beam in L, displacements in y_c(0) - d, times
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
+   use cases_settings, only: cases_settings_t
    use kinds, only: wp
    use sweep_settings, only: best_settings_t, sweep_settings_t
    implicit none (type, external)
@@ -205,6 +206,8 @@ module scene_types
       logical :: contact_force = .true.
       !> Instants (tau) at which the shape and the velocity of the whole beam are stored
       real(wp), allocatable :: shape_times(:)
+      !> Distance of further such instants, from 0 to the end, tau; 0: none
+      real(wp) :: shape_step = 0.0_wp
       !> Number of mode shapes to store
       integer :: mode_shapes = 0
       !> The energy ledger
@@ -262,6 +265,9 @@ module scene_types
       type(sweep_settings_t) :: sweep
       logical :: wants_best = .false.
       type(best_settings_t) :: best
+      !> &cases is there
+      logical :: wants_cases = .false.
+      type(cases_settings_t) :: cases
       !> &statements is there
       logical :: wants_statements = .false.
       type(statements_settings_t) :: statements

@@ -1,0 +1,302 @@
+#!/usr/bin/python3
+"""Draw the paper's tables and figures, an animation of the first impact, and a contact sheet of them all.
+
+    impactbeam inputs/fig*.nml inputs/table*.nml
+    scripts/plot_paper.py results/fig*.h5 results/table*.h5 --out results/paper
+
+Files with several cases give a panel a case; files with shapes give the beam before, at and after the impact, and its
+animation; tables give their errors; all cases together give the peaks of their rebounds (figure 10). Plots what the
+results files hold; between nodes the beam is the cubic of its elements.
+"""
+
+import argparse
+from pathlib import Path
+
+import matplotlib.animation as animation
+import matplotlib.patches as patches
+import matplotlib.pyplot as plt
+import matplotlib.ticker as ticker
+import numpy
+
+import impactbeam_plots as plots
+import plot_frequencies
+from plot_response import set_ticks, shade_contacts
+
+SYMBOLS = {
+    "preload": r"\delta", "restitution": r"\varepsilon", "position": r"L_c/L", "zeta": r"\zeta",
+    "tip_mass_ratio": r"\mu", "taper": r"\alpha", "stiffness_ratio": r"\kappa", "branch_ratio": r"\beta",
+    "damper_ratio": r"c^*",
+}
+GREYS = ["#000000", "#b5431c", "#1f5fa8", "#7a9a2f", "#7b4a8f", "#8a8a8a", "#c9a227"]
+PEAKS = "fig10"
+FRAME_TAU = 0.04
+FRAMES_A_SECOND = 20
+
+
+class Case:
+    """What a panel shows of one case."""
+
+    def __init__(self, group, parameter):
+        self.value = float(group.attrs["value"])
+        self.label = f"${SYMBOLS[parameter]} = {self.number()}$"
+        response, measures = group["response"], group["measures"]
+        self.tau, self.eta = response["tau"][()], response["eta_stop"][()]
+        self.contacts = list(zip(measures["contact_start"][()], measures["contact_end"][()]))
+        self.peaks = (measures["peak_tau"][()], measures["peak"][()]) if "peak" in measures else ([], [])
+
+    def number(self):
+        """The value as TeX."""
+        if abs(self.value) < 1e4:
+            return f"{self.value:g}"
+        exponent = int(numpy.floor(numpy.log10(self.value)))
+        mantissa = self.value / 10**exponent
+        return f"10^{{{exponent}}}" if mantissa == 1.0 else rf"{mantissa:g}\times 10^{{{exponent}}}"
+
+
+class Cases:
+    """One file with several cases."""
+
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            group = file["cases"]
+            self.name = path.stem
+            self.title = plots.title_of(file)
+            self.parameter = plots.text_of(group.attrs["parameter"])
+            if self.parameter not in SYMBOLS:
+                raise plots.Unplottable(f"{path}: no symbol is known for {self.parameter}")
+            count = len(group[self.parameter])
+            self.cases = [Case(group[f"case_{number + 1}"], self.parameter) for number in range(count)]
+
+
+def draw_cases(cases):
+    """Displacement at the stop, a panel each."""
+    count = len(cases.cases)
+    figure, grid = plt.subplots(count, 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.0},
+                                figsize=(plots.WIDTH, 1.12 * count + 0.7))
+    lowest = min(case.eta.min() for case in cases.cases)
+    for axes, case in zip(grid[:, 0], cases.cases):
+        shade_contacts(axes, case)
+        axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
+        axes.plot(case.tau, case.eta, color="black", linewidth=0.9)
+        axes.set_ylim(min(-0.15, 1.25 * lowest), 1.15)
+        axes.yaxis.set_major_locator(ticker.FixedLocator([0.0, 0.5, 1.0]))
+        axes.yaxis.set_minor_locator(ticker.MultipleLocator(0.1))
+        axes.set_ylabel(r"$\eta$")
+        axes.text(0.985, 0.9, case.label, transform=axes.transAxes, ha="right", va="top", zorder=5,
+                  bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.2})
+    grid[0, 0].set_title(cases.title)
+    handle = patches.Patch(facecolor=plots.CONTACT, label="contact")
+    grid[0, 0].legend(handles=[handle], loc="lower right", bbox_to_anchor=(1.01, 0.97), borderaxespad=0.0)
+    grid[-1, 0].set_xlabel(r"time $\tau = \omega_1 t$")
+    grid[-1, 0].set_xlim(0.0, max(case.tau[-1] for case in cases.cases))
+    set_ticks(grid[-1, 0].xaxis, 10)
+    figure.align_ylabels(grid[:, 0])
+    return figure
+
+
+def draw_peaks(files):
+    """Peaks of the rebounds over time, a panel for each parameter (figure 10)."""
+    rows = (len(files) + 1) // 2
+    figure, grid = plt.subplots(rows, 2, squeeze=False, sharey=True, figsize=(plots.WIDTH, 2.35 * rows + 0.4),
+                                gridspec_kw={"hspace": 0.32, "wspace": 0.07})
+    for axes in grid.flat[len(files):]:
+        axes.set_visible(False)
+    for axes, cases in zip(grid.flat, files):
+        for number, case in enumerate(cases.cases):
+            colour = GREYS[number % len(GREYS)]
+            axes.plot(*case.peaks, color=colour, linewidth=0.7, label=case.label, markersize=3.6,
+                      linestyle=plots.DASHES[number % len(plots.DASHES)],
+                      marker=(plots.MARKERS + ["X"])[number % 7], markerfacecolor="white", markeredgecolor=colour,
+                      markeredgewidth=0.8)
+        axes.set_yscale("log")
+        axes.set_ylim(0.018, 1.3)
+        axes.yaxis.set_major_locator(ticker.FixedLocator([0.02, 0.05, 0.1, 0.2, 0.5, 1.0]))
+        axes.yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+        axes.yaxis.set_minor_formatter(ticker.NullFormatter())
+        axes.set_xlim(0.0, None)
+        set_ticks(axes.xaxis, 6)
+        axes.set_title(cases.title.split(",")[0], fontsize=9.5, pad=4)
+        axes.legend(fontsize=6.8, handlelength=2.0, labelspacing=0.25, borderpad=0.2, loc="upper right", frameon=True,
+                    facecolor="white", edgecolor="none", framealpha=0.75, ncol=1 + (len(cases.cases) > 4),
+                    columnspacing=0.9)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(r"peak of rebound $\eta$")
+    for axes in grid.flat[max(len(files) - 2, 0):len(files)]:
+        axes.set_xlabel(r"time $\tau$")
+    return figure
+
+
+class Shapes:
+    """Shapes of one file, as smooth curves."""
+
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "shapes", "&output shape_times or shape_step")
+            self.name = path.stem
+            self.title = plots.title_of(file)
+            self.tau = group["tau"][()]
+            self.impact = float(file["measures/first_impact"][()])
+            self.stop = float(file["scene/stop"].attrs["position"])
+            node = group["x"][()]
+            self.x = numpy.concatenate([numpy.linspace(a, b, 13)[:-1] for a, b in zip(node[:-1], node[1:])] + [node[-1:]])
+            self.displacement = self.curves(node, group["displacement"][()], group["slope"][()])
+            self.velocity = self.curves(node, group["velocity"][()], group["slope_velocity"][()])
+            listed = file["scene/output"].attrs["shape_times"]
+            self.listed = [int(numpy.argmin(abs(self.tau - instant))) for instant in numpy.atleast_1d(listed)]
+            response = file["response"]
+            self.history = (response["tau"][()], response["eta_stop"][()])
+            self.contacts = list(zip(file["measures/contact_start"][()], file["measures/contact_end"][()]))
+
+    def curves(self, node, value, slope):
+        """Cubics between the nodes, [instant, x]."""
+        if value.shape[0] != len(self.tau):
+            value, slope = value.T, slope.T
+        element = numpy.clip(numpy.searchsorted(node, self.x, side="right") - 1, 0, len(node) - 2)
+        length = node[element + 1] - node[element]
+        s = (self.x - node[element]) / length
+        return (value[:, element] * (1 + 2 * s) * (1 - s)**2 + slope[:, element] * length * s * (1 - s)**2
+                + value[:, element + 1] * s**2 * (3 - 2 * s) - slope[:, element + 1] * length * s**2 * (1 - s))
+
+
+def draw_shapes(shapes):
+    """Displacement and velocity along the beam before, at and after the first impact (figure 11)."""
+    before = [int(numpy.argmin(abs(shapes.tau - tau))) for tau in (0.0, 0.4, 0.8, 1.2)]
+    at = [index for index in shapes.listed if abs(shapes.tau[index] - shapes.impact) < 0.01]
+    after = [index for index in shapes.listed if index not in at]
+    columns = [("before the impact", before + at[:1]), ("at and after the impact", at + after)]
+    figure, grid = plt.subplots(2, 2, sharex=True, figsize=(plots.WIDTH, 5.2), gridspec_kw={"hspace": 0.07, "wspace": 0.09})
+    for column, (heading, indices) in enumerate(columns):
+        for row, values in enumerate((shapes.displacement, shapes.velocity)):
+            axes = grid[row, column]
+            axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
+            for number, index in enumerate(indices):
+                shade = number / max(len(indices) - 1, 1)
+                axes.plot(shapes.x, values[index], color=plt.get_cmap("cividis")(0.85 * shade), linewidth=1.0,
+                          linestyle=plots.DASHES[number % 5], label=rf"$\tau = {shapes.tau[index]:.4g}$")
+            axes.plot([shapes.stop], [0.0], marker=6, markersize=6, color="black", clip_on=False, zorder=4)
+            if column == 1:
+                axes.yaxis.tick_right()
+                axes.yaxis.set_ticks_position("both")
+                axes.tick_params(axis="y", which="both", labelleft=False, labelright=True)
+            low, high = axes.get_ylim()
+            axes.set_ylim(low, high + (0.42 if column == 1 and row == 0 else 0.0) * (high - low))
+            set_ticks(axes.yaxis, 6)
+        grid[0, column].set_title(heading)
+        grid[0, column].legend(fontsize=7.5, loc="upper left", ncol=1 + (len(indices) > 5), columnspacing=1.0,
+                               labelspacing=0.3)
+        grid[1, column].set_xlabel(r"$x/L$")
+        grid[1, column].set_xlim(0.0, 1.0)
+        grid[1, column].xaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    grid[0, 0].set_ylabel(r"displacement $\eta$")
+    grid[1, 0].set_ylabel(r"velocity $\mathrm{d}\eta/\mathrm{d}\tau$")
+    return figure
+
+
+def animate(shapes, path):
+    """The beam hitting the stop, as a GIF."""
+    frames = [0]
+    for index, tau in enumerate(shapes.tau):
+        if tau - shapes.tau[frames[-1]] >= FRAME_TAU - 1e-9:
+            frames.append(index)
+    figure, (axes, below) = plt.subplots(2, 1, figsize=(5.6, 4.0), gridspec_kw={"height_ratios": [2.2, 1.0], "hspace": 0.36})
+    figure.subplots_adjust(left=0.125, right=0.975, top=0.95, bottom=0.12)
+    low, high = -0.28, 1.08
+    axes.add_patch(patches.Rectangle((-0.045, low), 0.045, high - low, facecolor="#bbbbbb", hatch="////", edgecolor="#666666"))
+    stop = patches.Rectangle((shapes.stop - 0.035, low), 0.07, -low - 0.012, facecolor="#bbbbbb", edgecolor="black")
+    axes.add_patch(stop)
+    beam, = axes.plot([], [], color="#1f5fa8", linewidth=3.2, solid_capstyle="butt")
+    clock = axes.text(0.07, 0.92, "", transform=axes.transAxes, ha="left", va="top")
+    axes.set(xlim=(-0.045, 1.07), ylim=(low, high), ylabel=r"$\eta$")
+    axes.set_xlabel(r"$x/L$", labelpad=1)
+    axes.minorticks_off()
+    shade_contacts(below, shapes)
+    below.axhline(0.0, color="black", linewidth=0.5)
+    below.plot(*shapes.history, color="#9a9a9a", linewidth=0.8)
+    trace, = below.plot([], [], color="black", linewidth=1.1)
+    dot, = below.plot([], [], marker="o", color="#b5431c", markersize=4)
+    below.set(xlim=(0.0, shapes.tau[-1]), ylim=(-0.12, 1.08), xlabel=r"$\tau$", ylabel=r"$\eta$ at the stop")
+    tau, eta = shapes.history
+
+    def show(frame):
+        now = shapes.tau[frame]
+        in_contact = any(start <= now <= end for start, end in shapes.contacts)
+        beam.set_data(shapes.x, shapes.displacement[frame])
+        stop.set_facecolor("#e08a5b" if in_contact else "#bbbbbb")
+        clock.set_text(rf"$\tau$ = {now:.2f}" + (", in contact" if in_contact else ""))
+        trace.set_data(tau[tau <= now], eta[tau <= now])
+        dot.set_data([now], [numpy.interp(now, tau, eta)])
+
+    film = animation.FuncAnimation(figure, show, frames=frames, blit=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    film.save(path, writer=animation.PillowWriter(fps=FRAMES_A_SECOND), dpi=100)
+    plt.close(figure)
+    print(path)
+
+
+def draw_sheet(pictures):
+    """All pictures on one page."""
+    columns = 4
+    rows = -(-len(pictures) // columns)
+    images = [plt.imread(picture) for picture in pictures]
+    shapes = [image.shape[0] / image.shape[1] for image in images]
+    heights = [max(shapes[row * columns:(row + 1) * columns]) for row in range(rows)]
+    width = 3.3
+    figure, grid = plt.subplots(rows, columns, squeeze=False, figsize=(columns * width, width * sum(heights) + 0.3 * rows),
+                                gridspec_kw={"height_ratios": heights, "hspace": 0.1, "wspace": 0.06})
+    for axes in grid.flat:
+        axes.axis("off")
+    for axes, picture, image in zip(grid.flat, pictures, images):
+        axes.imshow(image, interpolation="lanczos")
+        axes.set_anchor("N")
+        axes.set_title(picture.stem, fontsize=10)
+    return figure
+
+
+def draw_file(path, folder, pictures, films):
+    """The picture of one file, and its film; the cases of the file, if it has some."""
+    with plots.open_results(path) as file:
+        kinds = set(file)
+    picture = folder / f"{path.stem}.png"
+    if "cases" in kinds:
+        cases = Cases(path)
+        plots.save(draw_cases(cases), picture)
+        pictures.append(picture)
+        return cases
+    if "shapes" in kinds:
+        shapes = Shapes(path)
+        plots.save(draw_shapes(shapes), picture)
+        pictures.append(picture)
+        if films:
+            animate(shapes, picture.with_suffix(".gif"))
+    elif "frequencies" in kinds and "response" not in kinds:
+        plots.save(plot_frequencies.draw(path), picture)
+        pictures.append(picture)
+    return None
+
+
+def main():
+    """Read the command line, draw, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files; those with other contents are left out")
+    parser.add_argument("--out", type=Path, default=Path("results/paper"), metavar="FOLDER",
+                        help="folder of the pictures (default: results/paper)")
+    parser.add_argument("--no-film", action="store_true", help="no animation")
+    arguments = parser.parse_args()
+
+    pictures = []
+    cases = []
+    for path in sorted(arguments.files, key=lambda path: path.stem):
+        found = draw_file(path, arguments.out, pictures, not arguments.no_film)
+        if found:
+            cases.append(found)
+    if not pictures:
+        raise plots.Unplottable("none of the files holds cases, shapes or a table of frequencies")
+    if len(cases) > 1:
+        peaks = arguments.out / f"{PEAKS}.png"
+        plots.save(draw_peaks([found for found in cases if found.parameter != "stiffness_ratio"] or cases), peaks)
+        pictures.append(peaks)
+    plots.save(draw_sheet(sorted(pictures)), arguments.out / "contact_sheet.png")
+
+
+if __name__ == "__main__":
+    plots.run(main)

@@ -1,0 +1,100 @@
+!> One scene, run for several values of one parameter: a figure of several curves.
+module case_runs
+   use beam_model, only: beam_model_t
+   use cases_settings, only: case_parameters
+   use exact_motion, only: exact_response_in_modes
+   use failures, only: failure_t
+   use free_modes, only: find_free_modes, free_modes_t
+   use kinds, only: wp
+   use newmark_motion, only: newmark_response
+   use response_measures, only: measure_response, response_measures_t, rest_energy
+   use response_types, only: response_t
+   use scene_beam_model, only: model_of
+   use scene_types, only: law_three_element, method_exact, scene_t
+   use sweep_plan, only: set_parameter
+   use sweep_settings, only: is_of_beam
+   implicit none (type, external)
+   private
+   public :: case_t, run_cases
+
+   type :: case_t
+      !> The scene with the case's value
+      type(scene_t) :: scene
+      real(wp) :: value = 0.0_wp
+      !> x/L of the nodes, [0:n]
+      real(wp), allocatable :: node_position(:)
+      type(response_t) :: response
+      type(response_measures_t) :: measures
+   end type case_t
+
+contains
+
+   !> Run all cases of a scene. Cases of one beam share its modes.
+   subroutine run_cases(scene, cases, error)
+      !> The scene; it has &cases
+      type(scene_t), intent(in) :: scene
+      !> The cases, in the order of the values
+      type(case_t), allocatable, intent(out) :: cases(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(beam_model_t) :: model
+      type(free_modes_t) :: modes
+      integer :: i, parameter
+
+      parameter = case_parameters(scene%cases%choice)
+      allocate (cases(size(scene%cases%values)))
+      do i = 1, size(cases)
+         cases(i)%scene = scene
+         cases(i)%value = scene%cases%values(i)
+         call set_parameter(cases(i)%scene, parameter, cases(i)%value)
+         if (i == 1 .or. is_of_beam(parameter)) call make_beam(cases(i)%scene, model, modes, error)
+         if (allocated(error)) return
+         allocate (cases(i)%node_position, source=model%mesh%position)
+         call run_case(model, modes, cases(i), error)
+         if (allocated(error)) return
+      end do
+   end subroutine run_cases
+
+   !> The beam of a case and, for exact motion, its modes.
+   subroutine make_beam(scene, model, modes, error)
+      !> The scene of the case
+      type(scene_t), intent(in) :: scene
+      !> The assembled beam
+      type(beam_model_t), intent(out) :: model
+      !> Its modes
+      type(free_modes_t), intent(out) :: modes
+      !> Set when they cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+      if (allocated(error) .or. scene%response%method /= method_exact) return
+      call find_free_modes(model, modes, error, with_support=scene%stop%law /= law_three_element)
+   end subroutine make_beam
+
+   !> Run one case and measure it.
+   subroutine run_case(model, modes, case, error)
+      !> The beam
+      type(beam_model_t), intent(in) :: model
+      !> Its modes, for exact motion
+      type(free_modes_t), intent(in) :: modes
+      !> Its scene in; response and measures out
+      type(case_t), intent(inout) :: case
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      associate (scene => case%scene, response => case%response)
+         if (scene%response%method == method_exact) then
+            call exact_response_in_modes(modes, scene%zeta, scene%stop, scene%response, scene%output, &
+                                         scene%scales%height_ratio, response, error)
+         else
+            call newmark_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
+                                  scene%scales%height_ratio, response, error)
+         end if
+         if (allocated(error)) return
+         call measure_response(response, scene%response%duration, case%measures, &
+                               rest_energy(scene%stop, response%initial_energy))
+      end associate
+   end subroutine run_case
+
+end module case_runs
