@@ -4,7 +4,7 @@ module paper_outcomes
    use exact_motion, only: exact_response_in_modes
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
-   use kinds, only: wp
+   use kinds, only: pi, wp
    use newmark_motion, only: newmark_response
    use paper_cases, only: case_t, height_ratio, model_of_case, stop_of_case, way_t
    use response_measures, only: measure_response, response_measures_t
@@ -33,11 +33,13 @@ module paper_outcomes
    type :: outcome_t
       !> Instants of the end, by `end_levels`, then by `end_shares`
       real(wp) :: ends(definition_count) = never
+      !> First meeting with the stop
+      real(wp) :: first_tau = never
       !> Highest points of the rebounds and when
       real(wp), allocatable :: peak_eta(:), peak_tau(:)
       !> Deepest indentation
       real(wp) :: indentation = 0.0_wp
-      !> The main rebound: the highest one within four times the time to the first meeting, a period without stop
+      !> The main rebound: the highest one within a period of the free beam from the first meeting on
       logical :: rebounds = .false.
       real(wp) :: main_peak = 0.0_wp
       !> Length of the first contact that lasts, and time from the first meeting to the main rebound
@@ -56,6 +58,8 @@ module paper_outcomes
       !> and the part of the modes above the second in the motion of the stop point, by displacement and by velocity
       real(wp) :: high_displacement = 0.0_wp
       real(wp) :: high_velocity = 0.0_wp
+      !> Lowest frequency of the beam, in omega1
+      real(wp) :: own_frequency = 1.0_wp
       !> One over the mass that takes part in an impact, rho Abar L = 1
       real(wp) :: mobility = 0.0_wp
       !> Kinetic energy at the first meeting, of the energy to lose
@@ -92,6 +96,7 @@ contains
       output%energy = .true.
       call respond(this, way, model, modes, duration, output, response, error)
       if (allocated(error)) return
+      outcome%own_frequency = sqrt(modes%square(1))
       outcome%mobility = sum(modes%mode(modes%stop_dof, :)**2)
       call measure(this, response, duration, outcome, start)
       if (.not. outcome%rebounds) return
@@ -176,6 +181,7 @@ contains
          outcome%created = energy%created(size(tau))/to_lose
          outcome%lost_at_impacts = energy%dissipated_impact(size(tau))/to_lose
          if (.not. measures%has_met_stop) return
+         outcome%first_tau = measures%first_impact_tau
          first = min(size(tau), 1 + count(tau < measures%first_impact_tau))
          above = energy%kinetic(max(first - 1, 1))
          outcome%kinetic_at_first = above/to_lose
@@ -184,7 +190,7 @@ contains
          outcome%contact_ratio = real(on, wp)/real(max(last - first + 1 - on, 1), wp)
       end associate
       if (size(measures%contact_start) > 0) outcome%first_contact = measures%contact_end(1) - measures%contact_start(1)
-      associate (early => outcome%peak_tau < 4.0_wp*measures%first_impact_tau)
+      associate (early => outcome%peak_tau < measures%first_impact_tau + 2.0_wp*pi/outcome%own_frequency)
          outcome%rebounds = any(early)
          if (.not. outcome%rebounds) return
          main = maxloc(outcome%peak_eta, dim=1, mask=early)

@@ -7,6 +7,7 @@ module paper_series
    implicit none (type, external)
    private
    public :: series_t, make_series, compute_series, ends_of
+   public :: series_names, series_signs
    public :: vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness
 
    integer, parameter :: vary_preload = 1
@@ -16,6 +17,11 @@ module paper_series
    integer, parameter :: vary_mass = 5
    integer, parameter :: vary_taper = 6
    integer, parameter :: vary_stiffness = 7
+
+   !> What they vary, as users write it, and its sign in the paper
+   character(*), parameter :: series_names(7) = [character(16) :: 'preload', 'restitution', 'position', 'zeta', &
+                                                 'tip_mass_ratio', 'taper', 'stiffness_ratio']
+   character(*), parameter :: series_signs(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', 'kappa']
 
    type :: series_t
       !> Values of the parameter varied

@@ -5,8 +5,8 @@ module statement_types
    use paper_outcomes, only: definition_count
    implicit none (type, external)
    private
-   public :: statement_t, statements_t, add_statement, verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails
-   public :: verdict_nodal, verdict_coarse
+   public :: statement_t, statements_t, add_statement, add_statement_of_ends
+   public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse
    public :: order, listed, percent, number
 
    !> It holds for exact motion on the fine mesh.
@@ -34,8 +34,11 @@ module statement_types
       character(:), allocatable :: detail
       !> Why, where the paper and the program differ
       character(:), allocatable :: reason
-      !> Where the end of the motion counts: the verdict is the same for this many of the definitions of the end; 0: it does not
-      integer :: agreeing = 0
+      !> The end of the motion counts, and for so many of its definitions the condition is met, by way
+      logical :: has_end = .false.
+      integer :: definitions(way_count) = 0
+      !> What the verdict needs beside it; empty: nothing
+      character(:), allocatable :: remark
    end type statement_t
 
    !> A list that grows.
@@ -46,7 +49,7 @@ module statement_types
 contains
 
    !> Append a statement.
-   subroutine add_statement(list, label, text, measure, figure, holds, detail, reason, agreeing)
+   subroutine add_statement(list, label, text, measure, figure, holds, detail, reason, remark)
       !> The list
       type(statements_t), intent(inout) :: list
       !> Parts of the statement
@@ -57,7 +60,7 @@ contains
       logical, intent(in) :: holds(way_count)
       character(*), intent(in) :: detail
       character(*), intent(in) :: reason
-      integer, intent(in), optional :: agreeing
+      character(*), intent(in), optional :: remark
 
       type(statement_t), allocatable :: longer(:)
       integer :: n, i
@@ -76,12 +79,35 @@ contains
          new%holds = holds
          new%detail = detail
          new%reason = reason
-         if (present(agreeing)) new%agreeing = agreeing
+         new%remark = ''
+         if (present(remark)) new%remark = remark
       end associate
       call move_alloc(longer, list%item)
    end subroutine add_statement
 
-   !> The verdict on a statement: exact motion on the fine mesh decides.
+   !> Append a statement about the end of the motion: in a way it holds if it does for most definitions of the end.
+   subroutine add_statement_of_ends(list, label, text, measure, figure, holds, detail, reason, remark)
+      !> The list
+      type(statements_t), intent(inout) :: list
+      !> Parts of the statement; the condition by definition of the end and way
+      character(*), intent(in) :: label
+      character(*), intent(in) :: text
+      character(*), intent(in) :: measure
+      real(wp), intent(in) :: figure(way_count)
+      logical, intent(in) :: holds(definition_count, way_count)
+      character(*), intent(in) :: detail
+      character(*), intent(in) :: reason
+      character(*), intent(in), optional :: remark
+
+      call add_statement(list, label, text, measure, figure, 2*count(holds, dim=1) > definition_count, detail, reason, remark)
+      associate (new => list%item(size(list%item)))
+         new%has_end = .true.
+         new%definitions = count(holds, dim=1)
+      end associate
+   end subroutine add_statement_of_ends
+
+   !> The verdict on a statement: exact motion on the fine mesh decides. Where it denies, the nodal reading is what the
+   !> paper saw only if both ways of computing it on the paper's mesh affirm.
    pure function verdict_of(holds) result(verdict)
       !> By way
       logical, intent(in) :: holds(way_count)
@@ -91,21 +117,30 @@ contains
          verdict = verdict_holds
       else if (holds(coarse)) then
          verdict = verdict_coarse
-      else if (holds(coarse_nodal) .or. holds(fine_nodal) .or. (holds(paper_nodal) .and. .not. holds(paper_momentum))) then
+      else if (holds(coarse_nodal) .and. holds(paper_nodal) .and. .not. holds(paper_momentum)) then
          verdict = verdict_nodal
       else
          verdict = verdict_fails
       end if
    end function verdict_of
 
-   !> The verdict, and whether it hangs on how the end of the motion is defined.
+   !> The verdict with its remark, and whether it hangs on how the end of the motion is defined.
    pure function verdict_in_words(item) result(words)
       !> The statement
       type(statement_t), intent(in) :: item
       character(:), allocatable :: words
 
-      words = trim(verdict_names(verdict_of(item%holds)))
-      if (item%agreeing > 0 .and. item%agreeing < definition_count - 1) words = words//' (hangs on the definition of the end)'
+      integer :: way, verdict
+
+      verdict = verdict_of(item%holds)
+      words = trim(verdict_names(verdict))
+      if (item%remark /= '') words = words//', '//item%remark
+      if (.not. item%has_end) return
+      way = fine
+      if (verdict == verdict_coarse) way = coarse
+      if (verdict == verdict_nodal) way = coarse_nodal
+      if (item%definitions(way) > 1 .and. item%definitions(way) < definition_count - 1) &
+         words = words//' (hangs on the definition of the end)'
    end function verdict_in_words
 
    !> How well a sequence is in order: share of the pairs that rise less those that fall (Kendall's rank correlation).

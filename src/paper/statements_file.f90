@@ -1,14 +1,21 @@
 !> The results file of the statements, and the same as text.
 module statements_file
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: make_folder, replace_file
    use hdf5_writing, only: hdf5_image_t
+   use kinds, only: wp
+   use number_text, only: to_text
    use paper_cases, only: way_count, way_t
+   use paper_convergence, only: convergence_t, reading_names
+   use paper_outcomes, only: end_levels, end_shares, never
+   use paper_series, only: series_names, series_t
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
    use statement_types, only: statements_t, verdict_in_words
-   use statements_tables, only: print_statements
+   use statements_study, only: study_t
+   use statements_tables, only: print_outcomes, print_statements
    implicit none (type, external)
    private
    public :: write_statements
@@ -18,28 +25,48 @@ module statements_file
 contains
 
    !> Write the file, whole or not at all.
-   subroutine write_statements(folder, version, scene, ways, list, error)
+   subroutine write_statements(folder, version, scene, study, error)
       !> Folder of the results
       character(*), intent(in) :: folder
       !> Version of the program
       character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
-      !> The ways
-      type(way_t), intent(in) :: ways(way_count)
-      !> The statements
-      type(statements_t), intent(in) :: list
+      !> The study
+      type(study_t), intent(in) :: study
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
       type(hdf5_image_t) :: image
-      character(text_room), dimension(size(list%item)) :: text, measure, detail, reason, verdict
       integer :: i
 
       call make_folder(folder, error)
       if (allocated(error)) return
       call begin_results(image, expected_bytes, version, scene)
+      call write_verdicts(image, study%ways, study%list)
+      do i = 1, size(study%series)
+         call write_series(image, trim(series_names(i)), study%ways, study%series(i))
+      end do
+      call write_convergence(image, study%convergence)
+      call image%end_group()
+      call finish_results(image, folder, scene, error)
+      if (allocated(error)) return
+      call write_text(folder, scene%name//'.txt', study, error)
+   end subroutine write_statements
+
+   !> The statements, with their verdicts; the group stays open.
+   subroutine write_verdicts(image, ways, list)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> The ways
+      type(way_t), intent(in) :: ways(way_count)
+      !> The statements
+      type(statements_t), intent(in) :: list
+
+      character(text_room), dimension(size(list%item)) :: text, measure, detail, reason, verdict
+      integer :: i
+
       call image%begin_group('statements')
       do i = 1, size(list%item)
          text(i) = list%item(i)%text
@@ -58,30 +85,118 @@ contains
       call image%add('reason', reason, 'none', 'why the paper and the program differ', along='statement')
       call image%add('verdict', verdict, 'none', &
                      'verdict', along='statement')
-      call image%add('definitions_agreeing', list%item%agreeing, '1', &
-                     'definitions of the end with the same verdict; 0: the end has no part in it', along='statement')
+      call image%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', along='statement')
       do i = 1, way_count
          call image%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
                         along='statement')
+         call image%add(name_of('definitions', i), list%item%definitions(i), '1', &
+                        'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
          call image%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '//trim(ways(i)%name), &
                         along='statement')
       end do
+   end subroutine write_verdicts
+
+   !> What was measured of the cases of one figure, [case, way]; what did not happen is NaN.
+   subroutine write_series(image, name, ways, series)
+      !> The file, in the group of the statements
+      type(hdf5_image_t), intent(inout) :: image
+      !> What is varied
+      character(*), intent(in) :: name
+      !> The ways
+      type(way_t), intent(in) :: ways(way_count)
+      !> The cases
+      type(series_t), intent(in) :: series
+
+      character(24) :: end_name
+      integer :: i
+
+      call image%begin_group('over_'//name)
+      call image%add(name, series%value, '1', 'what is varied', is_scale=.true.)
+      call image%add('way', [(i, i=1, way_count)], '1', 'one way of computing', is_scale=.true.)
+      call image%add('way_name', ways%name, 'none', 'name of the way', along='way')
+      do i = 1, size(end_levels)
+         write (end_name, '(a, i0)') 'end_level_', i
+         call add(trim(end_name), known(series%outcome%ends(i)), 'tau when |eta_c| last exceeds '//to_text(end_levels(i)))
+      end do
+      do i = 1, size(end_shares)
+         write (end_name, '(a, i0)') 'end_energy_', i
+         call add(trim(end_name), known(series%outcome%ends(size(end_levels) + i)), &
+                  'tau when the energy above rest last exceeds this share of the start''s: '//to_text(end_shares(i)))
+      end do
+      call add('first_impact', known(series%outcome%first_tau), 'first meeting with the stop, tau')
+      call add('main_peak', series%outcome%main_peak, 'highest rebound within a period, eta')
+      call add('indentation', series%outcome%indentation, 'deepest indentation, eta')
+      call add('first_contact', series%outcome%first_contact, 'length of the first contact that lasts, tau')
+      call add('contact_ratio', series%outcome%contact_ratio, 'time on the stop over time away')
+      call add('lost_at_impacts', series%outcome%lost_at_impacts, 'energy lost at impacts, of the energy to lose')
+      call add('created', series%outcome%created, 'energy created by the nodal reading, of the energy to lose')
+      call add('kinetic_at_first', series%outcome%kinetic_at_first, 'kinetic energy at the first impact, of the energy to lose')
+      call add('mass_in_impact', 1.0_wp/series%outcome%mobility, 'mass that takes part in an impact, of the beam')
+      call add('later_velocity', series%outcome%later_velocity, 'greatest velocity of approach after the main rebound')
+      call add('high_displacement', series%outcome%high_displacement, &
+               'part of the modes above the second in the displacement of the stop point early in the main rebound')
+      call add('high_velocity', series%outcome%high_velocity, 'the same part in its velocity')
+      call add('own_frequency', series%outcome%own_frequency, 'lowest frequency of the beam, in omega1')
       call image%end_group()
-      call finish_results(image, folder, scene, error)
-      if (allocated(error)) return
-      call write_text(folder, scene%name//'.txt', ways, list, error)
-   end subroutine write_statements
+
+   contains
+
+      !> One table.
+      subroutine add(dataset, values, long_name)
+         !> Its name, values and meaning
+         character(*), intent(in) :: dataset
+         real(wp), contiguous, intent(in) :: values(:, :)
+         character(*), intent(in) :: long_name
+
+         character(16) :: along(2)
+
+         along = 'way'
+         along(1) = name
+         call image%add(dataset, values, '1', long_name, along)
+      end subroutine add
+
+   end subroutine write_series
+
+   !> The value, or NaN if it is never.
+   elemental function known(value) result(number)
+      !> The value
+      real(wp), intent(in) :: value
+      real(wp) :: number
+
+      number = value
+      if (.not. value < never) number = ieee_value(1.0_wp, ieee_quiet_nan)
+   end function known
+
+   !> How the first example settles with the mesh.
+   subroutine write_convergence(image, convergence)
+      !> The file, in the group of the statements
+      type(hdf5_image_t), intent(inout) :: image
+      !> What was found
+      type(convergence_t), intent(in) :: convergence
+
+      character(*), parameter :: along(2) = [character(8) :: 'elements', 'reading']
+
+      call image%begin_group('convergence')
+      call image%add('elements', convergence%elements, '1', 'equal elements', is_scale=.true.)
+      call image%add('reading', [1, 2], '1', 'reading of the impulse: '//reading_names(1)//', '//reading_names(2), is_scale=.true.)
+      call image%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', along='elements')
+      call image%add('first_impact', convergence%first_tau, '1', 'first meeting with the stop, tau', along='elements')
+      call image%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
+      call image%add('quiet', known(convergence%quiet), '1', 'tau when |eta_c| last exceeds 0.02', along)
+      call image%add('spent', known(convergence%spent), '1', 'tau when 1 percent of the energy above rest is left', along)
+      call image%add('lost_at_impacts', convergence%lost, '1', 'energy lost at impacts, of the energy to lose', along)
+      call image%add('created', convergence%created, '1', 'energy created, of the energy to lose', along)
+      call image%end_group()
+   end subroutine write_convergence
 
    !> The table as a file of its own.
-   subroutine write_text(folder, name, ways, list, error)
+   subroutine write_text(folder, name, study, error)
       !> Folder of the results
       character(*), intent(in) :: folder
       !> Name of the file
       character(*), intent(in) :: name
-      !> The ways
-      type(way_t), intent(in) :: ways(way_count)
-      !> The statements
-      type(statements_t), intent(in) :: list
+      !> The study
+      type(study_t), intent(in) :: study
       !> Why the file could not be written
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -96,7 +211,8 @@ contains
          call fail(error, status_run_failed, 'cannot open a scratch file for '//name)
          return
       end if
-      call print_statements(unit, ways, list)
+      call print_statements(unit, study)
+      call print_outcomes(unit, study)
       rewind (unit)
       text = ''
       do

@@ -5,7 +5,8 @@ module statements_study
    use frequency_statements, only: judge_frequencies
    use kinds, only: wp
    use mass_and_taper_statements, only: judge_mass, judge_taper
-   use paper_cases, only: way_count, way_t
+   use paper_cases, only: coarse, fine, way_count, way_t
+   use paper_convergence, only: convergence_t, find_convergence
    use paper_series, only: compute_series, make_series, series_t, vary_mass, vary_position, vary_preload, vary_restitution, &
                            vary_stiffness, vary_taper, vary_zeta
    use place_and_damping_statements, only: judge_damping, judge_position
@@ -13,41 +14,57 @@ module statements_study
    use stop_statements, only: judge_models, judge_preload, judge_restitution
    implicit none (type, external)
    private
-   public :: judge_statements
+   public :: judge_statements, study_t
 
    integer, parameter :: series_count = 7
+
+   type :: study_t
+      type(way_t) :: ways(way_count)
+      type(statements_t) :: list
+      !> All that was computed, by the `vary_` constants
+      type(series_t) :: series(series_count)
+      type(convergence_t) :: convergence
+   end type study_t
 
 contains
 
    !> Compute all cases in every way and judge all statements, in their order.
-   subroutine judge_statements(ways, duration, list, error)
+   subroutine judge_statements(ways, duration, study, error)
       !> The ways
       type(way_t), intent(in) :: ways(way_count)
       !> Length of the runs, tau
       real(wp), intent(in) :: duration
-      !> The statements
-      type(statements_t), intent(out) :: list
+      !> The statements and what they stand on
+      type(study_t), intent(out) :: study
       !> Set when a run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(series_t) :: series(series_count)
+      integer, parameter :: coarsest = 4
+      ! the example has ended long before
+      real(wp), parameter :: longest_example = 40.0_wp
       integer :: i
 
+      study%ways = ways
       do i = 1, series_count
-         call make_series(i, series(i))
-         call compute_series(ways, duration, series(i), error)
+         call make_series(i, study%series(i))
+         call compute_series(ways, duration, study%series(i), error)
          if (allocated(error)) return
       end do
-      call judge_frequencies(list, error)
+      call find_convergence(min(coarsest, ways(coarse)%elements), 2*ways(fine)%elements, min(duration, longest_example), &
+                            study%convergence, error)
       if (allocated(error)) return
-      call judge_models(series(vary_stiffness), series(vary_zeta), 1, list)
-      call judge_preload(series(vary_preload), list)
-      call judge_restitution(series(vary_restitution), list)
-      call judge_position(series(vary_position), list)
-      call judge_damping(series(vary_zeta), list)
-      call judge_mass(series(vary_mass), list)
-      call judge_taper(series(vary_taper), list)
-      call judge_components(series, list)
+      call judge_frequencies(study%list, error)
+      if (allocated(error)) return
+      associate (series => study%series)
+         call judge_models(series(vary_stiffness), series(vary_zeta), 1, study%list)
+         call judge_preload(series(vary_preload), study%list)
+         call judge_restitution(series(vary_restitution), study%list)
+         call judge_position(series(vary_position), study%list)
+         call judge_damping(series(vary_zeta), study%list)
+         call judge_mass(series(vary_mass), study%list)
+         call judge_taper(series(vary_taper), study%list)
+         call judge_components(series, study%list)
+      end associate
    end subroutine judge_statements
 
 end module statements_study

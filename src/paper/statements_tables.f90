@@ -2,45 +2,98 @@
 module statements_tables
    use kinds, only: wp
    use paper_cases, only: way_count, way_t
+   use paper_convergence, only: reading_names
    use paper_outcomes, only: definition_count
-   use statement_types, only: number, statement_t, statements_t, verdict_in_words, verdict_names, verdict_of
+   use paper_series, only: series_signs
+   use statement_types, only: number, statement_t, verdict_in_words, verdict_names, verdict_of
+   use statements_study, only: study_t
    implicit none (type, external)
    private
-   public :: print_statements
+   public :: print_statements, print_outcomes
 
    integer, parameter :: width = 116
 
 contains
 
    !> Print all statements.
-   subroutine print_statements(unit, ways, list)
+   subroutine print_statements(unit, study)
       !> Where to
       integer, intent(in) :: unit
-      !> The ways
-      type(way_t), intent(in) :: ways(way_count)
-      !> The statements
-      type(statements_t), intent(in) :: list
+      !> The study
+      type(study_t), intent(in) :: study
 
       integer :: i, k
 
-      do i = 1, size(list%item)
-         associate (item => list%item(i))
+      do i = 1, size(study%list%item)
+         associate (item => study%list%item(i), ways => study%ways)
             call print_wrapped(unit, trim(item%label), item%text//' -- '//verdict_in_words(item))
             call print_wrapped(unit, '', item%measure//':')
             call print_wrapped(unit, '', figures(item, ways))
             call print_wrapped(unit, '', item%detail)
             if (item%reason /= '') call print_wrapped(unit, '', 'Why: '//item%reason//'.')
-            if (item%agreeing > 0) call print_wrapped(unit, '', 'The verdict is the same for '// &
-               number(real(item%agreeing, wp), 0)//' of '//number(real(definition_count, wp), 0)//' definitions of the end.')
             write (unit, '(a)') ''
          end associate
       end do
       write (unit, '(a)') 'Verdicts:'
       do k = 1, size(verdict_names)
-         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(list%item(i)%holds) == k, i=1, size(list%item))]), &
+         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%list%item(i)%holds) == k, i=1, size(study%list%item))]), &
             trim(verdict_names(k))
       end do
    end subroutine print_statements
+
+   !> All that was computed: how the example settles with the mesh, then the ends of every case in every way.
+   subroutine print_outcomes(unit, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The study
+      type(study_t), intent(in) :: study
+
+      integer :: i, k, way, definition
+      character(12) :: cells(definition_count)
+
+      associate (c => study%convergence)
+         write (unit, '(/, a)') 'The first example (uniform, zeta = 0.001, eps = 0.6) on finer meshes, exact motion'
+         write (unit, '(a6, a14, a16, 2x, a10, 5a14)') 'n', 'first impact', 'mass in impact', 'reading', 'main peak', &
+            '|eta| > 2 %', 'energy < 1 %', 'lost, impacts', 'created'
+         do k = 1, size(reading_names)
+            do i = 1, size(c%elements)
+               write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), c%first_tau(i), c%mass(i), &
+                  reading_names(k), c%main_peak(i, k), adjustr(padded(number(c%quiet(i, k), 4), 14)), &
+                  adjustr(padded(number(c%spent(i, k), 4), 14)), c%lost(i, k), c%created(i, k)
+            end do
+         end do
+      end associate
+      write (unit, '(/, a)') 'Every case in every way: the end by six definitions (|eta_c| last exceeds a level, energy above rest'
+      write (unit, '(a)') 'falls to a share), then: highest main rebound, energy lost at impacts and created, part of the modes'
+      write (unit, '(a)') 'above the second in displacement and velocity of the stop point early in that rebound'
+      do i = 1, size(study%series)
+         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_signs(i), 'way                   ', 'eta 5 %', 'eta 2 %', 'eta 1 %', &
+            'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
+         do k = 1, size(study%series(i)%cases)
+            do way = 1, way_count
+               associate (outcome => study%series(i)%outcome(k, way))
+                  do definition = 1, definition_count
+                     cells(definition) = number(outcome%ends(definition), 2)
+                  end do
+                  write (unit, '(g10.4, a22, 6a9, 5f10.4)') study%series(i)%value(k), study%ways(way)%name, &
+                     (adjustr(cells(definition)(:9)), definition=1, definition_count), outcome%main_peak, &
+                     outcome%lost_at_impacts, outcome%created, outcome%high_displacement, outcome%high_velocity
+               end associate
+            end do
+         end do
+      end do
+   end subroutine print_outcomes
+
+   !> Words with blanks behind them.
+   pure function padded(words, length) result(cell)
+      !> The words
+      character(*), intent(in) :: words
+      !> Length with the blanks
+      integer, intent(in) :: length
+      character(length) :: cell
+
+      cell = words
+   end function padded
 
    !> The deciding figure by way, each with yes or no.
    function figures(item, ways) result(text)
@@ -53,14 +106,20 @@ contains
       integer :: way
 
       text = ''
-      if (maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. (all(item%holds) .or. .not. any(item%holds))) then
+      if (.not. item%has_end .and. maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. &
+          (all(item%holds) .or. .not. any(item%holds))) then
          text = in_short(item%figure(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
          return
       end if
       do way = 1, way_count
          if (way > 1) text = text//'; '
-         text = text//trim(ways(way)%name)//' '//in_short(item%figure(way))//trim(merge(' (yes)', ' (no) ', item%holds(way)))
+         text = text//trim(ways(way)%name)//' '//in_short(item%figure(way))//' ('//trim(merge('yes', 'no ', item%holds(way)))
+         if (item%has_end) text = text//', '//number(real(item%definitions(way), wp), 0)//' of ' &
+            //number(real(definition_count, wp), 0)
+         text = text//')'
       end do
+      if (item%has_end) text = text//'; in brackets by how many of the '//number(real(definition_count, wp), 0) &
+         //' definitions of the end'
    end function figures
 
    !> Four digits.

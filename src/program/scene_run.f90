@@ -25,9 +25,8 @@ module scene_run
    use scene_beam_model, only: model_of
    use scene_reader, only: read_scene
    use scene_types, only: method_exact, scene_t
-   use statement_types, only: statements_t
    use statements_file, only: write_statements
-   use statements_study, only: judge_statements
+   use statements_study, only: judge_statements, study_t
    use statements_tables, only: print_statements
    use sweep_ranks, only: is_first_rank
    use sweep_study, only: run_sweep
@@ -209,17 +208,17 @@ contains
       !> Set when a run fails or a file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
-      type(statements_t) :: list
+      type(study_t) :: study
       type(way_t) :: ways(way_count)
 
       if (.not. quiet) call start_progress('impactbeam: '//scene%name)
       call make_ways(scene%statements%elements, scene%statements%fine_elements, ways)
-      call judge_statements(ways, scene%statements%duration, list, error)
+      call judge_statements(ways, scene%statements%duration, study, error)
       call stop_progress()
       if (allocated(error)) return
-      call write_statements(folder, program_version, scene, ways, list, error)
+      call write_statements(folder, program_version, scene, study, error)
       if (allocated(error) .or. quiet) return
-      call print_statements(output_unit, ways, list)
+      call print_statements(output_unit, study)
    end subroutine run_statements_scene
 
 end module scene_run
