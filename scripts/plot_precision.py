@@ -1,0 +1,152 @@
+#!/usr/bin/python3
+"""Plot studies of run time against error (&precision): the error of the motion over the time of a run, one
+curve a method, one panel a study; where a file compares eigen-solvers, the error of lambda_1 over the time
+of a solve; with --growth, how cost grows. Computes nothing."""
+
+import argparse
+from pathlib import Path
+
+import impactbeam_plots as plots
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import NullFormatter
+
+NAMES = {
+    "exact": "exact motion",
+    "average_acceleration": "Newmark, 1/4",
+    "linear_acceleration": "Newmark, 1/6",
+    "explicit": "Newmark, 0",
+}
+ERRORS = {
+    "history": r"error of the history $\eta(\tau)$",
+    "impact_tau": r"error of the first impact, $\Delta\tau$",
+    "impact_velocity": "error of the first impact's velocity",
+    "energy": "error of the energy",
+    "impulse": "error of the contact impulse",
+}
+ROUNDING = 2.0**-53
+
+
+def texts(dataset):
+    """A list of texts of the file."""
+    return np.array([plots.text_of(value).strip() for value in dataset[:]])
+
+
+def draw_motion(panel, study, error, hop):
+    """The curves of one study."""
+    group = study["motion"]
+    methods, varied = texts(group["method"]), texts(group["varied"])
+    seconds, errors = group["seconds"][:], group[f"error_{error}"][:]
+    for number, (method, name) in enumerate(NAMES.items()):
+        mine = (methods == method) & ((varied == "step") | (varied == hop)) & (seconds > 0.0)
+        if not mine.any():
+            continue
+        panel.loglog(
+            seconds[mine] * 1e3,
+            np.maximum(errors[mine], ROUNDING),
+            color=plots.COLOURS[number],
+            linestyle=plots.DASHES[number],
+            marker=plots.MARKERS[number],
+            markersize=3.5,
+            label=name,
+        )
+    panel.set_xlabel("time of a run, ms")
+    panel.set_ylim(1e-17, 1.0)
+    panel.axhline(ROUNDING, color="0.6", linewidth=0.6)
+
+
+def draw_solvers(panel, studies):
+    """Errors of lambda_1 over the time of a solve, all files together."""
+    columns = []
+    for group in studies:
+        columns += zip(
+            texts(group["solver"]), group["ratio"][:], group["elements"][:], group["seconds"][:], group["error_first"][:]
+        )
+    solvers = list(dict.fromkeys(solver for solver, *_ in columns))
+    ratios = sorted({ratio for _, ratio, *_ in columns})
+    for number, solver in enumerate(solvers):
+        for dashes, ratio in zip(plots.DASHES, ratios):
+            points = [(s, e) for name, r, _, s, e in columns if (name, r) == (solver, ratio) and e >= 0.0]
+            if not points:
+                continue
+            panel.loglog(
+                [s * 1e3 for s, _ in points],
+                [max(e, ROUNDING) for _, e in points],
+                color=plots.COLOURS[number],
+                linestyle=dashes,
+                marker=plots.MARKERS[number],
+                markersize=3.5,
+                label=f"{solver}, r = {ratio:g}",
+            )
+    panel.axhline(ROUNDING, color="0.6", linewidth=0.6)
+    panel.set_xlabel("time of a solve, ms")
+    panel.set_ylabel(r"error of $\lambda_1$, relative")
+    panel.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+
+
+def draw_growth(study, title):
+    """A panel for each abscissa of the curves of growth."""
+    curves = [study[f"growth/curve_{i + 1}"] for i in range(len(study["growth"]))]
+    names = [plots.text_of(curve["x"].attrs["long_name"]) for curve in curves]
+    times = [curve for curve in curves if plots.text_of(curve["y"].attrs["units"]) == "s"]
+    kinds = [name for name in dict.fromkeys(names)]
+    figure, panels = plt.subplots(1, len(kinds), figsize=(2.9 * len(kinds), 3.6), squeeze=False)
+    for panel, kind in zip(panels[0], kinds):
+        mine = [curve for curve, name in zip(curves, names) if name == kind and curve in times]
+        for number, curve in enumerate(mine):
+            panel.loglog(
+                curve["x"][:],
+                curve["y"][:],
+                color=plots.COLOURS[number],
+                linestyle=plots.DASHES[number],
+                marker=plots.MARKERS[number],
+                markersize=3.5,
+                label=f"{plots.text_of(curve.attrs['name'])}: {float(curve.attrs['exponent']):.2f}",
+            )
+        panel.xaxis.set_minor_formatter(NullFormatter())
+        panel.yaxis.set_minor_formatter(NullFormatter())
+        panel.set_xlabel({"duration": r"length of the run, $\tau$"}.get(kind, f"number of {kind}"))
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, handlelength=2.2)
+    panels[0][0].set_ylabel("time, s; fitted exponents below")
+    panels[0][0].set_title(title)
+    figure.tight_layout()
+    return figure
+
+
+def main():
+    """Read the command line, draw, write the picture."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", type=Path, nargs="+", help="results files of scenes with &precision")
+    parser.add_argument("--error", choices=list(ERRORS), default="history", help="which error of the motion")
+    parser.add_argument("--growth", action="store_true", help="growth of cost, of the first file")
+    parser.add_argument("--out", type=Path, help="picture; default: the first file with the ending .png")
+    arguments = parser.parse_args()
+
+    files = [plots.open_results(path) for path in arguments.files]
+    studies = [plots.group_of(file, "precision", "&precision") for file in files]
+    motions = [(file, study) for file, study in zip(files, studies) if "motion" in study]
+    if arguments.growth:
+        if "growth" not in studies[0] or len(studies[0]["growth"]) == 0:
+            raise plots.Unplottable(f"{files[0].filename}: has no growth: &precision has no scaling_elements")
+        figure = draw_growth(studies[0], plots.title_of(files[0]))
+    elif motions:
+        figure, panels = plt.subplots(
+            1, len(motions), figsize=(max(plots.WIDTH, 3.2 * len(motions)), 3.9), sharey=True, squeeze=False
+        )
+        for panel, (file, study) in zip(panels[0], motions):
+            steps = texts(study["motion/varied"])
+            hops = (steps == "hop_tolerance").sum() > 1
+            draw_motion(panel, study, arguments.error, "hop_tolerance" if hops else "mode_tolerance")
+            panel.set_title(plots.title_of(file))
+        panels[0][0].set_ylabel(ERRORS[arguments.error])
+        panels[0][-1].legend(loc="best")
+        figure.tight_layout()
+    else:
+        figure, panel = plt.subplots(figsize=(plots.WIDTH, 3.9))
+        draw_solvers(panel, [plots.group_of(study, "solvers", "&frequencies") for study in studies])
+        panel.set_title(plots.title_of(files[0]))
+    plots.save(figure, arguments.out or arguments.files[0].with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)
