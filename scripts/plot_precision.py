@@ -103,6 +103,9 @@ def draw_growth(study, title):
                 markersize=3.5,
                 label=f"{plots.text_of(curve.attrs['name'])}: {float(curve.attrs['exponent']):.2f}",
             )
+        for axis, limits in ((panel.xaxis, panel.set_xlim), (panel.yaxis, panel.set_ylim)):
+            low, high = np.log10(axis.get_data_interval())
+            limits(10.0 ** np.floor(low), 10.0 ** np.ceil(high))
         panel.xaxis.set_minor_formatter(NullFormatter())
         panel.yaxis.set_minor_formatter(NullFormatter())
         panel.set_xlabel({"duration": r"length of the run, $\tau$"}.get(kind, f"number of {kind}"))
