@@ -27,7 +27,8 @@ SYMBOLS = {
     "tip_mass_ratio": r"\mu", "taper": r"\alpha", "stiffness_ratio": r"\kappa", "branch_ratio": r"\beta",
     "damper_ratio": r"c^*",
 }
-GREYS = ["#000000", "#b5431c", "#1f5fa8", "#7a9a2f", "#7b4a8f", "#8a8a8a", "#c9a227"]
+CURVE_COLOURS = plots.COLOURS + ["#c9a227"]
+CURVE_MARKERS = plots.MARKERS + ["X"]
 PEAKS = "fig10"
 FRAME_TAU = 0.04
 FRAMES_A_SECOND = 20
@@ -103,10 +104,10 @@ def draw_peaks(files):
         axes.set_visible(False)
     for axes, cases in zip(grid.flat, files):
         for number, case in enumerate(cases.cases):
-            colour = GREYS[number % len(GREYS)]
+            colour = CURVE_COLOURS[number % len(CURVE_COLOURS)]
             axes.plot(*case.peaks, color=colour, linewidth=0.7, label=case.label, markersize=3.6,
                       linestyle=plots.DASHES[number % len(plots.DASHES)],
-                      marker=(plots.MARKERS + ["X"])[number % 7], markerfacecolor="white", markeredgecolor=colour,
+                      marker=CURVE_MARKERS[number % len(CURVE_MARKERS)], markerfacecolor="white", markeredgecolor=colour,
                       markeredgewidth=0.8)
         axes.set_yscale("log")
         axes.set_ylim(0.018, 1.3)

@@ -3,7 +3,7 @@ module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
    use paper_cases, only: case_t, way_t
-   use paper_outcomes, only: find_outcome, outcome_t
+   use paper_outcomes, only: energy_end, find_outcome, outcome_t, usual_end
    use scene_types, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
    private
@@ -32,7 +32,7 @@ contains
 
    !> Run the example on a chain of meshes.
    subroutine find_convergence(coarsest, finest, duration, convergence, error)
-      !> Elements of the coarsest mesh, which is halved until there are about as many as these
+      !> Elements of the coarsest mesh; they are halved while there are no more than these
       integer, intent(in) :: coarsest
       integer, intent(in) :: finest
       !> Length of the runs, tau
@@ -43,7 +43,6 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer, parameter :: readings(2) = [impulse_momentum, impulse_nodal]
-      integer, parameter :: quiet_end = 2, spent_end = 5
       type(outcome_t) :: outcome
       integer :: i, k, meshes
 
@@ -62,8 +61,8 @@ contains
             convergence%mass(i) = 1.0_wp/outcome%mobility
             convergence%first_tau(i) = outcome%first_tau
             convergence%main_peak(i, k) = outcome%main_peak
-            convergence%quiet(i, k) = outcome%ends(quiet_end)
-            convergence%spent(i, k) = outcome%ends(spent_end)
+            convergence%quiet(i, k) = outcome%ends(usual_end)
+            convergence%spent(i, k) = outcome%ends(energy_end)
             convergence%lost(i, k) = outcome%lost_at_impacts
             convergence%created(i, k) = outcome%created
          end do

@@ -13,12 +13,15 @@ module paper_outcomes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, most_modes, never
+   public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, usual_end, energy_end, most_modes, never
 
    !> The motion has ended when |eta_c| last exceeds one of these,
    real(wp), parameter :: end_levels(3) = [0.05_wp, 0.02_wp, 0.01_wp]
    !> or when the energy above rest has fallen to one of these shares of the start's.
    real(wp), parameter :: end_shares(3) = [0.05_wp, 0.01_wp, 0.002_wp]
+   !> The two by which figures are told: |eta_c| last exceeds 2 percent, 1 percent of the energy is left.
+   integer, parameter :: usual_end = 2
+   integer, parameter :: energy_end = size(end_levels) + 2
    integer, parameter :: definition_count = size(end_levels) + size(end_shares)
 
    !> Modes whose part is measured.

@@ -2,16 +2,12 @@
 module place_and_damping_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
-   use paper_outcomes, only: definition_count
+   use paper_outcomes, only: definition_count, energy_end, usual_end
    use paper_series, only: ends_of, series_t
    use statement_types, only: add_statement, add_statement_of_ends, listed, order, statements_t
    implicit none (type, external)
    private
    public :: judge_position, judge_damping
-
-   !> |eta_c| last exceeds 2 percent; the energy above rest has fallen to 1 percent.
-   integer, parameter :: usual_end = 2
-   integer, parameter :: energy_end = 5
 
 contains
 
