@@ -73,7 +73,12 @@ contains
       call make_folder(folder, error)
       if (allocated(error)) return
       call begin_results(image, expected_size(response), version, scene)
-      call write_run(image, scene, node_position, frequencies, response, measures)
+      ! the sanitizer takes an absent array handed on for one that is read
+      if (present(node_position)) then
+         call write_run(image, scene, node_position, frequencies, response, measures)
+      else
+         call write_run(image, scene, frequencies=frequencies, response=response, measures=measures)
+      end if
       call finish_results(image, folder, scene, error)
    end subroutine write_results
 
