@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 """Draw the paper's tables and figures, an animation of the first impact, and a contact sheet of them all.
 
-    impactbeam inputs/fig*.nml inputs/table*.nml
-    scripts/plot_paper.py results/fig*.h5 results/table*.h5 --out results/paper
+    impactbeam inputs/fig*.nml inputs/table*.nml inputs/statements.nml
+    scripts/plot_paper.py results/fig*.h5 results/table*.h5 results/statements.h5 --out results/paper
 
 Files with several cases give a panel a case; files with shapes give the beam before, at and after the impact, and its
-animation; tables give their errors; all cases together give the peaks of their rebounds (figure 10). Plots what the
-results files hold; between nodes the beam is the cubic of its elements.
+animation; tables give their errors, statements their verdicts; all cases together give the peaks of their rebounds
+(figure 10). Plots what the results files hold; between nodes the beam is the cubic of its elements.
 """
 
 import argparse
@@ -234,6 +234,54 @@ def animate(shapes, path):
     print(path)
 
 
+class Verdicts:
+    """The statements of one file, the condition on each by way of computing."""
+
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            group = file["statements"]
+            self.title = plots.title_of(file)
+            self.ways = [plots.text_of(name) for name in group["way_name"][()]]
+            self.labels = [plots.text_of(label) for label in group["label"][()]]
+            self.texts = [plots.text_of(text) for text in group["text"][()]]
+            self.verdicts = [plots.text_of(verdict) for verdict in group["verdict"][()]]
+            self.holds = [group[f"holds_{number + 1}"][()] for number in range(len(self.ways))]
+            self.definitions = [group[f"definitions_{number + 1}"][()] for number in range(len(self.ways))]
+            self.has_end = group["has_end"][()]
+            self.definition_count = int(group["has_end"].attrs["definitions_of_the_end"])
+
+
+def draw_verdicts(verdicts):
+    """A square for each statement and way: filled where it holds; with the definitions of the end that affirm."""
+    rows = len(verdicts.labels)
+    figure, axes = plt.subplots(figsize=(plots.WIDTH * 1.45, 0.235 * rows + 1.3))
+    for row in range(rows):
+        for way in range(len(verdicts.ways)):
+            holds = bool(verdicts.holds[way][row])
+            axes.add_patch(patches.Rectangle((way - 0.42, row - 0.38), 0.84, 0.76, edgecolor="#555555", linewidth=0.5,
+                                             facecolor="#1f5fa8" if holds else "white"))
+            if verdicts.has_end[row]:
+                axes.text(way, row, f"{verdicts.definitions[way][row]}/{verdicts.definition_count}", ha="center",
+                          va="center_baseline", fontsize=6.5, color="white" if holds else "black")
+        axes.text(-0.75, row, f"{verdicts.labels[row]}  {clipped(verdicts.texts[row], 84)}", ha="right",
+                  va="center_baseline", fontsize=8)
+        axes.text(len(verdicts.ways) - 0.35, row, clipped(verdicts.verdicts[row].split(" (")[0], 76), ha="left",
+                  va="center_baseline", fontsize=8)
+    for way, name in enumerate(verdicts.ways):
+        axes.text(way - 0.1, -0.75, name, rotation=50, ha="left", va="bottom", fontsize=8)
+    axes.set(xlim=(-0.5, len(verdicts.ways) - 0.5), ylim=(rows - 0.4, -0.6))
+    axes.set_axis_off()
+    axes.text(-0.75, rows + 0.25, "filled: holds; numbers: by so many definitions of the end of the motion", ha="right",
+              va="center", fontsize=7.5, style="italic")
+    figure.subplots_adjust(left=0.56, right=0.8)
+    return figure
+
+
+def clipped(text, length):
+    """A text of at most this length."""
+    return text if len(text) <= length else text[:length - 1].rsplit(" ", 1)[0] + " \u2026"
+
+
 def draw_sheet(pictures):
     """All pictures on one page."""
     columns = 4
@@ -269,6 +317,9 @@ def draw_file(path, folder, pictures, films):
         pictures.append(picture)
         if films:
             animate(shapes, picture.with_suffix(".gif"))
+    elif "statements" in kinds:
+        plots.save(draw_verdicts(Verdicts(path)), picture)
+        pictures.append(picture)
     elif "frequencies" in kinds and "response" not in kinds:
         plots.save(plot_frequencies.draw(path), picture)
         pictures.append(picture)

@@ -9,7 +9,7 @@ module statements_file
    use number_text, only: to_text
    use paper_cases, only: way_count, way_t
    use paper_convergence, only: convergence_t, reading_names
-   use paper_outcomes, only: end_levels, end_shares, never
+   use paper_outcomes, only: definition_count, end_levels, end_shares, never
    use paper_series, only: series_names, series_t
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
@@ -86,6 +86,7 @@ contains
       call image%add('verdict', verdict, 'none', &
                      'verdict', along='statement')
       call image%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', along='statement')
+      call image%note('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, way_count
          call image%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
                         along='statement')
