@@ -43,6 +43,9 @@ class Case:
         response, measures = group["response"], group["measures"]
         self.tau, self.eta = response["tau"][()], response["eta_stop"][()]
         self.contacts = list(zip(measures["contact_start"][()], measures["contact_end"][()]))
+        events = group["events"]
+        names = plots.text_of(events["kind"].attrs["flag_meanings"]).split()
+        self.impacts = events["tau"][()][events["kind"][()] == names.index("impact") + 1]
         self.peaks = (measures["peak_tau"][()], measures["peak"][()]) if "peak" in measures else ([], [])
 
     def number(self):
@@ -79,15 +82,20 @@ def draw_cases(cases):
         shade_contacts(axes, case)
         axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
         axes.plot(case.tau, case.eta, color="black", linewidth=0.9)
-        axes.set_ylim(min(-0.15, 1.25 * lowest), 1.15)
+        bottom = min(-0.15, 1.25 * lowest)
+        axes.vlines(case.impacts, -0.105, -0.03, color=plots.COLOURS[1], linewidth=0.8, zorder=3)
+        axes.set_ylim(bottom, 1.15)
         axes.yaxis.set_major_locator(ticker.FixedLocator([0.0, 0.5, 1.0]))
         axes.yaxis.set_minor_locator(ticker.MultipleLocator(0.1))
         axes.set_ylabel(r"$\eta$")
         axes.text(0.985, 0.9, case.label, transform=axes.transAxes, ha="right", va="top", zorder=5,
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.2})
     grid[0, 0].set_title(cases.title)
-    handle = patches.Patch(facecolor=plots.CONTACT, label="contact")
-    grid[0, 0].legend(handles=[handle], loc="lower right", bbox_to_anchor=(1.01, 0.97), borderaxespad=0.0)
+    handles = [patches.Patch(facecolor=plots.CONTACT, label="contact")]
+    if any(len(case.impacts) for case in cases.cases):
+        handles.insert(0, plt.Line2D([], [], linestyle="none", marker="|", markersize=6, color=plots.COLOURS[1], label="impact"))
+    grid[0, 0].legend(handles=handles, loc="lower right", bbox_to_anchor=(1.01, 0.97), borderaxespad=0.0, ncol=len(handles),
+                      columnspacing=1.4, handletextpad=0.4)
     grid[-1, 0].set_xlabel(r"time $\tau = \omega_1 t$")
     grid[-1, 0].set_xlim(0.0, max(case.tau[-1] for case in cases.cases))
     set_ticks(grid[-1, 0].xaxis, 10)
