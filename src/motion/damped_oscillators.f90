@@ -6,7 +6,7 @@ module damped_oscillators
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
-   public :: apply_step, propagate_lanes, padded, lanes
+   public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent
 
    type :: oscillators_t
       !> Number of oscillators
@@ -19,6 +19,8 @@ module damped_oscillators
       real(wp), allocatable :: frequency(:)
       !> The first of them are underdamped: 1 ... oscillating
       integer :: oscillating = 0
+      !> So many are not so far beyond critical damping that their two exponents must be told apart
+      integer :: blended = 0
       !> Underdamped: decay zeta W^2; else the slow root's rate W^2/(a + s) > 0, [count, then ones
       !> up to `padded`]
       real(wp), allocatable :: decay(:)
@@ -32,6 +34,9 @@ module damped_oscillators
 
    !> Sines and exponentials are taken so many at a time: the widest vectors of today's processors.
    integer, parameter :: lanes = 8
+
+   !> Damping ratio above which the two exponents differ by a factor of four or more.
+   real(wp), parameter :: least_separated = 1.25_wp
 
    !> exp(-x) below this is nothing, but still a normal number, which is quicker.
    real(wp), parameter :: greatest_exponent = 700.0_wp
@@ -67,6 +72,7 @@ contains
          oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
             xi = zeta*oscillators%frequency(i)
+            if (xi < least_separated) oscillators%blended = i
             if (xi < 1.0_wp) then
                oscillators%oscillating = i
                oscillators%decay(i) = zeta*square(i)

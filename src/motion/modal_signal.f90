@@ -4,7 +4,7 @@
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
    use certified_search, only: certified_signal_t, falls_to_zero, local_t
-   use damped_oscillators, only: lanes, oscillators_t, padded, propagate, propagate_lanes
+   use damped_oscillators, only: greatest_exponent, lanes, oscillators_t, padded, propagate, propagate_lanes
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -82,9 +82,10 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      real(wp), dimension(size(self%lane_weight)) :: z0, v0, z, v, a, jerk, snap, swing, swing_a, swing_jerk
+      real(wp), dimension(size(self%lane_weight)) :: z0, v0, z, v, a, jerk, snap, swing, swing_a, swing_jerk, slow, fast
       real(wp) :: magnitude, surface, signal, rest, slope
-      integer :: k
+      integer :: k, last
+      logical :: separates
 
       associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
                  n => self%oscillators%count)
@@ -92,7 +93,13 @@ contains
          v0(n + 1:) = 0.0_wp
          z0(:n) = self%z
          v0(:n) = self%v
-         call propagate_lanes(oscillators, t, z0, v0, z, v)
+         last = padded(oscillators%blended)
+         separates = oscillators%blended < n
+         call propagate_lanes(oscillators, t, z0(:last), v0(:last), z(:last), v(:last))
+         if (separates) then
+            call separate(oscillators, weight, self%offset, self%start_order > 1, t, z0, v0, slow, fast)
+            call join(oscillators, slow, fast, z, v)
+         end if
          call sum_up(weight, t, z, v, signal, slope, magnitude)
          here%signal = self%offset + signal
          here%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
@@ -102,6 +109,10 @@ contains
             a = -square*(z + oscillators%two_zeta*v)
             z = v
             v = a
+            if (separates) then
+               call advance(oscillators, slow, fast)
+               call join(oscillators, slow, fast, z, v)
+            end if
          end do
          if (order > 0) then
             call sum_up(weight, 0.0_wp, z, v, here%value, slope, magnitude)
@@ -111,6 +122,13 @@ contains
          call differentiate(square, oscillators%two_zeta, z, v, a, jerk, snap)
          call bound_terms(oscillators, weight, z, v, swing)
          call bound_terms(oscillators, weight, a, jerk, swing_a)
+         if (separates) then
+            call bound_separate(oscillators, weight, slow, fast, swing)
+            call advance(oscillators, slow, fast)
+            call advance(oscillators, slow, fast)
+            call join(oscillators, slow, fast, a, jerk)
+            call bound_separate(oscillators, weight, slow, fast, swing_a)
+         end if
          if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - sum(swing)
          here%bound = sum(swing_a)
          here%bound_both = here%bound
@@ -128,11 +146,116 @@ contains
          end if
          if (order == 0 .and. here%floor > here%rounding) return
          call bound_terms(oscillators, weight, jerk, snap, swing_jerk)
+         if (separates) then
+            call advance(oscillators, slow, fast)
+            call bound_separate(oscillators, weight, slow, fast, swing_jerk)
+         end if
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
          here%free = free_step(weight*z, weight*v, weight*a, swing, swing_a, swing_jerk, rest, -self%rate*surface, &
                                here%value, here%slope)
       end associate
    end subroutine look
+
+   !> The two exponentials of the modes far beyond critical damping. Their derivatives are taken one by one: in
+   !> the equation of motion z and 2 zeta z' of the slow one cancel, and what is left is rounding error.
+   !>
+   !> Where high derivatives decide (a start at rest), fast exponentials that are lost in the rounding error of the sum
+   !> are left out: in a derivative that error would be all there is.
+   pure subroutine separate(oscillators, weight, offset, drops, t, z0, v0, slow, fast)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> Weights, [padded], and what is added to the sum
+      real(wp), contiguous, intent(in) :: weight(:)
+      real(wp), intent(in) :: offset
+      !> Leave out what is lost in rounding
+      logical, intent(in) :: drops
+      !> Instant
+      real(wp), intent(in) :: t
+      !> State at time 0, [padded]
+      real(wp), contiguous, intent(in) :: z0(:)
+      real(wp), contiguous, intent(in) :: v0(:)
+      !> A exp(-slow t), B exp(-fast t), [padded]; those of blended modes mean nothing
+      real(wp), contiguous, intent(out) :: slow(:)
+      real(wp), contiguous, intent(out) :: fast(:)
+
+      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
+      real(wp), dimension(size(z0)) :: slow_factor, fast_factor
+      real(wp) :: amplitude, least
+      integer :: i, first
+
+      first = lanes*(oscillators%blended/lanes) + 1
+      least = 0.0_wp
+      if (drops) least = 0.25_wp*epsilon(1.0_wp)*(abs(offset) + sum(abs(weight*z0)))/real(size(z0), wp)
+      do i = first, size(z0)
+         slow_factor(i) = exp(-min(oscillators%decay(i)*t, greatest_exponent))
+      end do
+      do i = first, size(z0)
+         fast_factor(i) = exp(-min((oscillators%decay(i) + 2.0_wp*oscillators%spread(i))*t, greatest_exponent))
+      end do
+      !$omp simd private(amplitude)
+      do i = first, size(z0)
+         amplitude = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + oscillators%decay(i)*z0(i))
+         amplitude = merge(amplitude, 0.0_wp, abs(weight(i)*amplitude) > least)
+         slow(i) = (z0(i) - amplitude)*slow_factor(i)
+         fast(i) = amplitude*fast_factor(i)
+      end do
+   end subroutine separate
+
+   !> One derivative further.
+   pure subroutine advance(oscillators, slow, fast)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> From `separate`, [padded]
+      real(wp), contiguous, intent(inout) :: slow(:)
+      real(wp), contiguous, intent(inout) :: fast(:)
+
+      integer :: i
+
+      do i = lanes*(oscillators%blended/lanes) + 1, size(slow)
+         slow(i) = -oscillators%decay(i)*slow(i)
+         fast(i) = -(oscillators%decay(i) + 2.0_wp*oscillators%spread(i))*fast(i)
+      end do
+   end subroutine advance
+
+   !> Value and slope from the two exponentials, where they are told apart.
+   pure subroutine join(oscillators, slow, fast, z, v)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> From `separate`, [padded]
+      real(wp), contiguous, intent(in) :: slow(:)
+      real(wp), contiguous, intent(in) :: fast(:)
+      !> Their sum and its slope; those of blended modes stay, [padded]
+      real(wp), contiguous, intent(inout) :: z(:)
+      real(wp), contiguous, intent(inout) :: v(:)
+
+      real(wp) :: rate
+      integer :: i
+
+      do i = oscillators%blended + 1, size(slow)
+         rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
+         z(i) = slow(i) + fast(i)
+         v(i) = -oscillators%decay(i)*slow(i) - rate*fast(i)
+      end do
+   end subroutine join
+
+   !> Their bounds from now on.
+   pure subroutine bound_separate(oscillators, weight, slow, fast, terms)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> Weights, [padded]
+      real(wp), contiguous, intent(in) :: weight(:)
+      !> From `separate`, [padded]
+      real(wp), contiguous, intent(in) :: slow(:)
+      real(wp), contiguous, intent(in) :: fast(:)
+      !> The bounds; those of blended modes stay, [padded]
+      real(wp), contiguous, intent(inout) :: terms(:)
+
+      integer :: i
+
+      do i = oscillators%blended + 1, size(slow)
+         terms(i) = abs(weight(i))*(abs(slow(i)) + abs(fast(i)))
+      end do
+   end subroutine bound_separate
 
    !> The sum of all terms, its slope, and what its rounding error is measured by.
    pure subroutine sum_up(weight, t, z, v, value, slope, magnitude)
