@@ -136,6 +136,7 @@ contains
       !> Read and resolved but for the sweep
       type(scene_t), intent(inout) :: scene
 
+      character(*), parameter :: others(3) = [character(10) :: 'cases', 'precision', 'statements']
       integer :: k, used
 
       if (scene%wants_best .and. .not. scene%wants_sweep) &
@@ -149,6 +150,10 @@ contains
          call input%complain('output', '', 'does not go with &sweep: each case is a row of measures; for histories ' &
             //'run a scene of that case alone')
       end if
+      do k = 1, size(others)
+         if (input%has_group(trim(others(k)))) &
+            call input%complain(trim(others(k)), '', 'does not go with &sweep; give it a scene of its own')
+      end do
       used = 0
       do k = 1, parameter_count
          call check_values(input, scene, k)

@@ -3,7 +3,7 @@
 module sweep_parts
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
-   use file_system, only: make_folder, replace_file
+   use file_system, only: make_folder, remove_folder, replace_file
    use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, &
       h5fopen_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, &
       h5t_native_integer, h5t_string, h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
@@ -78,6 +78,8 @@ contains
          end if
          return
       end if
+      ! the plan is there before any part: without it there is at most what a killed clean-up left
+      call remove_folder(path)
       call make_folder(path, error)
       if (allocated(error)) return
       allocate (bytes(len(text)))

@@ -1,11 +1,12 @@
 !> The least value of a function that jumps, without derivatives, between bounds: poll along random orthogonal
 !> directions, longer steps after a success, shorter ones after none (Audet and Dennis, SIAM J. Optim. 17 (2006) 188;
-!> directions by a reflection as in Abramson, Audet, Dennis and Le Digabel, ibid. 20 (2009) 948).
+!> directions by a reflection as in Abramson, Audet, Dennis and Le Digabel, ibid. 20 (2009) 948). With them go as many
+!> points drawn from a wider box around the best one, for what lies beyond a jump.
 !>
 !> All points of a poll are known before any is computed, so they can be computed at once.
 module sweep_search
    use kinds, only: wp
-   use random_numbers, only: next_normal, random_t, start_random
+   use random_numbers, only: next_normal, next_random, random_t, start_random
    implicit none (type, external)
    private
    public :: search_state_t, start_search, next_poll, learn
@@ -28,7 +29,9 @@ module sweep_search
    end type search_state_t
 
    !> A jump can hide a better point beside one set of directions: so many sets before the step is halved.
-   integer, parameter :: patience = 2
+   integer, parameter :: patience = 3
+   !> Half the width of the box, in steps.
+   real(wp), parameter :: box = 4.0_wp
 
 contains
 
@@ -57,7 +60,8 @@ contains
       call start_random(seed, 1000, state%random)
    end subroutine start_search
 
-   !> Points around the best one, two in each of as many orthogonal directions as there are dimensions.
+   !> Points around the best one: two in each of as many orthogonal directions as there are dimensions, then as many
+   !> drawn from the box.
    pure subroutine next_poll(state, points)
       !> The search
       type(search_state_t), intent(inout) :: state
@@ -65,21 +69,28 @@ contains
       real(wp), allocatable, intent(out) :: points(:, :)
 
       real(wp), dimension(size(state%best)) :: normal, direction
-      integer :: i, n, room
+      real(wp) :: place
+      integer :: i, k, n, room
 
       n = size(state%best)
       do i = 1, n
          call next_normal(state%random, normal(i))
       end do
       normal = normal/norm2(normal)
-      room = min(2*n, state%most_evaluations - state%evaluations)
+      room = min(4*n, state%most_evaluations - state%evaluations)
       allocate (points(n, max(room, 0)))
-      do i = 1, size(points, 2)
+      do i = 1, min(2*n, size(points, 2))
          ! column of the reflection 1 - 2 n n^T
          direction = -2.0_wp*normal((i + 1)/2)*normal
          direction((i + 1)/2) = direction((i + 1)/2) + 1.0_wp
          if (modulo(i, 2) == 0) direction = -direction
          points(:, i) = min(max(state%best + state%step*direction, 0.0_wp), 1.0_wp)
+      end do
+      do i = 2*n + 1, size(points, 2)
+         do k = 1, n
+            call next_random(state%random, place)
+            points(k, i) = min(max(state%best(k) + box*state%step*(2.0_wp*place - 1.0_wp), 0.0_wp), 1.0_wp)
+         end do
       end do
    end subroutine next_poll
 

@@ -21,6 +21,9 @@ module hdf5_reading
       end subroutine c_free
    end interface
 
+   !> The library has been started.
+   logical :: is_open = .false.
+
 contains
 
    !> Is it an HDF5 file?
@@ -263,7 +266,9 @@ contains
 
       integer :: status
 
-      call h5open_f(status)
+      ! each start leaves copies of the library's types behind
+      if (.not. is_open) call h5open_f(status)
+      is_open = .true.
       call h5eset_auto_f(0, status)
       call h5fopen_f(file, h5f_acc_rdonly_f, handle, status)
       if (status < 0) handle = -1_hid_t
