@@ -109,7 +109,11 @@ contains
       search%evaluations = 1_i8
       if (signal%start_order > 0) then
          here%signal = 0.0_wp
-         if (order == 0) here%value = 0.0_wp
+         if (order == 0) then
+            ! it leaves, whatever rounding says
+            here%value = 0.0_wp
+            here%slope = max(here%slope, 0.0_wp)
+         end if
       end if
       do
          search%greatest = max(search%greatest, here%signal)

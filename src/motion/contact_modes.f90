@@ -232,24 +232,30 @@ contains
       !> Modal state
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      !> P2, the force in the branch
+      !> P2, the force in the branch: P = 0 at the start
       real(wp), intent(in) :: branch_force
       !> The force that remains
       real(wp), intent(out) :: static_force
       !> c, [modes%count]
       complex(wp), intent(out) :: amplitude(:)
 
-      real(wp) :: indentation
-      complex(wp) :: start, forcing
+      real(wp) :: indentation, scale, other_scale
+      complex(wp) :: forcing, other
       integer :: m
 
-      indentation = surface - sum(beam%stop_value*q)
+      ! P = k u + P2 = 0; from the displacement of the beam it would be no more than a rounding error of it
+      indentation = -branch_force/spring%stiffness
       static_force = spring%stiffness*surface/(1.0_wp + spring%stiffness*beam%flexibility)
       do m = 1, modes%count
-         associate (s => modes%exponent(m))
-            ! the free motion of the stop point, transformed
-            start = sum(modes%shape(:, m)*((s + 2.0_wp*zeta*beam%oscillators%square)*q + v))
-            forcing = surface/s - start
+         associate (s => modes%exponent(m), shape => modes%shape(:, m), square => beam%oscillators%square)
+            ! the surface less the free motion of the stop point, transformed, in two ways: as it stands, or with
+            ! s (s + 2 zeta W^2)/D = 1 - W^2/D, where what cancels for great s is the indentation
+            forcing = surface/s - sum(shape*(s + 2.0_wp*zeta*square)*q)
+            scale = size_of(surface/s) + sum(size_of(shape*(s + 2.0_wp*zeta*square)*q))
+            other = (indentation + sum(shape*square*q))/s
+            other_scale = (abs(indentation) + sum(size_of(shape*square*q)))/size_of(s)
+            if (other_scale < scale) forcing = other
+            forcing = forcing - sum(shape*v)
             if (spring%branch_stiffness > 0.0_wp) then
                forcing = forcing*((spring%stiffness + spring%branch_stiffness)*s &
                                   + spring%stiffness*spring%relaxation_rate) &

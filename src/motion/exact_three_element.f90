@@ -10,8 +10,8 @@ module exact_three_element
    use flight_measures, only: measure_flight, measure_spring_contact
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
-   use modal_recorder, only: keep_energy, keep_shape, modal_energy, next_sample_time, record_free_motion, record_sample, &
-                             recorder_t, samples_before, shape_due, steps_t
+   use modal_recorder, only: charge_event, keep_energy, keep_shape, modal_energy, next_sample_time, record_free_motion, &
+                             record_sample, recorder_t, samples_before, shape_due, steps_t
    use modal_signal, only: make_modal_signal, modal_signal_t
    use response_types, only: append_event, event_contact, event_separation, event_t, response_t
    use stop_models, only: stop_energy, three_element_t
@@ -111,6 +111,11 @@ contains
          ! the surface pushes back nothing: P = k u + P2 = 0
          branch_force = branch_force*exp(-gap%rate*search%time)
          touching = .true.
+         if (search%outcome == found_never_left) then
+            call settle(beam, run%zeta, q, v, recorder, touching)
+            gap%start_order = 2
+            force_order = 2
+         end if
          if (response%event_count > run%event_limit) then
             call fail(error, status_run_failed, 'more events than event_limit allows; the run was given up')
             return
@@ -122,6 +127,28 @@ contains
          end if
       end do
    end subroutine run_exact_three_element
+
+   !> A flight too low to be told from none: bring the stop point to rest and see whether it is pressed on the stop.
+   pure subroutine settle(beam, zeta, q, v, recorder, pressed)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> zeta
+      real(wp), intent(in) :: zeta
+      !> Modal state
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(inout) :: v(:)
+      !> Its ledger is charged
+      type(recorder_t), intent(inout) :: recorder
+      !> It is, so contact goes on
+      logical, intent(out) :: pressed
+
+      real(wp) :: speed
+
+      speed = sum(beam%stop_value*v)
+      v = v - beam%stop_value*speed/beam%mobility
+      call charge_event(recorder%ledger, -0.5_wp*speed**2/beam%mobility)
+      pressed = sum(beam%stop_value*beam%oscillators%square*(q + 2.0_wp*zeta*v)) > 0.0_wp
+   end subroutine settle
 
    !> One contact, from P = 0 to P = 0.
    subroutine contact(beam, run, modes, start_order, t, q, v, branch_force, recorder, response)
@@ -149,7 +176,7 @@ contains
       type(search_t) :: search
       complex(wp) :: amplitude(modes%count)
       real(wp), dimension(beam%count) :: q_end, v_end
-      real(wp) :: static_force
+      real(wp) :: static_force, indentation
 
       call contact_amplitudes(beam, run%zeta, run%spring, modes, run%surface, q, v, branch_force, static_force, amplitude)
       force%offset = static_force
@@ -171,10 +198,13 @@ contains
       q = q_end
       v = v_end
       t = t + search%time
-      ! P = k u + P2 = 0
+      ! P = k u + P2 = 0; the indentation from the exponentials, as from the displacements it would be a rounding error
+      ! where the stop is hard, and the displacements follow it
+      indentation = static_force/run%spring%stiffness &
+                    - sum(real(modes%weight*amplitude*modes%stop_value*exp(modes%exponent*search%time), wp))
       branch_force = 0.0_wp
-      if (run%spring%branch_stiffness > 0.0_wp) &
-         branch_force = -run%spring%stiffness*max(run%surface - sum(beam%stop_value*q), 0.0_wp)
+      if (run%spring%branch_stiffness > 0.0_wp) branch_force = -run%spring%stiffness*max(indentation, 0.0_wp)
+      q = q + beam%stop_value*((run%surface + branch_force/run%spring%stiffness) - sum(beam%stop_value*q))/beam%mobility
       call append_event(response, event_t(tau=t, kind=event_separation, eta=sum(beam%stop_value*q) - run%surface, &
                                           velocity_before=sum(beam%stop_value*v), velocity_after=sum(beam%stop_value*v)))
    end subroutine contact
