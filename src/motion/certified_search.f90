@@ -118,7 +118,12 @@ contains
       do
          search%greatest = max(search%greatest, here%signal)
          if (order > 0 .and. t > 0.0_wp) then
-            if (here%signal > 64.0_wp*here%signal_rounding) then
+            if (here%signal < -64.0_wp*here%signal_rounding) then
+               ! what should have lifted it was lost in rounding
+               search%outcome = found_zero
+               search%time = t
+               return
+            else if (here%signal > 64.0_wp*here%signal_rounding) then
                order = 0
                call signal%look(t, order, here)
                search%evaluations = search%evaluations + 1_i8

@@ -316,7 +316,7 @@ contains
       !> The pairs
       type(contact_losses_t), intent(out) :: losses
 
-      complex(wp) :: rate(beam%count, modes%count), branch(modes%count)
+      complex(wp) :: rate(beam%count, modes%count), branch(modes%count), own
       real(wp) :: factor
       integer :: m, n
 
@@ -328,6 +328,16 @@ contains
       if (spring%branch_stiffness > 0.0_wp) factor = spring%relaxation_rate/spring%branch_stiffness
       ! P2 = P - k u, and u = -y_c where the static part is left out
       branch = 1.0_wp + spring%stiffness*modes%stop_value
+      if (spring%branch_stiffness > 0.0_wp) then
+         ! at a root the same without cancellation, from the branch's own equation
+         do m = 1, modes%count
+            associate (s => modes%exponent(m))
+               if (size_of(s + spring%relaxation_rate) < 0.1_wp*spring%relaxation_rate) cycle
+               own = -spring%branch_stiffness*s/(s + spring%relaxation_rate)*modes%stop_value(m)
+               if (size_of(own - branch(m)) < 1.0e-12_wp*(1.0_wp + size_of(spring%stiffness*modes%stop_value(m)))) branch(m) = own
+            end associate
+         end do
+      end if
       do m = 1, modes%count
          rate(:, m) = sqrt(2.0_wp*zeta*beam%oscillators%square)*modes%exponent(m)*modes%shape(:, m)
       end do
