@@ -109,21 +109,12 @@ contains
       search%evaluations = 1_i8
       if (signal%start_order > 0) then
          here%signal = 0.0_wp
-         if (order == 0) then
-            ! it leaves, whatever rounding says
-            here%value = 0.0_wp
-            here%slope = max(here%slope, 0.0_wp)
-         end if
+         if (order == 0) here%value = 0.0_wp
       end if
       do
          search%greatest = max(search%greatest, here%signal)
          if (order > 0 .and. t > 0.0_wp) then
-            if (here%signal < -64.0_wp*here%signal_rounding) then
-               ! what should have lifted it was lost in rounding
-               search%outcome = found_zero
-               search%time = t
-               return
-            else if (here%signal > 64.0_wp*here%signal_rounding) then
+            if (here%signal > 64.0_wp*here%signal_rounding) then
                order = 0
                call signal%look(t, order, here)
                search%evaluations = search%evaluations + 1_i8

@@ -6,7 +6,7 @@ module damped_oscillators
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
-   public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent, elastic_and_viscous
+   public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent
 
    type :: oscillators_t
       !> Number of oscillators
@@ -186,45 +186,6 @@ contains
 
       whole = lanes*((count + lanes - 1)/lanes)
    end function padded
-
-   !> z + 2 zeta z', to which the force of a spring and of the damping in it is proportional, and its derivative. Far
-   !> beyond critical damping the two terms of the slow exponential cancel, so it is taken from the two exponentials.
-   pure subroutine elastic_and_viscous(oscillators, z, v, value, rate, noise, negligible)
-      !> The family
-      type(oscillators_t), intent(in) :: oscillators
-      !> State, [count]
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
-      !> z + 2 zeta z', [count]
-      real(wp), intent(out) :: value(:)
-      !> Its derivative, [count]
-      real(wp), intent(out) :: rate(:)
-      !> Rounding error of the value, [count]
-      real(wp), intent(out) :: noise(:)
-      !> Fast exponentials whose amplitude does not exceed these are left out, [count]
-      real(wp), intent(in) :: negligible(:)
-
-      real(wp) :: slow, fast, slow_part, fast_part
-      integer :: i
-
-      do i = 1, oscillators%blended
-         value(i) = z(i) + oscillators%two_zeta*v(i)
-         rate(i) = v(i) - oscillators%two_zeta*oscillators%square(i)*value(i)
-         noise(i) = epsilon(1.0_wp)*(abs(z(i)) + oscillators%two_zeta*abs(v(i)))
-      end do
-      do i = oscillators%blended + 1, oscillators%count
-         slow = oscillators%decay(i)
-         fast = slow + 2.0_wp*oscillators%spread(i)
-         fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v(i) + slow*z(i))
-         if (abs(fast_part) <= negligible(i)) fast_part = 0.0_wp
-         ! 1 - 2 zeta s = -s^2/W^2 for both exponents
-         slow_part = -(z(i) - fast_part)*slow**2*oscillators%inverse_square(i)
-         fast_part = -fast_part*fast**2*oscillators%inverse_square(i)
-         value(i) = slow_part + fast_part
-         rate(i) = -slow*slow_part - fast*fast_part
-         noise(i) = epsilon(1.0_wp)*(abs(slow_part) + abs(fast_part))
-      end do
-   end subroutine elastic_and_viscous
 
    !> z'' from the equation of motion.
    pure function acceleration(oscillators, z, v) result(a)

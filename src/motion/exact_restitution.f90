@@ -2,7 +2,7 @@
 !> pinned support, release. No step in time: every phase ends at an event that `certified_search` finds.
 module exact_restitution
    use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
-   use damped_oscillators, only: elastic_and_viscous, propagate
+   use damped_oscillators, only: propagate
    use failures, only: fail, failure_t, status_run_failed
    use flight_measures, only: measure_flight, measure_held_contact
    use kinds, only: wp
@@ -170,22 +170,18 @@ contains
       real(wp), intent(in) :: v(:)
       integer :: order
 
-      real(wp), dimension(beam%count) :: weight, held, value, rate, noise, negligible
-      real(wp) :: force, doubt
+      real(wp), dimension(beam%count) :: weight, held
+      real(wp) :: force, noise
 
       weight = beam%stop_value*beam%oscillators%square
-      ! what is lost in the rounding error of the displacement does not make the stop point leave
-      negligible = 0.25_wp*epsilon(1.0_wp)*sum(abs(beam%stop_value*q)) &
-                   /(real(beam%count, wp)*max(abs(beam%stop_value), tiny(1.0_wp)**0.25_wp))
-      call elastic_and_viscous(beam%oscillators, q, v, value, rate, noise, negligible)
-      force = sum(weight*value)
-      doubt = 4.0_wp*sum(abs(weight)*noise)
+      force = sum(weight*(q + 2.0_wp*zeta*v))
+      noise = 4.0_wp*epsilon(1.0_wp)*sum(abs(weight)*(abs(q) + 2.0_wp*zeta*abs(v)))
       order = 0
-      if (force < -doubt) then
+      if (force < -noise) then
          order = 2
-      else if (force <= doubt) then
+      else if (force <= noise) then
          ! the force as it changes under the support
-         held = beam%stop_value*force/beam%mobility - beam%oscillators%square*value
+         held = beam%stop_value*force/beam%mobility - beam%oscillators%square*(q + 2.0_wp*zeta*v)
          if (sum(weight*(v + 2.0_wp*zeta*held)) < 0.0_wp) order = 3
       end if
    end function leaving_order
@@ -285,15 +281,17 @@ contains
       type(modal_signal_t) :: reaction
       type(search_t) :: search
       type(event_t) :: event
-      real(wp), dimension(pinned%count) :: p, rate, p_end, rate_end, noise, negligible
+      real(wp), dimension(pinned%count) :: p, rate, p_end, rate_end
+      real(wp) :: two_zeta
 
+      two_zeta = 2.0_wp*run%zeta
       q = q - run%surface*pinned%static
       p = matmul(q, pinned%mode)
       rate = matmul(v, pinned%mode)
       call make_modal_signal(pinned%oscillators, run%surface*pinned%static_force, pinned%reaction, reaction)
       ! p + 2 zeta p' swings like p itself
-      negligible = 0.0_wp
-      call elastic_and_viscous(pinned%oscillators, p, rate, reaction%z, reaction%v, noise, negligible)
+      reaction%z = p + two_zeta*rate
+      reaction%v = rate - two_zeta*pinned%oscillators%square*reaction%z
       if (reaction%offset + sum(reaction%weight*reaction%z) <= 4.0_wp*epsilon(1.0_wp)* &
           (abs(reaction%offset) + sum(abs(reaction%weight*reaction%z)))) reaction%start_order = 1
       call first_zero(reaction, run%duration - t, search)
@@ -341,12 +339,11 @@ contains
       type(response_t), intent(inout) :: response
 
       type(phase_sampler_t) :: sampler
-      real(wp), dimension(pinned%count) :: p_then, rate_then, force, force_rate, noise, negligible
+      real(wp), dimension(pinned%count) :: p_then, rate_then
       real(wp) :: start_energy, energy(2), static_energy, to
       integer :: place
 
       to = from + length
-      negligible = 0.0_wp
       do while (shape_due(recorder, to, to_the_end))
          call propagate(pinned%oscillators, recorder%shape_tau(recorder%next_shape) - from, p, rate, p_then, rate_then)
          call keep_shape(recorder, run%surface*pinned%static + matmul(pinned%mode, p_then), &
@@ -365,10 +362,8 @@ contains
             if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
                run%surface*pinned%static_tip - run%surface + sum(pinned%tip_value*sampler%z)
             if (allocated(response%velocity_stop)) response%velocity_stop(place) = 0.0_wp
-            if (allocated(response%contact_force)) then
-               call elastic_and_viscous(pinned%oscillators, sampler%z, sampler%v, force, force_rate, noise, negligible)
-               response%contact_force(place) = run%force_scale*(reaction%offset + sum(pinned%reaction*force))
-            end if
+            if (allocated(response%contact_force)) response%contact_force(place) = run%force_scale* &
+               (reaction%offset + sum(pinned%reaction*(sampler%z + 2.0_wp*run%zeta*sampler%v)))
             if (allocated(response%energy)) then
                energy = modal_energy(pinned%oscillators, sampler%z, sampler%v)
                call keep_energy(response, place, recorder%ledger, energy + [0.0_wp, static_energy], 0.0_wp, &

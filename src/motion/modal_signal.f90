@@ -153,10 +153,6 @@ contains
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
          here%free = free_step(weight*z, weight*v, weight*a, swing, swing_a, swing_jerk, rest, -self%rate*surface, &
                                here%value, here%slope)
-         if (surface > 0.0_wp .and. here%slope >= -4.0_wp*epsilon(1.0_wp)*self%rate*surface) then
-            ! until 1/rate the surface sinks away with a second derivative of at least 2/3 of its first
-            if (2.0_wp*self%rate**2*surface > 3.0_wp*here%bound) here%free = max(here%free, 1.0_wp/self%rate)
-         end if
       end associate
    end subroutine look
 
