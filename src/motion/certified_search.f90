@@ -17,6 +17,9 @@ module certified_search
    !> A signal that starts at zero never rises above its rounding error.
    integer, parameter :: found_never_left = 3
 
+   !> After a start at rest a signal of the order of 1 may dip so far by the rounding error of forces.
+   real(wp), parameter :: deepest_dip = 1.0e-11_wp
+
    !> Something that swings, with certain bounds on its derivatives.
    type, abstract :: certified_signal_t
       !> 0: s(0) > 0. k > 0: s and its first k - 1 derivatives vanish at 0, the k-th is positive
@@ -114,7 +117,12 @@ contains
       do
          search%greatest = max(search%greatest, here%signal)
          if (order > 0 .and. t > 0.0_wp) then
-            if (here%signal > 64.0_wp*here%signal_rounding) then
+            if (here%signal < -max(deepest_dip, 64.0_wp*here%signal_rounding)) then
+               ! what should have lifted it was lost in the rounding error of forces
+               search%outcome = found_zero
+               search%time = t
+               return
+            else if (here%signal > 64.0_wp*here%signal_rounding) then
                order = 0
                call signal%look(t, order, here)
                search%evaluations = search%evaluations + 1_i8

@@ -317,7 +317,7 @@ contains
       type(contact_losses_t), intent(out) :: losses
 
       complex(wp) :: rate(beam%count, modes%count), branch(modes%count), own
-      real(wp) :: factor
+      real(wp) :: factor, noise
       integer :: m, n
 
       associate (k => modes%count)
@@ -334,7 +334,8 @@ contains
             associate (s => modes%exponent(m))
                if (size_of(s + spring%relaxation_rate) < 0.1_wp*spring%relaxation_rate) cycle
                own = -spring%branch_stiffness*s/(s + spring%relaxation_rate)*modes%stop_value(m)
-               if (size_of(own - branch(m)) < 1.0e-12_wp*(1.0_wp + size_of(spring%stiffness*modes%stop_value(m)))) branch(m) = own
+               noise = 64.0_wp*epsilon(1.0_wp)*(1.0_wp + spring%stiffness*sum(size_of(beam%stop_value*modes%shape(:, m))))
+               if (size_of(own - branch(m)) < noise) branch(m) = own
             end associate
          end do
       end if

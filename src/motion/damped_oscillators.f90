@@ -6,7 +6,7 @@ module damped_oscillators
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
-   public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent
+   public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent, elastic_and_viscous
 
    type :: oscillators_t
       !> Number of oscillators
@@ -186,6 +186,31 @@ contains
 
       whole = lanes*((count + lanes - 1)/lanes)
    end function padded
+
+   !> z + 2 zeta z', to which the force of a spring and of the damping in it is proportional. Far beyond critical
+   !> damping the two terms of the slow exponential cancel, so there it is taken from the two exponentials.
+   pure function elastic_and_viscous(oscillators, z, v) result(value)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> State, [count]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      real(wp) :: value(oscillators%count)
+
+      real(wp) :: slow, fast, fast_part
+      integer :: i
+
+      do i = 1, oscillators%blended
+         value(i) = z(i) + oscillators%two_zeta*v(i)
+      end do
+      do i = oscillators%blended + 1, oscillators%count
+         slow = oscillators%decay(i)
+         fast = slow + 2.0_wp*oscillators%spread(i)
+         fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v(i) + slow*z(i))
+         ! 1 - 2 zeta s = -s^2/W^2 for both exponents
+         value(i) = -((z(i) - fast_part)*slow**2 + fast_part*fast**2)*oscillators%inverse_square(i)
+      end do
+   end function elastic_and_viscous
 
    !> z'' from the equation of motion.
    pure function acceleration(oscillators, z, v) result(a)

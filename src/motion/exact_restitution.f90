@@ -2,7 +2,7 @@
 !> pinned support, release. No step in time: every phase ends at an event that `certified_search` finds.
 module exact_restitution
    use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
-   use damped_oscillators, only: propagate
+   use damped_oscillators, only: elastic_and_viscous, propagate
    use failures, only: fail, failure_t, status_run_failed
    use flight_measures, only: measure_flight, measure_held_contact
    use kinds, only: wp
@@ -113,7 +113,8 @@ contains
                                 0.0_wp, 0.0_wp)
             t = t + search%time
             if (search%outcome == found_never_left) then
-               call capture(beam, run, t, q, v, order, recorder, response)
+               ! from rest: what would lift it is lost in the rounding error of the displacement, so it is pressed
+               call capture(beam, run, t, q, v, order, recorder, response, is_pressed=gap%start_order > 1)
             else
                call impact(beam, run, t, q, v, order, recorder, response)
             end if
@@ -229,7 +230,7 @@ contains
    end subroutine impact
 
    !> Bring the stop point to rest and, if it is pressed against the stop, hold it.
-   pure subroutine capture(beam, run, t, q, v, order, recorder, response)
+   pure subroutine capture(beam, run, t, q, v, order, recorder, response, is_pressed)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
@@ -245,6 +246,8 @@ contains
       type(recorder_t), intent(inout) :: recorder
       !> Gets the event
       type(response_t), intent(inout) :: response
+      !> It is known to be pressed against the stop; default: find out
+      logical, intent(in), optional :: is_pressed
 
       type(event_t) :: event
 
@@ -256,6 +259,7 @@ contains
       call charge_event(recorder%ledger, event%energy_change)
       v = v + beam%stop_value*event%impulse
       order = leaving_order(beam, run%zeta, q, v)
+      if (present(is_pressed)) order = merge(0, order, is_pressed)
       event%kind = merge(event_capture, event_impact, order == 0)
       if (order == 0 .or. abs(event%velocity_before) > 0.0_wp) call append_event(response, event)
    end subroutine capture
@@ -363,7 +367,7 @@ contains
                run%surface*pinned%static_tip - run%surface + sum(pinned%tip_value*sampler%z)
             if (allocated(response%velocity_stop)) response%velocity_stop(place) = 0.0_wp
             if (allocated(response%contact_force)) response%contact_force(place) = run%force_scale* &
-               (reaction%offset + sum(pinned%reaction*(sampler%z + 2.0_wp*run%zeta*sampler%v)))
+               (reaction%offset + sum(pinned%reaction*elastic_and_viscous(pinned%oscillators, sampler%z, sampler%v)))
             if (allocated(response%energy)) then
                energy = modal_energy(pinned%oscillators, sampler%z, sampler%v)
                call keep_energy(response, place, recorder%ledger, energy + [0.0_wp, static_energy], 0.0_wp, &
