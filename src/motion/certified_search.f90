@@ -100,7 +100,7 @@ contains
       !> What was found
       type(search_t), intent(out) :: search
 
-      real(wp) :: t, step
+      real(wp) :: t, before, step
       type(local_t) :: here, lower
       integer :: order
 
@@ -108,6 +108,7 @@ contains
       order = signal%start_order
       if (order == 1) order = 0
       t = 0.0_wp
+      before = 0.0_wp
       call signal%look(t, order, here)
       search%evaluations = 1_i8
       if (signal%start_order > 0) then
@@ -120,7 +121,7 @@ contains
             if (here%signal < -max(deepest_dip, 64.0_wp*here%signal_rounding)) then
                ! what should have lifted it was lost in the rounding error of forces
                search%outcome = found_zero
-               search%time = t
+               search%time = start_of_dip(signal, before, t)
                return
             else if (here%signal > 64.0_wp*here%signal_rounding) then
                order = 0
@@ -170,11 +171,39 @@ contains
             search%time = t
             return
          end if
+         before = t
          t = t + step
          call signal%look(t, order, here)
          search%evaluations = search%evaluations + 1_i8
       end do
    end subroutine first_zero
+
+   !> Where a signal sinks through -`deepest_dip`, by bisection.
+   function start_of_dip(signal, above, below) result(time)
+      !> The signal
+      class(certified_signal_t), intent(in) :: signal
+      !> Instants at which it is above and below
+      real(wp), intent(in) :: above
+      real(wp), intent(in) :: below
+      real(wp) :: time
+
+      integer, parameter :: halvings = 40
+      real(wp) :: low, high, value, slope
+      integer :: i
+
+      low = above
+      high = below
+      do i = 1, halvings
+         time = 0.5_wp*(low + high)
+         call signal%evaluate(time, value, slope)
+         if (value < -deepest_dip) then
+            high = time
+         else
+            low = time
+         end if
+      end do
+      time = high
+   end function start_of_dip
 
    !> Is it certain that the signal falls, without a turn, until it is zero?
    elemental function falls_to_zero(here) result(certain)

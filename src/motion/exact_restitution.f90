@@ -109,6 +109,7 @@ contains
             call record_free_motion(beam, run%surface, 0.0_wp, 0.0_wp, t, search%time, .false., q, v, free_steps, &
                                     recorder, response)
             call propagate(beam%oscillators, search%time, gap%z, gap%v, q, v)
+            call lift(beam, run%surface, q, recorder)
             call measure_flight(recorder%measurer, beam, t, search%time, .false., search%greatest, gap%z, gap%v, q, v, &
                                 0.0_wp, 0.0_wp)
             t = t + search%time
@@ -133,6 +134,28 @@ contains
          end if
       end do
    end subroutine run_exact_restitution
+
+   !> A flight that rounding let dip below the surface ends on it: a static shape brings the stop point back, as that
+   !> takes the least energy, and the ledger is charged with it.
+   pure subroutine lift(beam, surface, q, recorder)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> delta
+      real(wp), intent(in) :: surface
+      !> Modal coordinates
+      real(wp), intent(inout) :: q(:)
+      !> Its ledger is charged
+      type(recorder_t), intent(inout) :: recorder
+
+      real(wp), parameter :: least = 5.0e-12_wp
+      real(wp) :: dip, force
+
+      dip = surface - sum(beam%stop_value*q)
+      if (dip < least) return
+      force = dip/beam%flexibility
+      call charge_event(recorder%ledger, force*(sum(beam%stop_value*q) + 0.5_wp*dip))
+      q = q + beam%stop_value/beam%oscillators%square*force
+   end subroutine lift
 
    !> Does a flight stay below the tolerance all the way?
    pure function is_hop(beam, gap, length, tolerance) result(hop)
