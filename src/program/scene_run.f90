@@ -111,7 +111,7 @@ contains
       type(response_measures_t), allocatable :: measures
 
       if (scene%wants_sweep) then
-         call run_sweep(scene, folder, program_version, threads, quiet, print_model, error)
+         call run_sweep(scene, folder, program_version, threads, quiet, error)
          return
       end if
       ! what processes cannot share the first one does

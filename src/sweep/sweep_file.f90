@@ -151,6 +151,8 @@ contains
       call image%begin_group('sweep')
       call image%note('design', trim(design_names(scene%sweep%design)))
       call image%note('parameters', joined(parameter_names(plan%axes%parameter)))
+      call image%note('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
+                                           k=1, size(plan%axes))]))
       call image%note('measures', joined(measure_names))
       call image%note('failures', [survey%failures])
       if (plan%is_grid) then
@@ -161,8 +163,6 @@ contains
             associate (axis => plan%axes(k))
                call image%add(trim(parameter_names(axis%parameter)), axis%values, '1', &
                               trim(parameter_meanings(axis%parameter)), is_scale=.true.)
-               call image%note('spacing', trim(merge('logarithmic', 'linear     ', axis%is_logarithmic)), &
-                               trim(parameter_names(axis%parameter)))
             end associate
          end do
          call image%end_group()

@@ -21,7 +21,7 @@ module sweep_study
 contains
 
    !> Run the sweep of a scene, or the rest of it.
-   subroutine run_sweep(scene, folder, version, threads, quiet, print_heading, error)
+   subroutine run_sweep(scene, folder, version, threads, quiet, error)
       !> The scene; it has &sweep
       type(scene_t), intent(in) :: scene
       !> Folder of the results
@@ -32,17 +32,6 @@ contains
       integer, intent(in) :: threads
       !> No table
       logical, intent(in) :: quiet
-      interface
-         !> Prints what stands above the tables.
-         subroutine print_heading(unit, scene)
-            import :: scene_t
-            implicit none (type, external)
-            !> Where to
-            integer, intent(in) :: unit
-            !> The scene
-            type(scene_t), intent(in) :: scene
-         end subroutine print_heading
-      end interface
       !> Why there are no results; the parts that are done stay
       type(failure_t), allocatable, intent(out) :: error
 
@@ -78,7 +67,6 @@ contains
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, workers, refined)
       call write_sweep(folder, path, version, scene, plan, text, survey, refined, error)
       if (allocated(error) .or. quiet) return
-      call print_heading(output_unit, scene)
       call print_sweep(output_unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
                        in_words(workers, ranks_in_words()))
    end subroutine run_sweep

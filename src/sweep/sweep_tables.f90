@@ -35,6 +35,7 @@ contains
 
       integer :: k
 
+      write (unit, '(a)') scene%name//': '//scene%title
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
             write (unit, '(2x, a20, a)') parameter_names(axis%parameter), values_in_words(k)

@@ -1,0 +1,320 @@
+#!/usr/bin/python3
+"""Plot a sweep: the map of one measure over two parameters with the best case, curves over one, or all parameters
+side by side (parallel coordinates). A grid over more than two parameters is cut at the best case's values of the
+others. Reads a results file of a scene with &sweep; computes nothing."""
+
+import argparse
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+
+import impactbeam_plots as plots
+
+SYMBOLS = {
+    "elements": "elements $n$",
+    "mesh_ratio": "ratio of elements",
+    "taper": r"taper $\alpha$",
+    "tip_mass_ratio": r"tip mass $\mu$",
+    "position": r"position of the stop $L_c/L$",
+    "duration": r"duration $\tau$",
+    "hop_tolerance": "hop tolerance",
+    "zeta": r"damping $\zeta$",
+    "preload": r"preload $\delta$",
+    "restitution": r"restitution $\varepsilon$",
+    "stiffness_ratio": r"stiffness of the stop $\kappa$",
+    "branch_ratio": r"second spring $\beta$",
+    "damper_ratio": r"damper $c^*$",
+}
+MEASURES = {
+    "quiet_tau": r"time until quiet $\tau$",
+    "spent_tau": r"time until the energy is spent $\tau$",
+    "first_impact_tau": r"first impact $\tau$",
+    "greatest_force": r"greatest contact force $\bar P$",
+    "total_contact": r"time in contact $\tau$",
+    "longest_contact": r"longest contact $\tau$",
+    "peak_1": r"first rebound $\eta$",
+}
+COLOURS = "viridis_r"
+BEST = "#c81e1e"
+MOST_LINES = 3000
+
+
+class Sweep:
+    """Parameters, measure and best cases of one file."""
+
+    def __init__(self, path, measure):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "sweep", "&sweep")
+            self.title = plots.title_of(file)
+            self.names = [name.strip() for name in plots.text_of(group.attrs["parameters"]).split(",")]
+            self.axes = {name: group["axes"][name][:] for name in self.names} if "axes" in group else None
+            best = file.get("best")
+            chosen = plots.text_of(best.attrs["measure"]) if best else "quiet_tau"
+            self.measure = measure or chosen
+            known = [name.strip() for name in plots.text_of(group.attrs["measures"]).split(",")]
+            if self.measure not in known:
+                raise plots.Unplottable(f"{path}: no measure {self.measure}; there are {', '.join(known)}")
+            self.values = {name: group[name][:] for name in self.names}
+            self.column = group[self.measure][:].astype(float)
+            self.column[group["status"][:] > 0] = np.nan
+            spacings = plots.text_of(group.attrs["spacings"]).split(",")
+            self.logarithmic = {name: spacing.strip() == "logarithmic" for name, spacing in zip(self.names, spacings)}
+            # the first of these is the best case of the sweep, the last the best of all
+            self.path = None
+            self.best = None
+            if best and chosen == self.measure and len(best["case"]):
+                self.best = int(best["case"][0]) - 1
+                source = best["refinement"] if "refinement" in best else None
+                if source is not None:
+                    self.path = {name: source[name][:] for name in [*self.names, self.measure]}
+            elif np.isfinite(self.column).any():
+                self.best = int(np.nanargmin(self.column))
+
+    def label(self, name):
+        """The name of a parameter on an axis."""
+        return SYMBOLS.get(name, name)
+
+    def measure_label(self):
+        """The name of the measure on an axis."""
+        return MEASURES.get(self.measure, self.measure.replace("_", " "))
+
+    def cut(self, names):
+        """The measure over some axes of a grid, and the values at which the others are held."""
+        shape = [len(self.axes[name]) for name in self.names]
+        grid = self.column.reshape(shape)
+        place = np.unravel_index(self.best if self.best is not None else 0, shape)
+        index = tuple(slice(None) if name in names else place[k] for k, name in enumerate(self.names))
+        held = {name: self.axes[name][place[k]] for k, name in enumerate(self.names) if name not in names}
+        left = [name for name in self.names if name in names]
+        return np.moveaxis(grid[index], [left.index(name) for name in names], range(len(names))), held
+
+
+def colour_scale(values):
+    """Colours for a measure: by its logarithm if it spans more than a decade."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        raise plots.Unplottable("the measure has no value in any case")
+    least, most = finite.min(), finite.max()
+    if least > 0.0 and most > 10.0 * least:
+        return LogNorm(least, most)
+    return Normalize(least, most if most > least else least + 1.0)
+
+
+def round_levels(norm):
+    """Levels of contours: round numbers between the ends of the colours."""
+    if isinstance(norm, LogNorm):
+        decades = range(int(np.floor(np.log10(norm.vmin))), int(np.ceil(np.log10(norm.vmax))) + 1)
+        levels = [digit * 10.0**decade for decade in decades for digit in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]
+    else:
+        levels = MaxNLocator(8).tick_values(norm.vmin, norm.vmax)
+    return [level for level in levels if norm.vmin < level < norm.vmax]
+
+
+def set_scale(panel, axis, logarithmic):
+    """A linear or logarithmic axis, with plain numbers."""
+    if not logarithmic:
+        return
+    getattr(panel, f"set_{axis}scale")("log")
+    shown = getattr(panel, f"{axis}axis")
+    shown.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    low, high = getattr(panel, f"get_{axis}lim")()
+    shown.set_minor_formatter(
+        FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "") if high < 100.0 * low else NullFormatter()
+    )
+
+
+def held_in_words(sweep, held):
+    """Such as 'preload = 0.1, at the best case'."""
+    if not held:
+        return ""
+    return ", ".join(f"{sweep.label(name)} = {value:.4g}" for name, value in held.items()) + " (as in the best case)"
+
+
+def draw_map(sweep, names):
+    """One measure over two parameters."""
+    across, up = names
+    figure, panel = plt.subplots(figsize=(plots.WIDTH, 4.6), constrained_layout=True)
+    norm = colour_scale(sweep.column)
+    never = not np.isfinite(sweep.column).all()
+    if sweep.axes is not None:
+        values, held = sweep.cut([up, across])
+        x, y = sweep.axes[across], sweep.axes[up]
+        if min(values.shape) < 2:
+            raise plots.Unplottable("a map needs at least two values of each of its parameters")
+        panel.set_facecolor("0.8")
+        mesh = panel.pcolormesh(x, y, np.ma.masked_invalid(values), cmap=COLOURS, norm=norm, shading="nearest", rasterized=True)
+        finite = values[np.isfinite(values)]
+        if finite.size and finite.max() > finite.min():
+            levels = round_levels(norm)
+            lines = panel.contour(x, y, np.ma.masked_invalid(values), levels=levels, colors="black", linewidths=0.5)
+            panel.clabel(lines, fmt=lambda value: f"{value:.3g}", fontsize=7)
+        never = not np.isfinite(values).all()
+    else:
+        held = {name: 0.0 for name in sweep.names if name not in names}
+        known = np.isfinite(sweep.column)
+        x, y = sweep.values[across], sweep.values[up]
+        panel.scatter(x[~known], y[~known], s=5, color="0.7", zorder=1)
+        mesh = panel.scatter(x[known], y[known], s=9, c=sweep.column[known], cmap=COLOURS, norm=norm, zorder=2)
+    on_cut = sweep.best is not None
+    if on_cut:
+        panel.plot(sweep.values[across][sweep.best], sweep.values[up][sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
+                   clip_on=False, zorder=5, label=f"best of the sweep: {sweep.column[sweep.best]:.4g}")
+    if sweep.path is not None:
+        panel.plot(sweep.path[across], sweep.path[up], "-", color=BEST, linewidth=0.8)
+        panel.plot(sweep.path[across][-1], sweep.path[up][-1], "*", color=BEST, mec="white", mew=0.6, ms=14, clip_on=False, zorder=5,
+                   label=f"refined: {sweep.path[sweep.measure][-1]:.4g}")
+    if never:
+        panel.plot([], [], "s", color="0.75" if sweep.axes is None else "0.8", mec="0.5", mew=0.5, label="not reached in the run")
+    panel.set_xlabel(sweep.label(across))
+    panel.set_ylabel(sweep.label(up))
+    panel.margins(0.0 if sweep.axes is not None else 0.02)
+    set_scale(panel, "x", sweep.logarithmic[across])
+    set_scale(panel, "y", sweep.logarithmic[up])
+    bar = figure.colorbar(mesh, ax=panel, pad=0.02, label=sweep.measure_label())
+    if isinstance(norm, LogNorm):
+        bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        bar.ax.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else ""))
+    figure.suptitle(sweep.title, fontsize=11)
+    if sweep.axes is not None and held:
+        panel.set_title(held_in_words(sweep, held), fontsize=9)
+    handles, labels = panel.get_legend_handles_labels()
+    if handles:
+        panel.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=len(handles))
+    return figure
+
+
+def in_family(sweep, family, words, source, index):
+    """A label for the best case: the value of the parameter that tells the curves apart."""
+    return words if family is None else f"{source[family][index]:.3g} ({words})"
+
+
+def draw_curves(sweep, name, family):
+    """One measure over one parameter, a curve for some values of another."""
+    figure, panel = plt.subplots(figsize=(plots.WIDTH, 3.8), constrained_layout=True)
+    held = {}
+    if sweep.axes is None:
+        order = np.argsort(sweep.values[name])
+        panel.plot(sweep.values[name][order], sweep.column[order], ".", color=plots.COLOURS[0], markersize=3)
+    elif family is None:
+        values, held = sweep.cut([name])
+        panel.plot(sweep.axes[name], values, color=plots.COLOURS[0], marker=".", markersize=3)
+    else:
+        values, held = sweep.cut([family, name])
+        chosen = np.unique(np.linspace(0, len(sweep.axes[family]) - 1, len(plots.COLOURS)).round().astype(int))
+        for k, row in enumerate(chosen):
+            panel.plot(sweep.axes[name], values[row], color=plots.COLOURS[k], linestyle=plots.DASHES[k],
+                       label=f"{sweep.axes[family][row]:.3g}")
+    if sweep.best is not None and sweep.axes is not None:
+        panel.plot(sweep.values[name][sweep.best], sweep.column[sweep.best], "o", mfc="none", mec=BEST, mew=1.4, ms=8,
+                   label=in_family(sweep, family, "best", sweep.values, sweep.best))
+    if sweep.path is not None:
+        panel.plot(sweep.path[name][-1], sweep.path[sweep.measure][-1], "*", color=BEST, mec="white", mew=0.5, ms=13,
+                   clip_on=False, zorder=5, label=in_family(sweep, family, "refined", sweep.path, -1))
+    if family is not None and sweep.axes is not None:
+        panel.legend(title=sweep.label(family), loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    panel.set_xlabel(sweep.label(name))
+    panel.set_ylabel(sweep.measure_label())
+    set_scale(panel, "x", sweep.logarithmic[name])
+    finite = sweep.column[np.isfinite(sweep.column)]
+    set_scale(panel, "y", finite.size and finite.min() > 0.0 and finite.max() > 20.0 * finite.min())
+    figure.suptitle(sweep.title, fontsize=11)
+    if held:
+        panel.set_title(held_in_words(sweep, held), fontsize=9)
+    return figure
+
+
+def draw_parallel(sweep):
+    """All parameters and the measure as upright axes, a line for each case; the better, the darker and the more in front."""
+    columns = [*sweep.names, sweep.measure]
+    data = np.array([sweep.values[name] for name in sweep.names] + [sweep.column])
+    known = np.isfinite(sweep.column)
+    if not known.any():
+        raise plots.Unplottable("the measure has no value in any case")
+    norm = colour_scale(sweep.column)
+    logarithmic = [sweep.logarithmic[name] for name in sweep.names] + [isinstance(norm, LogNorm)]
+    limits = [(row[known].min(), row[known].max()) for row in data]
+    if sweep.path is not None:
+        limits = [(min(low, sweep.path[name].min()), max(high, sweep.path[name].max())) for name, (low, high) in zip(columns, limits)]
+
+    def height(k, value):
+        low, high = limits[k]
+        if high <= low:
+            return np.full_like(np.asarray(value, dtype=float), 0.5)
+        if logarithmic[k]:
+            return np.log(np.asarray(value) / low) / np.log(high / low)
+        return (np.asarray(value) - low) / (high - low)
+
+    figure, panel = plt.subplots(figsize=(1.25 * plots.WIDTH, 4.4), constrained_layout=True)
+    order = np.flatnonzero(known)
+    order = order[np.argsort(-sweep.column[order])]
+    if len(order) > MOST_LINES:
+        # all of the best tenth, and every so many of the rest
+        tenth = MOST_LINES // 10
+        order = np.concatenate([order[: -tenth : max(1, len(order) // MOST_LINES)], order[-tenth:]])
+    colours = plt.get_cmap(COLOURS)
+    heights = np.array([height(k, data[k, order]) for k in range(len(columns))]).T
+    places = np.arange(len(columns))
+    share = np.linspace(0.0, 1.0, len(order))
+    for line, value, front in zip(heights, sweep.column[order], share):
+        panel.plot(places, line, color=colours(norm(value)), linewidth=0.5, alpha=0.08 + 0.75 * front**12, zorder=1 + front)
+    if sweep.best is not None:
+        panel.plot(places, [height(k, data[k, sweep.best]) for k in range(len(columns))], color=BEST, linewidth=1.4,
+                   linestyle=plots.DASHES[1], zorder=3, label=f"best of the sweep: {sweep.column[sweep.best]:.4g}")
+    if sweep.path is not None:
+        panel.plot(places, [height(k, sweep.path[name][-1]) for k, name in enumerate(columns)], color=BEST, linewidth=2.0,
+                   marker="*", markersize=10, mec="white", mew=0.5, zorder=4, clip_on=False,
+                   label=f"refined: {sweep.path[sweep.measure][-1]:.4g}")
+    for k, (low, high) in enumerate(limits):
+        panel.axvline(k, color="0.25", linewidth=0.8, zorder=2.5)
+        for share_of_axis in (0.0, 0.25, 0.5, 0.75, 1.0):
+            value = low * (high / low) ** share_of_axis if logarithmic[k] else low + (high - low) * share_of_axis
+            panel.annotate(f"{value:.3g}", (k, share_of_axis), xytext=(4, 0), textcoords="offset points", fontsize=7.5,
+                           va="center", zorder=5, bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 0.6})
+    names = [sweep.label(name) for name in sweep.names] + [sweep.measure_label()]
+    panel.set_xticks(places, [name.replace(" $", "\n$", 1) for name in names])
+    panel.tick_params(axis="both", which="both", length=0, left=False, labelleft=False)
+    panel.set_ylim(-0.03, 1.03)
+    panel.set_xlim(-0.1, len(columns) - 0.75)
+    for side in panel.spines.values():
+        side.set_visible(False)
+    left = int((~known).sum())
+    figure.suptitle(sweep.title, fontsize=11)
+    if left:
+        panel.set_title(f"{left} of {len(known)} cases did not reach it in the run", fontsize=9)
+    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2)
+    return figure
+
+
+def main():
+    """Read the command line, draw, write the picture."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path, help="results file, HDF5")
+    parser.add_argument("--measure", help="column of /sweep; default: that of &best, or quiet_tau")
+    parser.add_argument("--kind", choices=["map", "curves", "parallel"], help="default: by the number of parameters")
+    parser.add_argument("--parameters", nargs="+", help="across and up (map), across and one a curve (curves)")
+    parser.add_argument("--out", type=Path, help="picture; default: the file with the ending .png")
+    arguments = parser.parse_args()
+
+    sweep = Sweep(arguments.file, arguments.measure)
+    varied = [name for name in sweep.names if np.ptp(sweep.values[name]) > 0.0] or sweep.names
+    kind = arguments.kind or {1: "curves", 2: "map"}.get(len(arguments.parameters or varied), "parallel")
+    names = arguments.parameters or varied[::-1]
+    for name in names:
+        if name not in sweep.names:
+            raise plots.Unplottable(f"{arguments.file}: {name} is not swept; swept are {', '.join(sweep.names)}")
+    if kind == "map":
+        if len(names) < 2:
+            raise plots.Unplottable(f"{arguments.file}: a map needs two parameters; swept are {', '.join(sweep.names)}")
+        figure = draw_map(sweep, names[:2])
+    elif kind == "curves":
+        figure = draw_curves(sweep, names[0], names[1] if len(names) > 1 else None)
+    else:
+        figure = draw_parallel(sweep)
+    plots.save(figure, arguments.out or arguments.file.with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)
