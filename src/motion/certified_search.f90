@@ -115,6 +115,16 @@ contains
          here%signal = 0.0_wp
          if (order == 0) here%value = 0.0_wp
       end if
+      if (order > 2 .and. here%value <= 64.0_wp*here%rounding) then
+         ! where stiff modes creep the derivative below decides
+         call signal%look(t, order - 1, lower)
+         search%evaluations = search%evaluations + 1_i8
+         if (lower%value > 64.0_wp*lower%rounding) then
+            order = order - 1
+            here = lower
+            here%signal = 0.0_wp
+         end if
+      end if
       do
          search%greatest = max(search%greatest, here%signal)
          if (order > 0 .and. t > 0.0_wp) then

@@ -188,13 +188,19 @@ contains
    end function padded
 
    !> z + 2 zeta z', to which the force of a spring and of the damping in it is proportional. Far beyond critical
-   !> damping the two terms of the slow exponential cancel, so there it is taken from the two exponentials.
-   pure function elastic_and_viscous(oscillators, z, v) result(value)
+   !> damping the two terms of the slow exponential cancel, so there it is taken from the two exponentials; the
+   !> rounding error of the fast one dies out with it.
+   pure function elastic_and_viscous(oscillators, z, v, t, z0, v0) result(value)
       !> The family
       type(oscillators_t), intent(in) :: oscillators
-      !> State, [count]
+      !> State now, [count]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
+      !> Time since an earlier state, >= 0
+      real(wp), intent(in) :: t
+      !> That state, [count]
+      real(wp), intent(in) :: z0(:)
+      real(wp), intent(in) :: v0(:)
       real(wp) :: value(oscillators%count)
 
       real(wp) :: slow, fast, fast_part
@@ -206,9 +212,11 @@ contains
       do i = oscillators%blended + 1, oscillators%count
          slow = oscillators%decay(i)
          fast = slow + 2.0_wp*oscillators%spread(i)
-         fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v(i) + slow*z(i))
+         fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + slow*z0(i))
          ! 1 - 2 zeta s = -s^2/W^2 for both exponents
-         value(i) = -((z(i) - fast_part)*slow**2 + fast_part*fast**2)*oscillators%inverse_square(i)
+         value(i) = -oscillators%inverse_square(i)* &
+                    ((z0(i) - fast_part)*slow**2*exp(-min(slow*t, greatest_exponent)) &
+                     + fast_part*fast**2*exp(-min(fast*t, greatest_exponent)))
       end do
    end function elastic_and_viscous
 

@@ -1,7 +1,7 @@
 !> Model A in closed form: free flights, impacts with a coefficient of restitution, capture, contact as a
 !> pinned support, release. No step in time: every phase ends at an event that `certified_search` finds.
 module exact_restitution
-   use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
+   use certified_search, only: found_never_left, found_none, found_zero, first_zero, local_t, search_t
    use damped_oscillators, only: elastic_and_viscous, propagate
    use failures, only: fail, failure_t, status_run_failed
    use flight_measures, only: measure_flight, measure_held_contact
@@ -306,6 +306,7 @@ contains
       type(response_t), intent(inout) :: response
 
       type(modal_signal_t) :: reaction
+      type(local_t) :: here
       type(search_t) :: search
       type(event_t) :: event
       real(wp), dimension(pinned%count) :: p, rate, p_end, rate_end
@@ -319,8 +320,13 @@ contains
       ! p + 2 zeta p' swings like p itself
       reaction%z = p + two_zeta*rate
       reaction%v = rate - two_zeta*pinned%oscillators%square*reaction%z
-      if (reaction%offset + sum(reaction%weight*reaction%z) <= 4.0_wp*epsilon(1.0_wp)* &
-          (abs(reaction%offset) + sum(abs(reaction%weight*reaction%z)))) reaction%start_order = 1
+      associate (first => pinned%oscillators%blended + 1)
+         reaction%is_viscous = .true.
+         reaction%z(first:) = p(first:)
+         reaction%v(first:) = rate(first:)
+      end associate
+      call reaction%look(0.0_wp, 0, here)
+      if (here%value <= here%rounding) reaction%start_order = 1
       call first_zero(reaction, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) then
@@ -367,7 +373,7 @@ contains
 
       type(phase_sampler_t) :: sampler
       real(wp), dimension(pinned%count) :: p_then, rate_then
-      real(wp) :: start_energy, energy(2), static_energy, to
+      real(wp) :: start_energy, energy(2), static_energy, time, to
       integer :: place
 
       to = from + length
@@ -383,14 +389,17 @@ contains
       if (samples_before(recorder, to, to_the_end)) then
          call start_sampler(from, p, rate, sampler)
          do while (samples_before(recorder, to, to_the_end))
-            call next_sample(sampler, pinned%oscillators, steps, recorder%step, next_sample_time(recorder))
+            time = next_sample_time(recorder)
+            call next_sample(sampler, pinned%oscillators, steps, recorder%step, time)
             call record_sample(recorder, place)
             if (allocated(response%displacement_stop)) response%displacement_stop(place) = 0.0_wp
             if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
                run%surface*pinned%static_tip - run%surface + sum(pinned%tip_value*sampler%z)
             if (allocated(response%velocity_stop)) response%velocity_stop(place) = 0.0_wp
             if (allocated(response%contact_force)) response%contact_force(place) = run%force_scale* &
-               (reaction%offset + sum(pinned%reaction*elastic_and_viscous(pinned%oscillators, sampler%z, sampler%v)))
+               (reaction%offset + sum(pinned%reaction*elastic_and_viscous( &
+                                      pinned%oscillators, sampler%z, sampler%v, &
+                                      max(time - from, 0.0_wp), p, rate)))
             if (allocated(response%energy)) then
                energy = modal_energy(pinned%oscillators, sampler%z, sampler%v)
                call keep_energy(response, place, recorder%ledger, energy + [0.0_wp, static_energy], 0.0_wp, &

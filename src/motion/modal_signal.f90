@@ -21,6 +21,8 @@ module modal_signal
       real(wp), allocatable, private :: lane_weight(:)
       !> z_i and z_i' at t = 0, [count]
       real(wp), allocatable :: z(:), v(:)
+      !> For modes far beyond critical damping the sum is over z_i + 2 zeta z_i' instead (a force)
+      logical :: is_viscous = .false.
       !> Indentation of the surface at t = 0, >= 0, and the rate at which it relaxes
       real(wp) :: surface = 0.0_wp
       real(wp) :: rate = 0.0_wp
@@ -63,6 +65,7 @@ contains
       real(wp) :: surface
 
       call propagate(self%oscillators, t, self%z, self%v, z, v)
+      if (self%is_viscous) call join_after(self, t, z, v)
       value = self%offset + sum(self%weight*z)
       slope = sum(self%weight*v)
       if (self%surface > 0.0_wp) then
@@ -97,7 +100,7 @@ contains
          separates = oscillators%blended < n
          call propagate_lanes(oscillators, t, z0(:last), v0(:last), z(:last), v(:last))
          if (separates) then
-            call separate(oscillators, weight, self%offset, self%start_order > 1, t, z0, v0, slow, fast)
+            call separate(oscillators, weight, self%offset, self%start_order > 1, self%is_viscous, t, z0, v0, slow, fast)
             call join(oscillators, slow, fast, z, v)
          end if
          call sum_up(weight, t, z, v, signal, slope, magnitude)
@@ -161,7 +164,7 @@ contains
    !>
    !> Where high derivatives decide (a start at rest), fast exponentials that are lost in the rounding error of the sum
    !> are left out: in a derivative that error would be all there is.
-   pure subroutine separate(oscillators, weight, offset, drops, t, z0, v0, slow, fast)
+   pure subroutine separate(oscillators, weight, offset, drops, is_viscous, t, z0, v0, slow, fast)
       !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded], and what is added to the sum
@@ -169,6 +172,8 @@ contains
       real(wp), intent(in) :: offset
       !> Leave out what is lost in rounding
       logical, intent(in) :: drops
+      !> Take z + 2 zeta z' for z
+      logical, intent(in) :: is_viscous
       !> Instant
       real(wp), intent(in) :: t
       !> State at time 0, [padded]
@@ -199,6 +204,12 @@ contains
          slow(i) = (z0(i) - amplitude)*slow_factor(i)
          fast(i) = amplitude*fast_factor(i)
       end do
+      if (.not. is_viscous) return
+      do i = first, size(z0)
+         ! 1 - 2 zeta s = -s^2/W^2 for both exponents
+         slow(i) = -slow(i)*oscillators%inverse_square(i)*oscillators%decay(i)**2
+         fast(i) = -fast(i)*oscillators%inverse_square(i)*(oscillators%decay(i) + 2.0_wp*oscillators%spread(i))**2
+      end do
    end subroutine separate
 
    !> One derivative further.
@@ -216,6 +227,31 @@ contains
          fast(i) = -(oscillators%decay(i) + 2.0_wp*oscillators%spread(i))*fast(i)
       end do
    end subroutine advance
+
+   !> Value and slope of the modes far beyond critical damping at an instant.
+   pure subroutine join_after(self, t, z, v)
+      !> The signal
+      type(modal_signal_t), intent(in) :: self
+      !> The instant
+      real(wp), intent(in) :: t
+      !> Those of the other modes stay, [count]
+      real(wp), intent(inout) :: z(:)
+      real(wp), intent(inout) :: v(:)
+
+      real(wp), dimension(size(self%lane_weight)) :: z0, v0, slow, fast, lane_z, lane_v
+
+      associate (oscillators => self%oscillators, n => self%oscillators%count)
+         if (oscillators%blended == n) return
+         z0(n + 1:) = 0.0_wp
+         v0(n + 1:) = 0.0_wp
+         z0(:n) = self%z
+         v0(:n) = self%v
+         call separate(oscillators, self%lane_weight, self%offset, self%start_order > 1, self%is_viscous, t, z0, v0, slow, fast)
+         call join(oscillators, slow, fast, lane_z, lane_v)
+         z(oscillators%blended + 1:) = lane_z(oscillators%blended + 1:n)
+         v(oscillators%blended + 1:) = lane_v(oscillators%blended + 1:n)
+      end associate
+   end subroutine join_after
 
    !> Value and slope from the two exponentials, where they are told apart.
    pure subroutine join(oscillators, slow, fast, z, v)
