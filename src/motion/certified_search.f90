@@ -27,6 +27,7 @@ module certified_search
    contains
       procedure(look_interface), deferred :: look
       procedure(evaluate_interface), deferred :: evaluate
+      procedure :: short_flight
    end type certified_signal_t
 
    type :: search_t
@@ -45,12 +46,14 @@ module certified_search
       !> That derivative and the next one
       real(wp) :: value = 0.0_wp
       real(wp) :: slope = 0.0_wp
-      !> And the one after that, if it is known: it only speeds the end of the search
+      !> And the one after that
       real(wp) :: curvature = 0.0_wp
       !> From here on the one after never falls below minus this
       real(wp) :: bound = 0.0_wp
       !> Nor does its magnitude exceed this
       real(wp) :: bound_both = 0.0_wp
+      !> Nor that of the derivative after that, if it is known
+      real(wp) :: bound_jerk = huge(1.0_wp)
       !> Rounding error of the value
       real(wp) :: rounding = 0.0_wp
       !> The signal itself, its rounding error
@@ -103,7 +106,16 @@ contains
       real(wp) :: t, before, step
       type(local_t) :: here, lower
       integer :: order
+      logical :: is_short
 
+      if (signal%start_order == 1) then
+         call signal%short_flight(limit, is_short, search%time, search%greatest)
+         if (is_short) then
+            search%outcome = found_zero
+            search%evaluations = 1_i8
+            return
+         end if
+      end if
       ! from a zero march on the derivative that is positive there: while it is, so is all below it
       order = signal%start_order
       if (order == 1) order = 0
@@ -188,6 +200,22 @@ contains
       end do
    end subroutine first_zero
 
+   !> A start at zero, rising, with a return so early that a signal knows a quicker way to it: none, unless it has one.
+   subroutine short_flight(self, limit, is_short, time, greatest)
+      class(certified_signal_t), intent(in) :: self
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> The first zero is certain to be the one returned
+      logical, intent(out) :: is_short
+      !> Where it is
+      real(wp), intent(inout) :: time
+      !> The signal reaches so far before
+      real(wp), intent(inout) :: greatest
+
+      ! only signals that know a way use these
+      is_short = self%start_order < 0 .and. limit < 0.0_wp .and. time < 0.0_wp .and. greatest < 0.0_wp
+   end subroutine short_flight
+
    !> Where a signal sinks through -`deepest_dip`, by bisection.
    function start_of_dip(signal, above, below) result(time)
       !> The signal
@@ -222,8 +250,19 @@ contains
       logical :: certain
 
       certain = here%slope < 0.0_wp .and. here%value > 0.0_wp
-      if (certain) certain = here%slope**2 > 4.0_wp*here%bound_both*here%value
+      if (certain) certain = here%slope**2 > 4.0_wp*upper_bound(here)*here%value
    end function falls_to_zero
+
+   !> Bound, >= 0, from above on the second derivative for twice as long as the signal would take to zero at its slope.
+   elemental function upper_bound(here) result(bound)
+      !> Values of the signal; the slope is negative
+      type(local_t), intent(in) :: here
+      real(wp) :: bound
+
+      bound = here%bound_both
+      if (here%bound_jerk < huge(1.0_wp)) &
+         bound = min(bound, max(0.0_wp, here%curvature - 2.0_wp*here%bound_jerk*here%value/here%slope))
+   end function upper_bound
 
    !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; 1e290 if there is none.
    elemental function safe_step(value, slope, bound) result(step)
@@ -246,13 +285,13 @@ contains
       end if
    end function safe_step
 
-   !> The slope keeps its sign up to a zero that is certain to come: Newton's iteration inside a bracket.
+   !> The slope keeps its sign up to a zero that is certain to come: inverse interpolation inside a bracket.
    subroutine finish(signal, start, at_start, limit, search)
       !> The signal
       class(certified_signal_t), intent(in) :: signal
       !> Where the certificate was given
       real(wp), intent(in) :: start
-      !> Values there: slope^2 > 4 bound_both value, slope < 0
+      !> Values there, which fall to zero for certain
       type(local_t), intent(in) :: at_start
       !> Where the search ends
       real(wp), intent(in) :: limit
@@ -260,15 +299,19 @@ contains
       type(search_t), intent(inout) :: search
 
       integer, parameter :: iteration_cap = 100
-      real(wp) :: low, high, t, next, value, slope
+      real(wp) :: low, high, t, next, value, slope, t_before, value_before, slope_before
       integer :: iteration
 
-      associate (value => at_start%value, slope => at_start%slope, bound => at_start%bound_both)
-         low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*bound*value) - slope)
-         high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*bound*value) - slope)
+      associate (value => at_start%value, slope => at_start%slope)
+         low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*at_start%bound_both*value) - slope)
+         high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*upper_bound(at_start)*value) - slope)
+         high = high + 4.0_wp*spacing(high)
       end associate
       ! the zero of the parabola through value, slope and curvature
       t = start + 2.0_wp*at_start%value/(sqrt(at_start%slope**2 - 2.0_wp*at_start%curvature*at_start%value) - at_start%slope)
+      t_before = start
+      value_before = at_start%value
+      slope_before = at_start%slope
       do iteration = 1, iteration_cap
          t = min(max(t, low), high)
          call signal%evaluate(t, value, slope)
@@ -278,7 +321,10 @@ contains
          else
             high = t
          end if
-         next = t - value/slope
+         next = t + return_step(t - t_before, value_before, slope_before, value, slope)
+         t_before = t
+         value_before = value
+         slope_before = slope
          if (.not. (next >= low .and. next <= high)) next = 0.5_wp*(low + high)
          if (abs(next - t) <= 2.0_wp*spacing(t) .or. abs(value) <= tiny(1.0_wp)) exit
          if (abs(value) <= 0.25_wp*at_start%rounding) exit
@@ -291,5 +337,28 @@ contains
          search%outcome = found_none
       end if
    end subroutine finish
+
+   !> From the second of two points to where the cubic through them, time over value, has value zero; Newton's step
+   !> where they are no good for that.
+   elemental function return_step(distance, value_before, slope_before, value, slope) result(step)
+      !> Time between the points
+      real(wp), intent(in) :: distance
+      !> Values and slopes there
+      real(wp), intent(in) :: value_before
+      real(wp), intent(in) :: slope_before
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: slope
+      real(wp) :: step
+
+      real(wp) :: share, fall
+
+      step = -value/slope
+      fall = value - value_before
+      if (.not. (slope < 0.0_wp .and. slope_before < 0.0_wp .and. abs(value) < 0.5_wp*abs(fall))) return
+      share = value/fall
+      ! Hermite's polynomial, counted from the second point
+      step = step - share**2*(distance*(3.0_wp - 2.0_wp*share) - fall*(2.0_wp/slope + 1.0_wp/slope_before) &
+                              + share*fall*(1.0_wp/slope + 1.0_wp/slope_before))
+   end function return_step
 
 end module certified_search

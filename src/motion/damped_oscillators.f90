@@ -136,6 +136,11 @@ contains
       real(wp) :: sine, phase, lag, y
       integer :: i, last
 
+      if (.not. t > 0.0_wp) then
+         z = z0
+         v = v0
+         return
+      end if
       ! a vector that holds both regimes is computed for both; the second overwrites what is its own
       last = padded(oscillators%oscillating)
       do i = 1, last

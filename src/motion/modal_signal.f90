@@ -29,6 +29,7 @@ module modal_signal
    contains
       procedure :: look
       procedure :: evaluate
+      procedure :: short_flight
    end type modal_signal_t
 
 contains
@@ -74,6 +75,169 @@ contains
          slope = slope - self%rate*surface
       end if
    end subroutine evaluate
+
+   !> A hop so short that the modes hardly turn: its end by the Taylor series of s(t)/t about the start, certain since
+   !> the remainder is bounded by the swing of the first derivative left out.
+   subroutine short_flight(self, limit, is_short, time, greatest)
+      class(modal_signal_t), intent(in) :: self
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> The first zero is certain to be the one returned
+      logical, intent(out) :: is_short
+      !> Where it is
+      real(wp), intent(inout) :: time
+      !> The signal reaches so far before
+      real(wp), intent(inout) :: greatest
+
+      integer, parameter :: most_terms = 24
+      ! the series is used up to this multiple of the zero of its first two terms, if no mode turns by more than an angle
+      real(wp), parameter :: margin = 1.6_wp, greatest_angle = 2.0_wp
+      real(wp), dimension(size(self%lane_weight)) :: low, high, next
+      ! s^(k)/k!
+      real(wp) :: coefficient(most_terms + 1)
+      real(wp) :: angle, first, reach, remainder, second, share, step
+      integer :: i, k, n, terms
+
+      is_short = .false.
+      n = self%oscillators%count
+      if (self%surface > 0.0_wp .or. self%oscillators%blended < n) return
+      associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
+                 two_zeta => self%oscillators%two_zeta)
+         low(n + 1:) = 0.0_wp
+         high(n + 1:) = 0.0_wp
+         low(:n) = self%z
+         high(:n) = self%v
+         first = 0.0_wp
+         second = 0.0_wp
+         !$omp simd reduction(+:first, second)
+         do i = 1, size(weight)
+            next(i) = -square(i)*(low(i) + two_zeta*high(i))
+            first = first + weight(i)*high(i)
+            second = second + weight(i)*next(i)
+         end do
+         if (.not. (first > 0.0_wp .and. second < 0.0_wp)) return
+         coefficient(1) = first
+         coefficient(2) = 0.5_wp*second
+         reach = -margin*first/coefficient(2)
+         if (reach >= limit) return
+         ! derivatives of overdamped modes grow faster
+         angle = reach*oscillators%frequency(n)*merge(1.0_wp, 2.0_wp, oscillators%oscillating == n)
+         if (angle > greatest_angle) return
+         terms = 2
+         share = 0.5_wp*angle
+         do while (share > 0.1_wp*epsilon(1.0_wp) .and. terms < most_terms)
+            terms = terms + 1
+            share = share*angle/real(terms, wp)
+         end do
+         share = 0.5_wp
+         do k = 3, terms + 1
+            call next_derivative(square, two_zeta, weight, high, next, second)
+            share = share/real(k, wp)
+            coefficient(k) = second*share
+         end do
+         low = high
+         high = next
+         call next_derivative(square, two_zeta, weight, low, next, second)
+         ! bounded as in `bound_terms`
+         remainder = sum(abs(weight)*sqrt(high**2 + next**2*oscillators%inverse_square))
+      end associate
+      remainder = remainder*share*reach**terms
+      if (remainder > epsilon(1.0_wp)*first) return
+      call zero_of_series(coefficient(:terms), reach, is_short, step)
+      if (.not. is_short) return
+      time = step
+      ! the greatest value lies near the middle
+      greatest = 0.0_wp
+      do k = terms, 1, -1
+         greatest = (greatest + coefficient(k))*0.5_wp*step
+      end do
+   end subroutine short_flight
+
+   !> From two derivatives of the oscillators to the one after them.
+   pure subroutine next_derivative(square, two_zeta, weight, low, high, total)
+      !> W^2, [padded], and 2 zeta
+      real(wp), contiguous, intent(in) :: square(:)
+      real(wp), intent(in) :: two_zeta
+      !> Weights, [padded]
+      real(wp), contiguous, intent(in) :: weight(:)
+      !> The two; the latter and the next on return, [padded]
+      real(wp), contiguous, intent(inout) :: low(:)
+      real(wp), contiguous, intent(inout) :: high(:)
+      !> Weighted sum of the next
+      real(wp), intent(out) :: total
+
+      real(wp) :: new
+      integer :: i
+
+      total = 0.0_wp
+      !$omp simd reduction(+:total) private(new)
+      do i = 1, size(weight)
+         new = -square(i)*(low(i) + two_zeta*high(i))
+         low(i) = high(i)
+         high(i) = new
+         total = total + weight(i)*new
+      end do
+   end subroutine next_derivative
+
+   !> First zero of c_1 + c_2 t + c_3 t^2 + ... up to a reach.
+   pure subroutine zero_of_series(coefficient, reach, is_found, t)
+      !> c, the first one positive
+      real(wp), intent(in) :: coefficient(:)
+      !> Up to here
+      real(wp), intent(in) :: reach
+      !> There is one
+      logical, intent(out) :: is_found
+      !> Where
+      real(wp), intent(out) :: t
+
+      integer, parameter :: step_cap = 12, iteration_cap = 10
+      real(wp) :: bound, slope, step, value
+      integer :: i, k
+
+      ! of the second derivative, Horner's way
+      bound = 0.0_wp
+      do k = size(coefficient), 3, -1
+         bound = bound*reach + real((k - 1)*(k - 2), wp)*abs(coefficient(k))
+      end do
+      is_found = .false.
+      t = 0.0_wp
+      value = coefficient(1)
+      slope = coefficient(2)
+      do i = 1, step_cap
+         if (slope < 0.0_wp .and. slope**2 > 4.0_wp*bound*value) exit
+         t = t + step_without_zero(value, slope, bound)
+         if (t > reach .or. i == step_cap) return
+         call evaluate_series(coefficient, t, value, slope)
+      end do
+      do i = 1, iteration_cap
+         step = -value/slope
+         t = t + step
+         is_found = abs(step) <= 2.0_wp*spacing(t)
+         if (is_found .or. t > reach) exit
+         call evaluate_series(coefficient, t, value, slope)
+      end do
+      is_found = is_found .and. t > 0.0_wp .and. t <= reach
+   end subroutine zero_of_series
+
+   !> c_1 + c_2 t + c_3 t^2 + ... and its slope.
+   pure subroutine evaluate_series(coefficient, t, value, slope)
+      !> c
+      real(wp), intent(in) :: coefficient(:)
+      !> Where
+      real(wp), intent(in) :: t
+      !> Value and slope
+      real(wp), intent(out) :: value
+      real(wp), intent(out) :: slope
+
+      integer :: k
+
+      value = 0.0_wp
+      slope = 0.0_wp
+      do k = size(coefficient), 1, -1
+         slope = slope*t + value
+         value = value*t + coefficient(k)
+      end do
+   end subroutine evaluate_series
 
    !> Value, slope and bounds of a derivative of the signal at an instant; the surface counts in order 0 only.
    subroutine look(self, t, order, here)
@@ -143,16 +307,15 @@ contains
             here%slope = here%slope - self%rate*surface
             here%bound_both = here%bound_both + self%rate**2*surface
          end if
-         if (order == 0 .and. falls_to_zero(here)) then
-            here%curvature = dot_product(weight, a) + self%rate**2*surface
-            return
-         end if
          if (order == 0 .and. here%floor > here%rounding) return
          call bound_terms(oscillators, weight, jerk, snap, swing_jerk)
          if (separates) then
             call advance(oscillators, slow, fast)
             call bound_separate(oscillators, weight, slow, fast, swing_jerk)
          end if
+         here%curvature = dot_product(weight, a) + self%rate**2*surface
+         here%bound_jerk = sum(swing_jerk) + self%rate**3*surface
+         if (order == 0 .and. falls_to_zero(here)) return
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
          here%free = free_step(weight*z, weight*v, weight*a, swing, swing_a, swing_jerk, rest, -self%rate*surface, &
                                here%value, here%slope)
