@@ -125,63 +125,103 @@ contains
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
 
-      ! short loops of one function each: the compiler makes vector calls of them
-      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
-      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
-      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
-      ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
-      real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
-                                                     6227020800.0_wp, 1307674368000.0_wp]
-      real(wp), dimension(size(z0)) :: factors, cosines, sines
-      real(wp) :: sine, phase, lag, y
-      integer :: i, last
+      integer :: first
 
       if (.not. t > 0.0_wp) then
          z = z0
          v = v0
          return
       end if
-      ! a vector that holds both regimes is computed for both; the second overwrites what is its own
-      last = padded(oscillators%oscillating)
-      do i = 1, last
-         factors(i) = exp(-min(oscillators%decay(i)*t, greatest_exponent))
+      first = lanes*(oscillators%oscillating/lanes) + 1
+      if (oscillators%oscillating > 0) &
+         call oscillate(padded(min(oscillators%oscillating, size(z0)))/lanes, t, oscillators%decay, oscillators%spread, &
+                        oscillators%inverse_spread, oscillators%lane_square, z0, v0, z, v)
+      if (first <= size(z0)) &
+         call creep((size(z0) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, oscillators%decay(first:), &
+                    oscillators%spread(first:), oscillators%inverse_spread(first:), z0(first:), v0(first:), z(first:), &
+                    v(first:))
+   end subroutine propagate_lanes
+
+   !> Underdamped modes. A vector that holds both regimes is computed for both; `creep` overwrites what is its own.
+   pure subroutine oscillate(blocks, t, decay, spread, inverse_spread, square, z0, v0, z, v)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> Time, > 0
+      real(wp), intent(in) :: t
+      !> The family
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, square
+      !> State at time 0 and at time t
+      real(wp), intent(in), dimension(lanes*blocks) :: z0, v0
+      real(wp), intent(out), dimension(lanes*blocks) :: z, v
+
+      ! short loops of one function each: the compiler makes vector calls of them
+      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
+      real(wp), dimension(lanes*blocks) :: factors, cosines, sines
+      real(wp) :: sine
+      integer :: i
+
+      do i = 1, lanes*blocks
+         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
       end do
-      do i = 1, last
-         cosines(i) = cos(oscillators%spread(i)*t)
+      do i = 1, lanes*blocks
+         cosines(i) = cos(spread(i)*t)
       end do
-      do i = 1, last
-         sines(i) = sin(oscillators%spread(i)*t)
+      do i = 1, lanes*blocks
+         sines(i) = sin(spread(i)*t)
       end do
-      !$omp simd private(phase, sine)
-      do i = 1, last
+      !$omp simd private(sine)
+      do i = 1, lanes*blocks
          ! sin(w t)/w, which is t where w vanishes
-         phase = oscillators%spread(i)*t
-         sine = merge(sines(i)*oscillators%inverse_spread(i), t, phase > 1.0e-8_wp)
-         z(i) = factors(i)*(z0(i)*cosines(i) + (v0(i) + oscillators%decay(i)*z0(i))*sine)
-         v(i) = factors(i)*(v0(i)*cosines(i) - (oscillators%lane_square(i)*z0(i) + oscillators%decay(i)*v0(i))*sine)
+         sine = merge(sines(i)*inverse_spread(i), t, spread(i)*t > 1.0e-8_wp)
+         z(i) = factors(i)*(z0(i)*cosines(i) + (v0(i) + decay(i)*z0(i))*sine)
+         v(i) = factors(i)*(v0(i)*cosines(i) - (square(i)*z0(i) + decay(i)*v0(i))*sine)
       end do
-      if (oscillators%oscillating == oscillators%count) return
-      last = lanes*(oscillators%oscillating/lanes)
-      do i = last + 1, size(z0)
-         factors(i) = exp(-min(oscillators%decay(i)*t, greatest_exponent))
+   end subroutine oscillate
+
+   !> Modes at and beyond critical damping.
+   pure subroutine creep(blocks, first, t, decay, spread, inverse_spread, z0, v0, z, v)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> The first of these modes
+      integer, intent(in) :: first
+      !> Time, > 0
+      real(wp), intent(in) :: t
+      !> The family
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread
+      !> State at time 0 and at time t
+      real(wp), intent(in), dimension(lanes*blocks) :: z0, v0
+      real(wp), intent(inout), dimension(lanes*blocks) :: z, v
+
+      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
+      ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
+      real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
+                                                     6227020800.0_wp, 1307674368000.0_wp]
+      real(wp), dimension(lanes*blocks) :: factors, fast_factors
+      real(wp) :: phase, lag, mixed, y
+      integer :: i
+
+      do i = 1, lanes*blocks
+         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
       end do
-      do i = last + 1, size(z0)
-         cosines(i) = exp(-min(2.0_wp*oscillators%spread(i)*t, greatest_exponent))
+      do i = 1, lanes*blocks
+         fast_factors(i) = exp(-min(2.0_wp*spread(i)*t, greatest_exponent))
       end do
-      !$omp simd private(phase, lag, sine, y)
-      do i = last + 1, size(z0)
+      !$omp simd private(phase, lag, mixed, y)
+      do i = 1, lanes*blocks
          ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), which is t where s vanishes
-         phase = 2.0_wp*oscillators%spread(i)*t
+         phase = 2.0_wp*spread(i)*t
          y = 0.25_wp*min(phase, 1.0_wp)**2
          lag = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
                + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
-         lag = merge(t*sqrt(cosines(i))*lag, 0.5_wp*(1.0_wp - cosines(i))*oscillators%inverse_spread(i), phase <= 1.0_wp)
-         sine = v0(i) + oscillators%decay(i)*z0(i)
-         y = factors(i)*(z0(i) + sine*lag)
-         z(i) = merge(y, z(i), i > oscillators%oscillating)
-         v(i) = merge(factors(i)*sine*cosines(i) - oscillators%decay(i)*y, v(i), i > oscillators%oscillating)
+         lag = merge(t*sqrt(fast_factors(i))*lag, 0.5_wp*(1.0_wp - fast_factors(i))*inverse_spread(i), phase <= 1.0_wp)
+         mixed = v0(i) + decay(i)*z0(i)
+         y = factors(i)*(z0(i) + mixed*lag)
+         z(i) = merge(y, z(i), i >= first)
+         v(i) = merge(factors(i)*mixed*fast_factors(i) - decay(i)*y, v(i), i >= first)
       end do
-   end subroutine propagate_lanes
+   end subroutine creep
 
    !> The next multiple of `lanes`.
    elemental function padded(count) result(whole)
