@@ -12,7 +12,6 @@ module contact_modes
    implicit none (type, external)
    private
    public :: contact_modes_t, make_contact_modes, contact_amplitudes, contact_state
-   public :: contact_losses_t, make_contact_losses, contact_losses, integral
 
    !> Modes whose value at the stop is below this share of the greatest do not feel it.
    real(wp), parameter :: least_coupling = 1.0e-100_wp
@@ -42,14 +41,6 @@ module contact_modes
       !> Condition of each exponent: 1 for well separated ones, infinite where two coalesce, [count]
       real(wp), allocatable :: condition(:)
    end type contact_modes_t
-
-   !> Dissipation per pair of exponents: power = Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2, [count, count].
-   type :: contact_losses_t
-      !> In the beam: 2 zeta sum W_i^2 v_i^2
-      complex(wp), allocatable :: beam_plain(:, :), beam_conjugate(:, :)
-      !> In the damper: nu P2^2/(beta k)
-      complex(wp), allocatable :: stop_plain(:, :), stop_conjugate(:, :)
-   end type contact_losses_t
 
 contains
 
@@ -286,132 +277,25 @@ contains
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: v(:)
 
-      complex(wp) :: factor
+      complex(wp) :: factor, rate
       real(wp), dimension(size(q0)) :: alone, alone_rate
-      integer :: m
+      integer :: i, m
 
       q = beam%stop_value/beam%oscillators%square*static_force
       v = 0.0_wp
       do m = 1, modes%count
          factor = modes%weight(m)*amplitude(m)*exp(modes%exponent(m)*t)
-         q = q + real(factor*modes%shape(:, m), wp)
-         v = v + real(factor*modes%exponent(m)*modes%shape(:, m), wp)
+         rate = factor*modes%exponent(m)
+         !$omp simd
+         do i = 1, size(q)
+            q(i) = q(i) + real(factor, wp)*real(modes%shape(i, m), wp) - aimag(factor)*aimag(modes%shape(i, m))
+            v(i) = v(i) + real(rate, wp)*real(modes%shape(i, m), wp) - aimag(rate)*aimag(modes%shape(i, m))
+         end do
       end do
       if (size(modes%inactive) == 0) return
       call propagate(beam%oscillators, t, q0, v0, alone, alone_rate)
       q(modes%inactive) = alone(modes%inactive)
       v(modes%inactive) = alone_rate(modes%inactive)
    end subroutine contact_state
-
-   !> What the ledger needs of each pair of exponents.
-   pure subroutine make_contact_losses(beam, zeta, spring, modes, losses)
-      !> The beam in its free modes
-      type(modal_beam_t), intent(in) :: beam
-      !> zeta
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(three_element_t), intent(in) :: spring
-      !> Exponents and shapes
-      type(contact_modes_t), intent(in) :: modes
-      !> The pairs
-      type(contact_losses_t), intent(out) :: losses
-
-      complex(wp) :: rate(beam%count, modes%count), branch(modes%count), own
-      real(wp) :: factor, noise
-      integer :: m, n
-
-      associate (k => modes%count)
-         allocate (losses%beam_plain(k, k), losses%beam_conjugate(k, k), losses%stop_plain(k, k), &
-                   losses%stop_conjugate(k, k))
-      end associate
-      factor = 0.0_wp
-      if (spring%branch_stiffness > 0.0_wp) factor = spring%relaxation_rate/spring%branch_stiffness
-      ! P2 = P - k u, and u = -y_c where the static part is left out
-      branch = 1.0_wp + spring%stiffness*modes%stop_value
-      if (spring%branch_stiffness > 0.0_wp) then
-         ! at a root the same without cancellation, from the branch's own equation
-         do m = 1, modes%count
-            associate (s => modes%exponent(m))
-               if (size_of(s + spring%relaxation_rate) < 0.1_wp*spring%relaxation_rate) cycle
-               own = -spring%branch_stiffness*s/(s + spring%relaxation_rate)*modes%stop_value(m)
-               noise = 64.0_wp*epsilon(1.0_wp)*(1.0_wp + spring%stiffness*sum(size_of(beam%stop_value*modes%shape(:, m))))
-               if (size_of(own - branch(m)) < noise) branch(m) = own
-            end associate
-         end do
-      end if
-      do m = 1, modes%count
-         rate(:, m) = sqrt(2.0_wp*zeta*beam%oscillators%square)*modes%exponent(m)*modes%shape(:, m)
-      end do
-      do n = 1, modes%count
-         do m = 1, modes%count
-            losses%beam_plain(m, n) = sum(rate(:, m)*rate(:, n))
-            losses%beam_conjugate(m, n) = sum(rate(:, m)*conjg(rate(:, n)))
-            losses%stop_plain(m, n) = factor*branch(m)*branch(n)
-            losses%stop_conjugate(m, n) = factor*branch(m)*conjg(branch(n))
-         end do
-      end do
-   end subroutine make_contact_losses
-
-   !> Dissipated from the start of a contact up to a time, integrated in closed form.
-   pure subroutine contact_losses(beam, modes, losses, amplitude, q0, v0, t, lost)
-      !> The beam in its free modes
-      type(modal_beam_t), intent(in) :: beam
-      !> Exponents
-      type(contact_modes_t), intent(in) :: modes
-      !> From `make_contact_losses`
-      type(contact_losses_t), intent(in) :: losses
-      !> weight times c
-      complex(wp), intent(in) :: amplitude(:)
-      !> Modal state at the start; only the modes with a node at the stop are read
-      real(wp), intent(in) :: q0(:)
-      real(wp), intent(in) :: v0(:)
-      !> Time
-      real(wp), intent(in) :: t
-      !> In the beam, in the stop
-      real(wp), intent(out) :: lost(2)
-
-      complex(wp) :: plain, conjugate, pair, factor(modes%count)
-      real(wp), dimension(size(q0)) :: q, v
-      integer :: m, n
-
-      lost = 0.0_wp
-      factor = exp(modes%exponent*t)
-      do n = 1, modes%count
-         do m = 1, modes%count
-            pair = amplitude(m)*amplitude(n)
-            plain = pair*integral(modes%exponent(m) + modes%exponent(n), t, factor(m)*factor(n))
-            pair = amplitude(m)*conjg(amplitude(n))
-            conjugate = pair*integral(modes%exponent(m) + conjg(modes%exponent(n)), t, factor(m)*conjg(factor(n)))
-            lost(1) = lost(1) + 0.5_wp*real(losses%beam_plain(m, n)*plain + losses%beam_conjugate(m, n)*conjugate, wp)
-            lost(2) = lost(2) + 0.5_wp*real(losses%stop_plain(m, n)*plain + losses%stop_conjugate(m, n)*conjugate, wp)
-         end do
-      end do
-      if (size(modes%inactive) == 0) return
-      call propagate(beam%oscillators, t, q0, v0, q, v)
-      associate (i => modes%inactive, w2 => beam%oscillators%square)
-         lost(1) = lost(1) + 0.5_wp*sum(v0(i)**2 - v(i)**2 + w2(i)*(q0(i)**2 - q(i)**2))
-      end associate
-   end subroutine contact_losses
-
-   !> (exp(s t) - 1)/s without cancellation.
-   elemental function integral(s, t, power) result(value)
-      !> Exponent
-      complex(wp), intent(in) :: s
-      !> Time
-      real(wp), intent(in) :: t
-      !> exp(s t)
-      complex(wp), intent(in) :: power
-      complex(wp) :: value
-
-      complex(wp) :: x
-
-      x = s*t
-      if (size_of(x) < 0.1_wp) then
-         value = t*(1.0_wp + x/2.0_wp*(1.0_wp + x/3.0_wp*(1.0_wp + x/4.0_wp*(1.0_wp + x/5.0_wp*(1.0_wp + x/6.0_wp &
-                    *(1.0_wp + x/7.0_wp*(1.0_wp + x/8.0_wp*(1.0_wp + x/9.0_wp*(1.0_wp + x/10.0_wp)))))))))
-      else
-         value = (power - 1.0_wp)/s
-      end if
-   end function integral
 
 end module contact_modes

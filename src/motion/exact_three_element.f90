@@ -2,8 +2,8 @@
 !> stop. No step in time: every phase ends at an event that `certified_search` finds.
 module exact_three_element
    use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
-   use contact_modes, only: contact_amplitudes, contact_losses, contact_losses_t, contact_modes_t, contact_state, &
-                            make_contact_losses, make_contact_modes
+   use contact_losses, only: contact_losses_t, losses_of_step, losses_until, make_contact_losses
+   use contact_modes, only: contact_amplitudes, contact_modes_t, contact_state, make_contact_modes
    use damped_oscillators, only: propagate
    use exponential_signal, only: exponential_signal_t
    use failures, only: fail, failure_t, status_run_failed
@@ -53,6 +53,7 @@ contains
 
       integer, parameter :: standstill_cap = 1000
       type(contact_modes_t) :: modes
+      type(contact_losses_t) :: losses
       type(steps_t) :: steps
       type(modal_signal_t) :: gap
       type(search_t) :: search
@@ -88,7 +89,7 @@ contains
                if (allocated(error)) return
                response%factorisations = response%factorisations + 1
             end if
-            call contact(beam, run, modes, force_order, t, q, v, branch_force, recorder, response)
+            call contact(beam, run, modes, losses, force_order, t, q, v, branch_force, recorder, response)
             force_order = 1
             if (response%ends_in_contact) return
             gap%start_order = 1
@@ -151,13 +152,15 @@ contains
    end subroutine settle
 
    !> One contact, from P = 0 to P = 0.
-   subroutine contact(beam, run, modes, start_order, t, q, v, branch_force, recorder, response)
+   subroutine contact(beam, run, modes, losses, start_order, t, q, v, branch_force, recorder, response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
       type(three_element_run_t), intent(in) :: run
       !> Exponents of the contact
       type(contact_modes_t), intent(in) :: modes
+      !> What they dissipate; made at its first use
+      type(contact_losses_t), intent(inout) :: losses
       !> First derivative of P that does not vanish at the start: 1 on arrival, 2 from rest
       integer, intent(in) :: start_order
       !> Instant; the separation on return
@@ -186,7 +189,7 @@ contains
       call first_zero(force, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) search%time = run%duration - t
-      call record_contact(beam, run, modes, static_force, force%amplitude, q, v, t, search%time, &
+      call record_contact(beam, run, modes, losses, static_force, force%amplitude, q, v, t, search%time, &
                           search%outcome == found_none, recorder, response)
       call measure_spring_contact(recorder%measurer, beam, run%zeta, run%spring, modes, force, run%force_scale, t, &
                                   search%time, search%outcome == found_none, search%greatest, q, v)
@@ -210,13 +213,16 @@ contains
    end subroutine contact
 
    !> Samples of a contact.
-   subroutine record_contact(beam, run, modes, static_force, amplitude, q, v, from, length, to_the_end, recorder, response)
+   subroutine record_contact(beam, run, modes, losses, static_force, amplitude, q, v, from, length, to_the_end, recorder, &
+                             response)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Stop and run
       type(three_element_run_t), intent(in) :: run
       !> Exponents of the contact
       type(contact_modes_t), intent(in) :: modes
+      !> What they dissipate; made at its first use
+      type(contact_losses_t), intent(inout) :: losses
       !> The force that remains
       real(wp), intent(in) :: static_force
       !> weight times c at its start
@@ -236,9 +242,8 @@ contains
 
       integer, parameter :: renewal = 64
       complex(wp), dimension(modes%count) :: term, factor, velocity_value
-      type(contact_losses_t) :: losses
       real(wp), dimension(size(q)) :: q_then, v_then
-      real(wp) :: lost(2), indentation, time, to
+      real(wp) :: lost(2), loss(2), step_loss(2), indentation, time, to
       integer :: place, since
 
       to = from + length
@@ -248,18 +253,23 @@ contains
          call keep_shape(recorder, q_then, v_then)
       end do
       if (allocated(response%energy)) then
-         call make_contact_losses(beam, run%zeta, run%spring, modes, losses)
-         if (.not. to_the_end) call contact_losses(beam, modes, losses, amplitude, q, v, length, lost)
+         if (.not. losses%made) call make_contact_losses(beam, run%zeta, run%spring, modes, losses)
+         if (.not. to_the_end) call losses_until(beam, modes, losses, amplitude, q, v, length, lost)
       end if
       factor = exp(modes%exponent*recorder%step)
       velocity_value = modes%exponent*modes%stop_value
       since = renewal
       do while (samples_before(recorder, to, to_the_end))
          time = next_sample_time(recorder)
-         if (since >= renewal) then
+         if (since >= renewal .or. (allocated(response%energy) .and. size(modes%inactive) > 0)) then
             term = amplitude*exp(modes%exponent*max(time - from, 0.0_wp))
             since = 0
+            if (allocated(response%energy)) call losses_until(beam, modes, losses, amplitude, q, v, time - from, loss)
          else
+            if (allocated(response%energy)) then
+               call losses_of_step(modes, recorder%step, losses, term, step_loss)
+               loss = loss + step_loss
+            end if
             term = term*factor
             since = since + 1
          end if
@@ -274,13 +284,9 @@ contains
          if (.not. allocated(response%energy)) cycle
          call contact_state(beam, modes, static_force, amplitude/modes%weight, q, v, time - from, q_then, v_then)
          indentation = run%surface - sum(beam%stop_value*q_then)
-         block
-            real(wp) :: loss(2)
-            call contact_losses(beam, modes, losses, amplitude, q, v, time - from, loss)
-            call keep_energy(response, place, recorder%ledger, modal_energy(beam%oscillators, q_then, v_then), &
-                             stop_energy(run%spring, indentation, static_force + sum(real(term, wp)) &
-                                         - run%spring%stiffness*indentation), loss(1), loss(2))
-         end block
+         call keep_energy(response, place, recorder%ledger, modal_energy(beam%oscillators, q_then, v_then), &
+                          stop_energy(run%spring, indentation, static_force + sum(real(term, wp)) &
+                                      - run%spring%stiffness*indentation), loss(1), loss(2))
       end do
       if (.not. allocated(response%energy) .or. to_the_end) return
       recorder%ledger%dissipated_beam = recorder%ledger%dissipated_beam + lost(1)

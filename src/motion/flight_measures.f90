@@ -5,8 +5,8 @@
 !> tell, the instant of quiet, is sought at the end of the run.
 module flight_measures
    use certified_search, only: certified_signal_t, first_zero, found_zero, search_t
-   use contact_modes, only: contact_losses, contact_losses_t, contact_modes_t, contact_state, integral, &
-                            make_contact_losses
+   use contact_losses, only: contact_losses_t, integral, losses_until, make_contact_losses
+   use contact_modes, only: contact_modes_t, contact_state
    use damped_oscillators, only: oscillators_t, propagate
    use exponential_signal, only: exponential_signal_t
    use kinds, only: wp
@@ -38,7 +38,6 @@ module flight_measures
       type(modal_signal_t) :: loud_flight
       type(exponential_signal_t) :: loud_contact
       !> Pairs of exponents of contacts, made once
-      logical :: has_losses = .false.
       type(contact_losses_t) :: losses
    end type measurer_t
 
@@ -215,11 +214,8 @@ contains
       associate (measures => measurer%measures)
          measures%greatest_impulse = max(measures%greatest_impulse, force%offset*length + sum(real( &
             force%amplitude*integral(force%exponent, length, exp(force%exponent*length)), wp)))
-         if (.not. measurer%has_losses) then
-            call make_contact_losses(beam, zeta, spring, modes, measurer%losses)
-            measurer%has_losses = .true.
-         end if
-         call contact_losses(beam, modes, measurer%losses, force%amplitude, q, v, length, lost)
+         if (.not. measurer%losses%made) call make_contact_losses(beam, zeta, spring, modes, measurer%losses)
+         call losses_until(beam, modes, measurer%losses, force%amplitude, q, v, length, lost)
          measures%lost_stop = measures%lost_stop + lost(2)
       end associate
       ! -eta: how far the stop yields
