@@ -40,13 +40,14 @@ contains
       !> The pairs
       type(contact_losses_t), intent(out) :: losses
 
-      complex(wp) :: rate(beam%count, modes%count), branch(modes%count), own
+      complex(wp), allocatable :: rate(:, :)
+      complex(wp) :: branch(modes%count), own
       real(wp) :: factor, noise
       integer :: m, n
 
       associate (k => modes%count)
          allocate (losses%beam_plain(k, k), losses%beam_conjugate(k, k), losses%stop_plain(k, k), &
-                   losses%stop_conjugate(k, k))
+                   losses%stop_conjugate(k, k), rate(beam%count, k))
       end associate
       factor = 0.0_wp
       if (spring%branch_stiffness > 0.0_wp) factor = spring%relaxation_rate/spring%branch_stiffness
@@ -136,8 +137,8 @@ contains
       real(wp) :: parts(2*modes%count)
 
       if (.not. losses%has_step) then
-         allocate (losses%beam_step, source=step_matrix(modes, step, losses%beam_plain, losses%beam_conjugate))
-         allocate (losses%stop_step, source=step_matrix(modes, step, losses%stop_plain, losses%stop_conjugate))
+         call make_step_matrix(modes, step, losses%beam_plain, losses%beam_conjugate, losses%beam_step)
+         call make_step_matrix(modes, step, losses%stop_plain, losses%stop_conjugate, losses%stop_step)
          losses%has_step = .true.
       end if
       parts = [real(term, wp), aimag(term)]
@@ -171,7 +172,7 @@ contains
    end function quadratic_form
 
    !> The quadratic form of one step on real and imaginary parts.
-   pure function step_matrix(modes, step, plain, conjugate) result(matrix)
+   pure subroutine make_step_matrix(modes, step, plain, conjugate, matrix)
       !> Exponents
       type(contact_modes_t), intent(in) :: modes
       !> Length of the step
@@ -179,13 +180,15 @@ contains
       !> Power per pair of exponents
       complex(wp), intent(in) :: plain(:, :)
       complex(wp), intent(in) :: conjugate(:, :)
-      real(wp) :: matrix(2*modes%count, 2*modes%count)
+      !> Its matrix, [2 count, 2 count]
+      real(wp), allocatable, intent(out) :: matrix(:, :)
 
       complex(wp) :: factor(modes%count), u, v
       integer :: m, n
 
       factor = exp(modes%exponent*step)
       associate (k => modes%count, s => modes%exponent)
+         allocate (matrix(2*k, 2*k))
          do n = 1, k
             do m = 1, k
                u = 0.5_wp*plain(m, n)*integral(s(m) + s(n), step, factor(m)*factor(n))
@@ -197,7 +200,7 @@ contains
             end do
          end do
       end associate
-   end function step_matrix
+   end subroutine make_step_matrix
 
    !> (exp(s t) - 1)/s without cancellation.
    elemental function integral(s, t, power) result(value)
