@@ -230,23 +230,45 @@ contains
       !> c, [modes%count]
       complex(wp), intent(out) :: amplitude(:)
 
-      real(wp) :: indentation, scale, other_scale
+      real(wp) :: indentation, scale, other_scale, real_part, imaginary_part, magnitude, two_zeta
+      ! b_i-weighted sums of q, W^2 q and v, real and imaginary
+      real(wp) :: places(2), forces(2), rates(2), place_scale, force_scale
       complex(wp) :: forcing, other
-      integer :: m
+      integer :: i, m
 
       ! P = k u + P2 = 0; from the displacement of the beam it would be no more than a rounding error of it
       indentation = -branch_force/spring%stiffness
       static_force = spring%stiffness*surface/(1.0_wp + spring%stiffness*beam%flexibility)
+      two_zeta = 2.0_wp*zeta
       do m = 1, modes%count
-         associate (s => modes%exponent(m), shape => modes%shape(:, m), square => beam%oscillators%square)
+         places = 0.0_wp
+         forces = 0.0_wp
+         rates = 0.0_wp
+         place_scale = 0.0_wp
+         force_scale = 0.0_wp
+         !$omp simd reduction(+:places, forces, rates, place_scale, force_scale) private(real_part, imaginary_part, magnitude)
+         do i = 1, beam%count
+            real_part = real(modes%shape(i, m), wp)
+            imaginary_part = aimag(modes%shape(i, m))
+            magnitude = (abs(real_part) + abs(imaginary_part))*abs(q(i))
+            places(1) = places(1) + real_part*q(i)
+            places(2) = places(2) + imaginary_part*q(i)
+            forces(1) = forces(1) + real_part*beam%oscillators%square(i)*q(i)
+            forces(2) = forces(2) + imaginary_part*beam%oscillators%square(i)*q(i)
+            rates(1) = rates(1) + real_part*v(i)
+            rates(2) = rates(2) + imaginary_part*v(i)
+            place_scale = place_scale + magnitude
+            force_scale = force_scale + magnitude*beam%oscillators%square(i)
+         end do
+         associate (s => modes%exponent(m))
             ! the surface less the free motion of the stop point, transformed, in two ways: as it stands, or with
             ! s (s + 2 zeta W^2)/D = 1 - W^2/D, where what cancels for great s is the indentation
-            forcing = surface/s - sum(shape*(s + 2.0_wp*zeta*square)*q)
-            scale = size_of(surface/s) + sum(size_of(shape*(s + 2.0_wp*zeta*square)*q))
-            other = (indentation + sum(shape*square*q))/s
-            other_scale = (abs(indentation) + sum(size_of(shape*square*q)))/size_of(s)
+            forcing = surface/s - s*cmplx(places(1), places(2), wp) - two_zeta*cmplx(forces(1), forces(2), wp)
+            scale = abs(surface)/size_of(s) + size_of(s)*place_scale + two_zeta*force_scale
+            other = (indentation + cmplx(forces(1), forces(2), wp))/s
+            other_scale = (abs(indentation) + force_scale)/size_of(s)
             if (other_scale < scale) forcing = other
-            forcing = forcing - sum(shape*v)
+            forcing = forcing - cmplx(rates(1), rates(2), wp)
             if (spring%branch_stiffness > 0.0_wp) then
                forcing = forcing*((spring%stiffness + spring%branch_stiffness)*s &
                                   + spring%stiffness*spring%relaxation_rate) &
