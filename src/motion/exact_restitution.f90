@@ -6,7 +6,7 @@ module exact_restitution
    use failures, only: fail, failure_t, status_run_failed
    use flight_measures, only: measure_flight, measure_held_contact
    use kinds, only: wp
-   use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t
+   use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t, to_free, to_pinned
    use modal_signal, only: make_modal_signal, modal_signal_t
    use modal_recorder, only: charge_event, keep_energy, keep_shape, modal_energy, next_sample, next_sample_time, &
                              phase_sampler_t, record_free_motion, record_sample, recorder_t, samples_before, shape_due, &
@@ -84,7 +84,7 @@ contains
                call make_pinned_beam(beam, run%zeta, shared, pinned)
                response%factorisations = response%factorisations + 1
             end if
-            call contact(run, pinned, t, q, v, pinned_steps, recorder, response)
+            call contact(beam, run, pinned, t, q, v, pinned_steps, recorder, response)
             if (response%ends_in_contact) return
             gap%start_order = 3
          end if
@@ -288,7 +288,9 @@ contains
    end subroutine capture
 
    !> Contact that lasts: the stop point is held until the reaction would pull.
-   subroutine contact(run, pinned, t, q, v, steps, recorder, response)
+   subroutine contact(beam, run, pinned, t, q, v, steps, recorder, response)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
       !> Stop and run
       type(restitution_run_t), intent(in) :: run
       !> The beam held at the stop
@@ -314,7 +316,7 @@ contains
 
       two_zeta = 2.0_wp*run%zeta
       q = q - run%surface*pinned%static
-      p = matmul(q, pinned%mode)
+      p = to_pinned(pinned, beam%oscillators%square, q)
       rate = matmul(v, pinned%mode)
       call make_modal_signal(pinned%oscillators, run%surface*pinned%static_force, pinned%reaction, reaction)
       ! p + 2 zeta p' swings like p itself
@@ -340,7 +342,7 @@ contains
       call propagate(pinned%oscillators, search%time, p, rate, p_end, rate_end)
       call measure_held_contact(recorder%measurer, pinned, reaction, run%force_scale, t, search%time, .false., &
                                 search%greatest, p, rate, p_end, rate_end)
-      q = run%surface*pinned%static + matmul(pinned%mode, p_end)
+      q = run%surface*pinned%static + to_free(pinned, beam%oscillators%square, beam%stop_value, p_end)
       v = matmul(pinned%mode, rate_end)
       t = t + search%time
       event%tau = t

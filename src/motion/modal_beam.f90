@@ -6,6 +6,7 @@ module modal_beam
    implicit none (type, external)
    private
    public :: modal_beam_t, make_modal_beam, support_t, make_support, pinned_beam_t, make_pinned_beam, attach_spring
+   public :: to_pinned, to_free
 
    type :: modal_beam_t
       !> Number of modes kept
@@ -49,6 +50,9 @@ module modal_beam
       integer :: count = 0
       type(oscillators_t) :: oscillators
    end type pinned_beam_t
+
+   !> Below this, W^2 times the square of a rounding error is no energy to speak of.
+   real(wp), parameter :: least_stiff = 1.0e14_wp
 
 contains
 
@@ -96,7 +100,7 @@ contains
 
       n = beam%count
       support%made = .true.
-      allocate (support%mode(n, n - 1), support%reaction(n - 1), square(n - 1))
+      allocate (support%mode(n, n - 1), support%reaction(n - 1), support%square(n - 1), square(n - 1))
       support%mode = 0.0_wp
       support%static_force = 1.0_wp/beam%flexibility
       allocate (support%static, source=beam%stop_value/beam%oscillators%square*support%static_force)
@@ -144,7 +148,7 @@ contains
          support%tip_value = 0.0_wp
          support%static_tip = 1.0_wp
       end if
-      allocate (support%square, source=square(order))
+      support%square(:) = square(order)
    end subroutine make_support
 
    !> The beam held at the stop, ready to move.
@@ -170,6 +174,55 @@ contains
       pinned%count = size(pinned%square)
       call make_oscillators(pinned%square, zeta, pinned%oscillators)
    end subroutine make_pinned_beam
+
+   !> Displacements that hold the stop point, from free modes to pinned ones. In a mode far stiffer than the others the
+   !> rounding error of the sum is a great force, so where that is better the forces are summed instead: w_j^2 p_j =
+   !> sum psi_ij W_i^2 q_i.
+   pure function to_pinned(pinned, free_square, q) result(p)
+      !> The beam held at the stop
+      type(pinned_beam_t), intent(in) :: pinned
+      !> W_i^2 of the free modes, [modes]
+      real(wp), intent(in) :: free_square(:)
+      !> Free modal coordinates, [modes]
+      real(wp), intent(in) :: q(:)
+      real(wp) :: p(pinned%count)
+
+      real(wp) :: forces(size(q))
+      integer :: j
+
+      p = matmul(q, pinned%mode)
+      if (pinned%square(pinned%count) < least_stiff) return
+      forces = free_square*q
+      do j = 1, pinned%count
+         if (sum(abs(pinned%mode(:, j)*forces)) < pinned%square(j)*sum(abs(pinned%mode(:, j)*q))) &
+            p(j) = sum(pinned%mode(:, j)*forces)/pinned%square(j)
+      end do
+   end function to_pinned
+
+   !> And back: W_i^2 q_i = sum psi_ij w_j^2 p_j + b_i sum r_j p_j.
+   pure function to_free(pinned, free_square, stop_value, p) result(q)
+      !> The beam held at the stop
+      type(pinned_beam_t), intent(in) :: pinned
+      !> W_i^2 and b_i of the free modes, [modes]
+      real(wp), intent(in) :: free_square(:)
+      real(wp), intent(in) :: stop_value(:)
+      !> Pinned modal coordinates
+      real(wp), intent(in) :: p(:)
+      real(wp) :: q(size(free_square))
+
+      real(wp) :: forces(pinned%count), reaction, magnitude
+      integer :: i
+
+      q = matmul(pinned%mode, p)
+      if (pinned%square(pinned%count) < least_stiff) return
+      forces = pinned%square*p
+      reaction = sum(pinned%reaction*p)
+      magnitude = sum(abs(pinned%reaction*p))
+      do i = 1, size(q)
+         if (sum(abs(pinned%mode(i, :)*forces)) + abs(stop_value(i))*magnitude < free_square(i)*sum(abs(pinned%mode(i, :)*p))) &
+            q(i) = (sum(pinned%mode(i, :)*forces) + stop_value(i)*reaction)/free_square(i)
+      end do
+   end function to_free
 
    !> Weights for which the computed roots are exact; they differ from the given ones by rounding only, but modes
    !> made of them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
