@@ -123,7 +123,8 @@ contains
          end if
          standstill = merge(0, standstill + 1, t > before)
          if (standstill > standstill_cap) then
-            call fail(error, status_run_failed, 'the motion does not advance: events follow each other without end')
+            call fail(error, status_run_failed, 'the motion does not advance: events follow each other within the '// &
+                      'rounding error of time; damping or a more even mesh ends that')
             return
          end if
       end do

@@ -193,9 +193,9 @@ contains
          here%value = here%signal
          here%rounding = here%signal_rounding
          do k = 1, order
-            a = -square*(z + oscillators%two_zeta*v)
-            z = v
-            v = a
+            a(:last) = -square(:last)*(z(:last) + oscillators%two_zeta*v(:last))
+            z(:last) = v(:last)
+            v(:last) = a(:last)
             if (separates) then
                call advance(oscillators, slow, fast)
                call join(oscillators, slow, fast, z, v)
@@ -206,10 +206,11 @@ contains
             here%rounding = epsilon(1.0_wp)*magnitude
          end if
          here%slope = slope
-         call bound_terms(blocks, oscillators%oscillating, oscillators%two_zeta, weight, square, &
+         call bound_terms(last/lanes, oscillators%oscillating, oscillators%two_zeta, weight, square, &
                           oscillators%inverse_square, oscillators%decay, oscillators%spread, oscillators%inverse_spread, &
                           z, v, value, rate, curvature, swing, swing_curvature, swing_jerk)
-         if (separates) call bound_separate(oscillators, weight, slow, fast, curvature, swing, swing_curvature, swing_jerk)
+         if (separates) call bound_separate(oscillators, weight, slow, fast, value, rate, curvature, swing, swing_curvature, &
+                                            swing_jerk)
          if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - sum(swing)
          here%curvature = sum(curvature)
          here%bound = sum(swing_curvature)

@@ -98,8 +98,8 @@ contains
       end do
    end subroutine join
 
-   !> Their second derivatives, and the bounds from now on.
-   pure subroutine bound_separate(oscillators, weight, slow, fast, curvature, swing, swing_curvature, swing_jerk)
+   !> Their terms of the sum and of its derivatives, and the bounds from now on.
+   pure subroutine bound_separate(oscillators, weight, slow, fast, value, rate, curvature, swing, swing_curvature, swing_jerk)
       !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
@@ -107,26 +107,33 @@ contains
       !> From `separate`, [padded]
       real(wp), contiguous, intent(in) :: slow(:)
       real(wp), contiguous, intent(in) :: fast(:)
-      !> Second derivatives of the terms; those of blended modes stay, here and below, [padded]
+      !> Terms and their first and second derivatives; those of blended modes stay, here and below, [padded]
+      real(wp), contiguous, intent(inout) :: value(:)
+      real(wp), contiguous, intent(inout) :: rate(:)
       real(wp), contiguous, intent(inout) :: curvature(:)
       !> Bounds on the terms, on their second and on their third derivatives, [padded]
       real(wp), contiguous, intent(inout) :: swing(:)
       real(wp), contiguous, intent(inout) :: swing_curvature(:)
       real(wp), contiguous, intent(inout) :: swing_jerk(:)
 
-      real(wp) :: rate, size_slow, size_fast
+      real(wp) :: slow_rate, fast_rate, slow_term, fast_term
       integer :: i
 
       do i = oscillators%blended + 1, size(slow)
-         rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
-         size_slow = abs(weight(i)*slow(i))
-         size_fast = abs(weight(i)*fast(i))
-         swing(i) = size_slow + size_fast
-         size_slow = size_slow*oscillators%decay(i)**2
-         size_fast = size_fast*rate**2
-         curvature(i) = weight(i)*(slow(i)*oscillators%decay(i)**2 + fast(i)*rate**2)
-         swing_curvature(i) = size_slow + size_fast
-         swing_jerk(i) = size_slow*oscillators%decay(i) + size_fast*rate
+         slow_rate = oscillators%decay(i)
+         fast_rate = slow_rate + 2.0_wp*oscillators%spread(i)
+         slow_term = weight(i)*slow(i)
+         fast_term = weight(i)*fast(i)
+         value(i) = slow_term + fast_term
+         swing(i) = abs(slow_term) + abs(fast_term)
+         slow_term = -slow_term*slow_rate
+         fast_term = -fast_term*fast_rate
+         rate(i) = slow_term + fast_term
+         slow_term = -slow_term*slow_rate
+         fast_term = -fast_term*fast_rate
+         curvature(i) = slow_term + fast_term
+         swing_curvature(i) = abs(slow_term) + abs(fast_term)
+         swing_jerk(i) = abs(slow_term)*slow_rate + abs(fast_term)*fast_rate
       end do
    end subroutine bound_separate
 
