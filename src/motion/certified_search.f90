@@ -24,6 +24,8 @@ module certified_search
    type, abstract :: certified_signal_t
       !> 0: s(0) > 0. k > 0: s and its first k - 1 derivatives vanish at 0, the k-th is positive
       integer :: start_order = 0
+      !> Go on looking where the signal's floor tells that no zero can follow
+      logical :: search_out_of_reach = .false.
    contains
       procedure(look_interface), deferred :: look
       procedure(evaluate_interface), deferred :: evaluate

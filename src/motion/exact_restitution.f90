@@ -32,6 +32,8 @@ module exact_restitution
       real(wp) :: hop_tolerance = 0.0_wp
       !> Events after which the run fails
       integer :: event_limit = 0
+      !> Look for events where a bound excludes them, too
+      logical :: search_out_of_reach = .false.
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
    end type restitution_run_t
@@ -71,6 +73,7 @@ contains
       after_rebound = .false.
       standstill = 0
       call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
+      gap%search_out_of_reach = run%search_out_of_reach
       touching = .false.
       if (sum(gap%weight*q) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*q)) + abs(gap%offset))) then
          ! the run starts on the surface
@@ -320,6 +323,7 @@ contains
       p = to_pinned(pinned, beam%oscillators%square, q)
       rate = matmul(v, pinned%mode)
       call make_modal_signal(pinned%oscillators, run%surface*pinned%static_force, pinned%reaction, reaction)
+      reaction%search_out_of_reach = run%search_out_of_reach
       ! p + 2 zeta p' swings like p itself
       reaction%z = p + two_zeta*rate
       reaction%v = rate - two_zeta*pinned%oscillators%square*reaction%z
