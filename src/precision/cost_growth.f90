@@ -167,15 +167,15 @@ contains
       allocate (newmark(0), all_modes(0), motion(0), sample(0), modes(0))
       dense = 0
       moving = 0
-      call forget_peak_memory()
-      before = peak_memory()
       do i = 1, size(elements)
+         call forget_peak_memory()
+         before = peak_memory()
          call assemble(scene, elements(i), task, error)
          if (allocated(error)) return
          task%count = scene%precision%scaling_modes
          call seconds_of(task, task_few_modes, few(i))
          if (allocated(error)) return
-         memory(i) = peak_memory() - before
+         memory(i) = max(peak_memory() - before, 0.0_wp)
          if (elements(i) > most_elements_modes) cycle
          task%settings = settings_for(contender_average, scene%precision, sample_step)
          call seconds_of(task, task_run, seconds)

@@ -9,6 +9,12 @@ module machine_facts
 
    integer, parameter :: line_length = 256
 
+   interface
+      !> Give freed memory back to the system, where that can be done.
+      subroutine return_free_memory() bind(c, name='impactbeam_return_free_memory')
+      end subroutine return_free_memory
+   end interface
+
 contains
 
    !> The processor's name; empty where it is not known.
@@ -75,10 +81,12 @@ contains
       if (status == 0) bytes = 1024.0_wp*real(kilobytes, wp)
    end function peak_memory
 
-   !> Count anew; where the system does not allow that, peaks are those of the whole run.
+   !> Count anew, after the system has got back what is free; where it does not allow that, peaks are those of the whole
+   !> run.
    subroutine forget_peak_memory()
       integer :: unit, status
 
+      call return_free_memory()
       open (newunit=unit, file='/proc/self/clear_refs', status='old', action='write', iostat=status)
       if (status /= 0) return
       write (unit, '(a)', iostat=status) '5'
