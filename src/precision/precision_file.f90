@@ -10,7 +10,7 @@ module precision_file
    use precision_types, only: precision_t, varied_names
    use results_file, only: begin_results, finish_results
    use scene_types, only: contender_names, name_length, scene_t
-   use timed_tasks, only: clock_resolution
+   use timed_tasks, only: clock_resolution, timing_t
    implicit none (type, external)
    private
    public :: write_precision
@@ -45,6 +45,7 @@ contains
       if (allocated(study%motion)) call write_motion(image, study)
       if (allocated(study%parts)) call write_parts(image, study)
       if (allocated(study%curves)) call write_curves(image, study)
+      if (allocated(study%savings)) call write_savings(image, study)
       if (allocated(study%solvers)) call write_solvers(image, study)
       call image%end_group()
       call finish_results(image, folder, scene, error)
@@ -135,6 +136,45 @@ contains
          call image%end_group()
       end associate
    end subroutine write_parts
+
+   !> What skipping saves.
+   subroutine write_savings(image, study)
+      !> The file
+      type(hdf5_image_t), intent(inout) :: image
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      character(*), parameter :: along = 'skip'
+      integer :: i
+
+      associate (savings => study%savings)
+         call image%begin_group('skips')
+         call image%add(along, [(i, i=1, size(savings))], '1', 'something that is skipped where it is not needed', &
+                        is_scale=.true.)
+         call image%add('name', savings%name, 'none', 'what is skipped', along=along)
+         call write_seconds('without', savings%without)
+         call write_seconds('with', savings%with)
+         call image%add('difference', savings%difference, '1', 'greatest difference of the two answers; -1: none to compare', &
+                        along=along)
+         call image%add('compared', savings%compared, 'none', 'what this is the difference of', along=along)
+         call image%end_group()
+      end associate
+
+   contains
+
+      !> Three datasets.
+      subroutine write_seconds(which, timings)
+         !> 'without' or 'with'
+         character(*), intent(in) :: which
+         !> All of them
+         type(timing_t), intent(in) :: timings(:)
+
+         call image%add('seconds_'//which, timings%median, 's', which//' the skip: median', along=along)
+         call image%add('seconds_'//which//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', along=along)
+         call image%add('seconds_'//which//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', along=along)
+      end subroutine write_seconds
+
+   end subroutine write_savings
 
    !> Growth of cost and memory, one group a curve.
    subroutine write_curves(image, study)

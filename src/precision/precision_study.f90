@@ -8,6 +8,7 @@ module precision_study
    use response_types, only: response_t
    use results_file, only: write_results
    use scene_types, only: contender_exact, scene_t
+   use skip_savings, only: measure_savings
    use solver_precision, only: compare_solvers
    use timed_tasks, only: measure_time, timed_task_t
    implicit none (type, external)
@@ -47,7 +48,10 @@ contains
       end if
       if (scene%wants_frequencies) call compare_solvers(scene, study, error)
       if (allocated(error)) return
-      if (scene%has_stop) call measure_writing(scene, folder, study, error)
+      if (.not. scene%has_stop) return
+      if (scene%precision%skips) call measure_savings(scene, folder, study%horizon, study%savings, error)
+      if (allocated(error)) return
+      call measure_writing(scene, folder, study, error)
    end subroutine run_precision
 
    !> How long it takes to write a file with all histories and the ledger.

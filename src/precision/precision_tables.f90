@@ -26,6 +26,7 @@ contains
       if (allocated(study%motion)) call print_motion(unit, study)
       if (allocated(study%parts)) call print_parts(unit, study)
       if (allocated(study%curves)) call print_curves(unit, study)
+      if (allocated(study%savings)) call print_savings(unit, study)
       if (allocated(study%solvers)) call print_solvers(unit, study)
    end subroutine print_precision
 
@@ -113,6 +114,31 @@ contains
          end associate
       end do
    end subroutine print_parts
+
+   !> What skipping saves.
+   subroutine print_savings(unit, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      integer :: i
+
+      write (unit, '(/, 2x, a32, 2a11, a8, a12, a)') adjustl('seconds without and with a skip '), 'without', 'with', 'saved', &
+         'difference', '  of'
+      do i = 1, size(study%savings)
+         associate (saving => study%savings(i))
+            write (unit, '(2x, a32, 2es11.2, i6, a)', advance='no') saving%name(:32), saving%without%median, &
+               saving%with%median, nint(100.0_wp*(1.0_wp - saving%with%median/saving%without%median)), ' %'
+            if (saving%difference < 0.0_wp) then
+               write (unit, '(a12)', advance='no') '-'
+            else
+               write (unit, '(es12.1)', advance='no') saving%difference
+            end if
+            write (unit, '(a)') '  '//trim(saving%compared)
+         end associate
+      end do
+   end subroutine print_savings
 
    !> Exponents of growth.
    subroutine print_curves(unit, study)

@@ -6,7 +6,7 @@ module precision_types
    use timed_tasks, only: timing_t
    implicit none (type, external)
    private
-   public :: motion_entry_t, part_t, curve_t, solver_entry_t, check_t, precision_t
+   public :: motion_entry_t, part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t
    public :: varied_step, varied_hop, varied_modes, varied_mesh, varied_names
 
    !> What an entry differs in from its neighbours.
@@ -82,6 +82,17 @@ module precision_types
       character(failure_length) :: failure = ''
    end type check_t
 
+   !> What is skipped where a scene does not need it.
+   type :: saving_t
+      character(name_length) :: name = ''
+      !> The same thing done without the skip and with it
+      type(timing_t) :: without
+      type(timing_t) :: with
+      !> Greatest difference of the two answers, and of what; negative: there is none to compare
+      real(wp) :: difference = -1.0_wp
+      character(name_length) :: compared = ''
+   end type saving_t
+
    type :: precision_t
       type(motion_entry_t), allocatable :: motion(:)
       type(check_t) :: check
@@ -90,6 +101,7 @@ module precision_types
       type(part_t), allocatable :: parts(:)
       type(curve_t), allocatable :: curves(:)
       type(solver_entry_t), allocatable :: solvers(:)
+      type(saving_t), allocatable :: savings(:)
    end type precision_t
 
 end module precision_types

@@ -185,6 +185,8 @@ module scene_types
       real(wp), allocatable :: scaling_durations(:)
       !> Modes for which large meshes are solved
       integer :: scaling_modes = 6
+      !> Measure what skipping saves
+      logical :: skips = .false.
       !> Timings of each entry, and the seconds that one of them lasts at least
       integer :: repetitions = 7
       real(wp) :: shortest_timing = 0.02_wp

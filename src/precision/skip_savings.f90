@@ -1,0 +1,413 @@
+!> What a scene saves by what it does not need: the same thing done without each skip and with it, how long both take,
+!> and how far their answers differ.
+module skip_savings
+   use beam_model, only: beam_model_t
+   use contact_modes, only: contact_modes_t, make_contact_modes
+   use failures, only: failure_t
+   use free_modes, only: find_free_modes
+   use kinds, only: wp
+   use modal_beam, only: make_modal_beam, make_support, modal_beam_t
+   use motion_precision, only: comparison_step
+   use motion_tasks, only: no_output, settings_for, task_assembly, task_modes, task_motion, task_run, task_t
+   use number_text, only: to_text
+   use precision_types, only: saving_t
+   use response_types, only: response_t
+   use results_file, only: write_results
+   use scene_reader, only: read_scene
+   use scene_types, only: contender_exact, law_three_element, output_settings_t, response_settings_t, scene_t, &
+      shape_height_table, shape_taper
+   use skyline_matrix, only: to_dense
+   use stop_models, only: make_three_element
+   use timed_tasks, only: measure_time
+   implicit none (type, external)
+   private
+   public :: measure_savings
+
+   !> Surface of a stop that the beam never reaches, delta: it swings down to -0.5 at most.
+   real(wp), parameter :: surface_out_of_reach = -0.6_wp
+   !> Distance of the shapes that are kept, tau.
+   real(wp), parameter :: shape_step = 0.1_wp
+
+   !> What a task does besides that of `task_t`: nothing; the modes of the contact first; or, instead of it, reading the
+   !> scene's file only; reading it, running and writing the results.
+   integer, parameter :: plain = 0
+   integer, parameter :: contact_modes_first = 1
+   integer, parameter :: reading_only = 2
+   integer, parameter :: file_to_file = 3
+
+   type, extends(task_t) :: skip_task_t
+      !> One of the constants above
+      integer :: besides = plain
+      !> Folder of the results
+      character(:), allocatable :: folder
+   contains
+      procedure :: run
+   end type skip_task_t
+
+contains
+
+   !> Measure every skip.
+   subroutine measure_savings(scene, folder, horizon, savings, error)
+      !> The scene, with a stop
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results; the file that is written there is the scene's own
+      character(*), intent(in) :: folder
+      !> Up to here runs with different modes are compared, tau
+      real(wp), intent(in) :: horizon
+      !> What was found
+      type(saving_t), allocatable, intent(out) :: savings(:)
+      !> Set when something fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: base
+
+      allocate (savings(0))
+      base%scene = scene
+      base%folder = folder
+      base%elements = scene%mesh%elements
+      base%ratio = scene%mesh%ratio
+      base%settings = settings_for(contender_exact, scene%precision, comparison_step)
+      base%output = no_output()
+      base%what = task_assembly
+      call base%run(error)
+      if (allocated(error)) return
+      base%what = task_modes
+      call base%run(error)
+      if (allocated(error)) return
+      base%what = task_motion
+      if (scene%beam%shape == shape_taper) call save_quadrature(base, savings, error)
+      if (.not. allocated(error)) call save_eigen_solve(base, savings, error)
+      if (.not. allocated(error)) call save_modes(base, horizon, savings, error)
+      if (.not. allocated(error)) call save_contact_modes(base, savings, error)
+      if (.not. allocated(error)) call save_search(base, savings, error)
+      if (.not. allocated(error)) call save_output(base, savings, error)
+      if (.not. allocated(error)) call save_everything(base, savings, error)
+   end subroutine measure_savings
+
+   !> Closed forms of the element matrices against quadrature, for which the same heights are given as a table.
+   subroutine save_quadrature(base, savings, error)
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> Gets a saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when the beam cannot be assembled
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: without, with
+      type(saving_t) :: saving
+
+      with = base
+      with%what = task_assembly
+      without = with
+      without%scene%beam%shape = shape_height_table
+      allocate (without%scene%beam%station, source=[0.0_wp, base%scene%beam%length])
+      allocate (without%scene%beam%height, source=[base%scene%beam%height_root, base%scene%beam%height_tip])
+      call without%run(error)
+      if (.not. allocated(error)) call with%run(error)
+      if (allocated(error)) return
+      saving%name = 'quadrature of element matrices'
+      saving%compared = 'K and M, in their greatest entries'
+      saving%difference = max(relative_difference(to_dense(with%model%stiffness), to_dense(without%model%stiffness)), &
+                              relative_difference(to_dense(with%model%mass), to_dense(without%model%mass)))
+      call time_both(without, with, saving, savings, error)
+   end subroutine save_quadrature
+
+   !> An eigen-solve for each run against one that runs share.
+   subroutine save_eigen_solve(base, savings, error)
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> Gets a saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: without, with
+
+      with = base
+      without = base
+      without%what = task_run
+      call compare_histories('eigen-solve, shared by runs', without, with, base%settings%duration, savings, error)
+   end subroutine save_eigen_solve
+
+   !> All modes against those that matter, for each mode tolerance that the scene asks for or the default.
+   subroutine save_modes(base, horizon, savings, error)
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> Up to here the runs are compared, tau
+      real(wp), intent(in) :: horizon
+      !> Gets savings
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: without, with
+      type(response_settings_t) :: defaults
+      real(wp), allocatable :: tolerances(:)
+      integer :: i
+
+      allocate (tolerances(0))
+      if (allocated(base%scene%precision%mode_tolerances)) &
+         tolerances = pack(base%scene%precision%mode_tolerances, base%scene%precision%mode_tolerances > 0.0_wp)
+      if (size(tolerances) == 0) tolerances = [defaults%mode_tolerance]
+      without = base
+      without%settings%keep_all_modes = .true.
+      with = base
+      do i = 1, size(tolerances)
+         with%settings%mode_tolerance = tolerances(i)
+         call compare_histories('modes that move eta by < '//to_text(tolerances(i)), without, with, horizon, savings, error)
+         if (allocated(error)) return
+      end do
+   end subroutine save_modes
+
+   !> A run that never touches, with the modes of the contact found beforehand against without.
+   subroutine save_contact_modes(base, savings, error)
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> Gets a saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: without, with
+
+      with = base
+      with%scene%stop%preload = surface_out_of_reach
+      with%settings%keep_all_modes = .true.
+      call find_free_modes(with%model, with%modes, error)
+      if (allocated(error)) return
+      without = with
+      without%besides = contact_modes_first
+      call compare_histories('contact modes, no contact', without, with, base%settings%duration, savings, error)
+   end subroutine save_contact_modes
+
+   !> A run that is out of reach, searched to its end against one look.
+   subroutine save_search(base, savings, error)
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> Gets a saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: without, with
+
+      with = base
+      with%scene%stop%preload = surface_out_of_reach
+      without = with
+      without%settings%search_out_of_reach = .true.
+      call compare_histories('search, no contact possible', without, with, base%settings%duration, savings, error)
+   end subroutine save_search
+
+   !> Each kind of output by itself against events only.
+   subroutine save_output(base, savings, error)
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> Gets savings
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(output_settings_t) :: output
+
+      output = no_output()
+      output%displacement_stop = .true.
+      output%displacement_tip = .true.
+      output%velocity_stop = .true.
+      call compare_events('histories of eta', base, output, savings, error)
+      if (allocated(error)) return
+      output = no_output()
+      output%contact_force = .true.
+      call compare_events('history of the contact force', base, output, savings, error)
+      if (allocated(error)) return
+      output = no_output()
+      output%energy = .true.
+      call compare_events('ledger of energy', base, output, savings, error)
+      if (allocated(error)) return
+      output = no_output()
+      output%shape_step = shape_step
+      call compare_events('shapes, ten per unit of tau', base, output, savings, error)
+   end subroutine save_output
+
+   !> From file to file against reading and checking the scene's file, which is what --check does.
+   subroutine save_everything(base, savings, error)
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> Gets a saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when the file cannot be read, the run fails or its file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: without, with
+      type(saving_t) :: saving
+
+      with = base
+      with%besides = reading_only
+      without = base
+      without%besides = file_to_file
+      without%output = output_settings_t()
+      saving%name = 'run and file, by --check'
+      saving%compared = 'nothing, there is no answer'
+      call time_both(without, with, saving, savings, error)
+   end subroutine save_everything
+
+   !> Compare the histories of two runs, then time them by their events alone.
+   subroutine compare_histories(name, without, with, horizon, savings, error)
+      !> What is skipped
+      character(*), intent(in) :: name
+      !> Without the skip and with it
+      type(skip_task_t), intent(inout) :: without
+      type(skip_task_t), intent(inout) :: with
+      !> Up to here they are compared, tau
+      real(wp), intent(in) :: horizon
+      !> Gets a saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(saving_t) :: saving
+      integer :: last
+
+      without%output = output_settings_t()
+      with%output = output_settings_t()
+      call without%run(error)
+      if (.not. allocated(error)) call with%run(error)
+      if (allocated(error)) return
+      saving%name = name
+      saving%compared = 'eta at stop and tip'
+      if (horizon < with%settings%duration) saving%compared = 'eta at stop and tip up to tau = '//to_text(horizon)
+      associate (a => without%response, b => with%response)
+         last = count(a%tau <= horizon*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
+         saving%difference = max(maxval(abs(a%displacement_stop(:last) - b%displacement_stop(:last))), &
+                                 maxval(abs(a%displacement_tip(:last) - b%displacement_tip(:last))))
+      end associate
+      without%output = no_output()
+      with%output = no_output()
+      call time_both(without, with, saving, savings, error)
+   end subroutine compare_histories
+
+   !> Compare the events of a run that keeps something with those of one that keeps nothing else, and time both.
+   subroutine compare_events(name, base, output, savings, error)
+      !> What is skipped
+      character(*), intent(in) :: name
+      !> The scene
+      type(skip_task_t), intent(in) :: base
+      !> What is kept
+      type(output_settings_t), intent(in) :: output
+      !> Gets a saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skip_task_t) :: without, with
+      type(saving_t) :: saving
+
+      with = base
+      without = base
+      without%output = output
+      call without%run(error)
+      if (.not. allocated(error)) call with%run(error)
+      if (allocated(error)) return
+      saving%name = name
+      saving%compared = 'events'
+      saving%difference = difference_of_events(without%response, with%response)
+      call time_both(without, with, saving, savings, error)
+   end subroutine compare_events
+
+   !> Time both ways and keep what was found.
+   subroutine time_both(without, with, saving, savings, error)
+      !> Without the skip and with it
+      type(skip_task_t), intent(inout) :: without
+      type(skip_task_t), intent(inout) :: with
+      !> Names and difference in; times are added
+      type(saving_t), intent(inout) :: saving
+      !> Gets the saving
+      type(saving_t), allocatable, intent(inout) :: savings(:)
+      !> Set when a task fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      associate (asked => without%scene%precision)
+         call measure_time(without, asked%repetitions, asked%shortest_timing, saving%without, error)
+         if (allocated(error)) return
+         call measure_time(with, asked%repetitions, asked%shortest_timing, saving%with, error)
+         if (allocated(error)) return
+      end associate
+      savings = [savings, saving]
+   end subroutine time_both
+
+   !> The greatest difference of two matrices in the greatest entry of one.
+   pure function relative_difference(a, b) result(difference)
+      !> The matrices
+      real(wp), intent(in) :: a(:, :)
+      real(wp), intent(in) :: b(:, :)
+      real(wp) :: difference
+
+      difference = maxval(abs(a - b))/maxval(abs(b))
+   end function relative_difference
+
+   !> The greatest difference of instant, place, velocities or impulse of all events; if there are not as many, how many more.
+   pure function difference_of_events(one, other) result(difference)
+      !> The runs
+      type(response_t), intent(in) :: one
+      type(response_t), intent(in) :: other
+      real(wp) :: difference
+
+      difference = real(abs(one%event_count - other%event_count), wp)
+      if (one%event_count /= other%event_count .or. one%event_count == 0) return
+      associate (a => one%events(:one%event_count), b => other%events(:other%event_count))
+         difference = max(maxval(abs(a%tau - b%tau)), maxval(abs(a%eta - b%eta)), maxval(abs(a%impulse - b%impulse)), &
+                          maxval(abs(a%velocity_before - b%velocity_before)), &
+                          maxval(abs(a%velocity_after - b%velocity_after)))
+      end associate
+   end function difference_of_events
+
+   !> Do a task once.
+   subroutine run(self, error)
+      class(skip_task_t), intent(inout) :: self
+      !> Set when it fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(scene_t) :: as_read
+
+      select case (self%besides)
+      case (contact_modes_first)
+         call find_contact_modes(self, error)
+         if (.not. allocated(error)) call self%task_t%run(error)
+      case (reading_only)
+         call read_scene(self%scene%file, as_read, error)
+      case (file_to_file)
+         call read_scene(self%scene%file, as_read, error)
+         if (allocated(error)) return
+         self%what = task_assembly
+         call self%task_t%run(error)
+         if (allocated(error)) return
+         self%what = task_run
+         call self%task_t%run(error)
+         if (allocated(error)) return
+         call write_results(self%folder, 'timing', self%scene, error, self%model%mesh%position, response=self%response)
+      case default
+         call self%task_t%run(error)
+      end select
+   end subroutine run
+
+   !> The modes of the beam in contact, of all its free modes.
+   subroutine find_contact_modes(self, error)
+      !> The task; its modes get the support
+      class(skip_task_t), intent(inout) :: self
+      !> Set when they cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(modal_beam_t) :: beam
+      type(contact_modes_t) :: modes
+
+      associate (free => self%modes, stop => self%scene%stop, zeta => self%scene%zeta)
+         call make_modal_beam(free%square, free%mode(free%stop_dof, :), free%mode(free%tip_dof, :), zeta, beam)
+         if (stop%law == law_three_element) then
+            call make_contact_modes(beam, zeta, make_three_element(stop%stiffness_ratio, stop%branch_ratio, &
+                                                                   stop%damper_ratio), modes, error)
+         else
+            call make_support(beam, free%support)
+         end if
+      end associate
+   end subroutine find_contact_modes
+
+end module skip_savings
