@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Plot studies of run time against error (&precision): the error of the motion over the time of a run, one
 curve a method, one panel a study; where a file compares eigen-solvers, the error of lambda_1 over the time
-of a solve; with --growth, how cost grows. Computes nothing."""
+of a solve; with --growth, how cost grows; with --skips, what each skip saves. Computes nothing."""
 
 import argparse
 from pathlib import Path
@@ -53,6 +53,13 @@ def draw_motion(panel, study, error, hop):
     panel.set_xlabel("time of a run, ms")
     panel.set_ylim(1e-17, 1.0)
     panel.axhline(ROUNDING, color="0.6", linewidth=0.6)
+
+
+def whole_decades(panel):
+    """Let the logarithmic axis of times begin and end at powers of ten, the only ones with numbers."""
+    low, high = np.log10(panel.dataLim.intervalx)
+    panel.set_xlim(10.0 ** np.floor(low), 10.0 ** np.ceil(high))
+    panel.xaxis.set_minor_formatter(NullFormatter())
 
 
 def draw_solvers(panel, studies):
@@ -116,12 +123,54 @@ def draw_growth(study, title):
     return figure
 
 
+def difference_text(value):
+    """A difference of answers, one digit."""
+    if value < 0.0:
+        return "no answer"
+    if value == 0.0:
+        return "0"
+    digit, exponent = f"{value:.0e}".split("e")
+    return rf"${digit}\cdot 10^{{{int(exponent)}}}$"
+
+
+def draw_skips(files, studies):
+    """A panel a study: the time without each skip (hollow) and with it (full), and the difference of the answers."""
+    groups = [plots.group_of(study, "skips", "skips = .true. in &precision") for study in studies]
+    heights = [0.26 * len(group["name"]) for group in groups]
+    figure, panels = plt.subplots(
+        len(groups),
+        1,
+        figsize=(plots.WIDTH, sum(heights) + 0.6 * len(groups)),
+        height_ratios=heights,
+        sharex=True,
+        squeeze=False,
+    )
+    for panel, file, group in zip(panels[:, 0], files, groups):
+        places = np.arange(len(group["name"]))
+        without, used = group["seconds_without"][:] * 1e3, group["seconds_with"][:] * 1e3
+        panel.hlines(places, used, without, color="0.75", linewidth=4.0)
+        panel.semilogx(without, places, "o", color=plots.COLOURS[1], markerfacecolor="white")
+        panel.semilogx(used, places, "o", color=plots.COLOURS[2])
+        panel.set_ylim(len(places) - 0.4, -0.6)
+        panel.set_yticks(places, texts(group["name"]))
+        panel.tick_params(axis="y", which="both", length=0)
+        panel.set_title(plots.title_of(file))
+        panel.annotate("difference", (1.03, 1.0), (0, 6), xycoords="axes fraction", textcoords="offset points")
+        for place, difference in zip(places, group["difference"][:]):
+            place = (1.03, place)
+            panel.annotate(difference_text(difference), place, xycoords=("axes fraction", "data"), va="center", fontsize=9)
+    panels[-1, 0].set_xlabel("time without the skip (hollow) and with it (full), ms")
+    figure.tight_layout()
+    return figure
+
+
 def main():
     """Read the command line, draw, write the picture."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=Path, nargs="+", help="results files of scenes with &precision")
     parser.add_argument("--error", choices=list(ERRORS), default="history", help="which error of the motion")
     parser.add_argument("--growth", action="store_true", help="growth of cost, of the first file")
+    parser.add_argument("--skips", action="store_true", help="what each skip saves")
     parser.add_argument("--out", type=Path, help="picture; default: the first file with the ending .png")
     arguments = parser.parse_args()
 
@@ -132,14 +181,18 @@ def main():
         if "growth" not in studies[0] or len(studies[0]["growth"]) == 0:
             raise plots.Unplottable(f"{files[0].filename}: has no growth: &precision has no scaling_elements")
         figure = draw_growth(studies[0], plots.title_of(files[0]))
+    elif arguments.skips:
+        figure = draw_skips(files, studies)
     elif motions:
         figure, panels = plt.subplots(
             1, len(motions), figsize=(max(plots.WIDTH, 3.2 * len(motions)), 3.9), sharey=True, squeeze=False
         )
         for panel, (file, study) in zip(panels[0], motions):
-            steps = texts(study["motion/varied"])
-            hops = (steps == "hop_tolerance").sum() > 1
-            draw_motion(panel, study, arguments.error, "hop_tolerance" if hops else "mode_tolerance")
+            varied = texts(study["motion/varied"])
+            modes = (varied == "hop_tolerance").sum() <= 1 and (varied == "mode_tolerance").any()
+            draw_motion(panel, study, arguments.error, "mode_tolerance" if modes else "hop_tolerance")
+            if np.ptp(np.log10(panel.xaxis.get_data_interval())) < 1.0:
+                whole_decades(panel)
             panel.set_title(plots.title_of(file))
         panels[0][0].set_ylabel(ERRORS[arguments.error])
         panels[0][-1].legend(loc="best")

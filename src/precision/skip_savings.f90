@@ -246,7 +246,7 @@ contains
       without%besides = file_to_file
       without%output = output_settings_t()
       saving%name = 'run and file, by --check'
-      saving%compared = 'nothing, there is no answer'
+      saving%compared = 'nothing is computed'
       call time_both(without, with, saving, savings, error)
    end subroutine save_everything
 

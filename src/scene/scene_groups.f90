@@ -335,7 +335,7 @@ contains
          role_t(has_stop, stop))
       call walk%item('scaling_durations', precision%scaling_durations, 'lengths of runs over which cost grows, tau', &
          duration_range, role_t(has_stop, stop, default='none'))
-      call walk%item('skips', precision%skips, 'do each thing that can be skipped without the skip and with it', &
+      call walk%item('skips', precision%skips, 'time what skipping saves, and compare the answers', &
          role_t(has_stop, stop))
       call walk%item('repetitions', precision%repetitions, 'timings of each entry, of which the median counts', &
          within(1, 1000))
