@@ -1,7 +1,7 @@
 !> Matrices of the cubic Hermite beam element, eqs. (4) and (5) of Irie, Yamada and Asano (1977), in
 !> units where E Ibar = rho Abar = L = 1. Degrees of freedom: y and dy/dx at the left, then at the right node.
 module beam_element
-   use beam_section, only: area, area_degree, inertia, inertia_degree, section_is_uniform, section_t
+   use beam_section, only: area, area_degree, inertia, inertia_degree, section_is_taper, section_is_uniform, section_t
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -9,7 +9,7 @@ module beam_element
 
 contains
 
-   !> M_e: closed form where the section is uniform, else Gauss quadrature of the order that is exact.
+   !> M_e: closed form where the beam is uniform or a taper, else Gauss quadrature of the order that is exact.
    pure function element_mass(section, length, right_tip_distance) result(mass)
       !> The section along the beam
       type(section_t), intent(in) :: section
@@ -25,6 +25,10 @@ contains
 
       if (section_is_uniform(section)) then
          mass = uniform_mass(length)
+         return
+      end if
+      if (section_is_taper(section)) then
+         mass = tapered_mass(length, area(section, right_tip_distance + length), area(section, right_tip_distance))
          return
       end if
       mass = 0.0_wp
@@ -43,7 +47,7 @@ contains
       end do
    end function element_mass
 
-   !> K_e: closed form where the section is uniform, else Gauss quadrature of the order that is exact.
+   !> K_e: closed form where the beam is uniform or a taper, else Gauss quadrature of the order that is exact.
    pure function element_stiffness(section, length, right_tip_distance) result(stiffness)
       !> The section along the beam
       type(section_t), intent(in) :: section
@@ -59,6 +63,11 @@ contains
 
       if (section_is_uniform(section)) then
          stiffness = uniform_stiffness(length)
+         return
+      end if
+      if (section_is_taper(section)) then
+         ! of constant width: the height is the area
+         stiffness = tapered_stiffness(length, area(section, right_tip_distance + length), area(section, right_tip_distance))
          return
       end if
       stiffness = 0.0_wp
@@ -104,6 +113,56 @@ contains
                               6.0_wp*l, 2.0_wp*l**2, -6.0_wp*l, 4.0_wp*l**2], [4, 4])/l**3
       end associate
    end function uniform_stiffness
+
+   !> Consistent mass of an element whose area varies linearly; nothing cancels.
+   pure function tapered_mass(length, left, right) result(mass)
+      !> Length in L
+      real(wp), intent(in) :: length
+      !> Area at the left and at the right node
+      real(wp), intent(in) :: left
+      real(wp), intent(in) :: right
+      real(wp) :: mass(4, 4)
+
+      mass(1, 1) = 240.0_wp*left + 72.0_wp*right
+      mass(2, 1) = (30.0_wp*left + 14.0_wp*right)*length
+      mass(3, 1) = 54.0_wp*(left + right)
+      mass(4, 1) = -(14.0_wp*left + 12.0_wp*right)*length
+      mass(2, 2) = (5.0_wp*left + 3.0_wp*right)*length**2
+      mass(3, 2) = (12.0_wp*left + 14.0_wp*right)*length
+      mass(4, 2) = -3.0_wp*(left + right)*length**2
+      mass(3, 3) = 72.0_wp*left + 240.0_wp*right
+      mass(4, 3) = -(14.0_wp*left + 30.0_wp*right)*length
+      mass(4, 4) = (3.0_wp*left + 5.0_wp*right)*length**2
+      mass(1, 2:4) = mass(2:4, 1)
+      mass(2, 3:4) = mass(3:4, 2)
+      mass(3, 4) = mass(4, 3)
+      mass = mass*(length/840.0_wp)
+   end function tapered_mass
+
+   !> Stiffness of an element whose height varies linearly. The three integrals over the curvatures of rotations are sums
+   !> of products of heights, none negative; the forces follow from them by equilibrium.
+   pure function tapered_stiffness(length, left, right) result(stiffness)
+      !> Length in L
+      real(wp), intent(in) :: length
+      !> Height at the left and at the right node
+      real(wp), intent(in) :: left
+      real(wp), intent(in) :: right
+      real(wp) :: stiffness(4, 4)
+
+      real(wp) :: term(4), own_left, own_right, mixed, force_left, force_right, shear
+
+      term = [left**3, left**2*right, left*right**2, right**3]/(5.0_wp*length)
+      own_left = sum([11.0_wp, 5.0_wp, 2.0_wp, 2.0_wp]*term)
+      own_right = sum([2.0_wp, 2.0_wp, 5.0_wp, 11.0_wp]*term)
+      mixed = sum([4.0_wp, 1.0_wp, 1.0_wp, 4.0_wp]*term)
+      force_left = (own_left + mixed)/length
+      force_right = (mixed + own_right)/length
+      shear = (force_left + force_right)/length
+      stiffness = reshape([shear, force_left, -shear, force_right, &
+                           force_left, own_left, -force_left, mixed, &
+                           -shear, -force_left, shear, -force_right, &
+                           force_right, mixed, -force_right, own_right], [4, 4])
+   end function tapered_stiffness
 
    !> Shape functions at xi.
    pure function hermite_shape(xi, length) result(shape)

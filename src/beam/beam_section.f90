@@ -7,7 +7,7 @@ module beam_section
    implicit none (type, external)
    private
    public :: section_t, uniform_section, tapered_section, height_table_section, section_table_section
-   public :: area, inertia, section_is_uniform, area_degree, inertia_degree
+   public :: area, inertia, section_is_uniform, section_is_taper, area_degree, inertia_degree
    public :: kind_uniform, kind_taper, kind_height_table, kind_section_table
 
    !> How the section varies
@@ -106,6 +106,15 @@ contains
 
       uniform = section%kind == kind_uniform
    end function section_is_uniform
+
+   !> Does the height vary linearly over the whole length?
+   pure function section_is_taper(section) result(taper)
+      !> The section
+      type(section_t), intent(in) :: section
+      logical :: taper
+
+      taper = section%kind == kind_taper
+   end function section_is_taper
 
    !> A/Abar at a distance from the tip.
    pure function area(section, tip_distance) result(value)
