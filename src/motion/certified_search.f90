@@ -7,7 +7,7 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, local_t, search_t, first_zero, falls_to_zero
+   public :: certified_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero
    public :: found_zero, found_none, found_never_left
 
    !> The signal falls through zero at `time`.
@@ -182,7 +182,7 @@ contains
             search%time = limit
             return
          end if
-         step = max(here%free, safe_step(max(here%value, 0.0_wp), here%slope, here%bound))
+         step = max(here%free, step_without_zero(max(here%value, 0.0_wp), here%slope, here%bound))
          if (t + step >= limit) then
             search%outcome = found_none
             search%time = limit
@@ -266,8 +266,8 @@ contains
          bound = min(bound, max(0.0_wp, here%curvature - 2.0_wp*here%bound_jerk*here%value/here%slope))
    end function upper_bound
 
-   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; 1e290 if there is none.
-   elemental function safe_step(value, slope, bound) result(step)
+   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; no more than 1e290.
+   elemental function step_without_zero(value, slope, bound) result(step)
       !> Value, >= 0
       real(wp), intent(in) :: value
       !> Slope
@@ -278,14 +278,11 @@ contains
 
       real(wp) :: root
 
-      root = sqrt(slope**2 + 2.0_wp*bound*value)
-      if (slope >= 0.0_wp) then
-         ! no more than 1e290
-         step = (slope + root)/max(bound, (slope + root)*1.0e-290_wp, tiny(1.0_wp))
-      else
-         step = 2.0_wp*value/(root - slope)
-      end if
-   end function safe_step
+      ! without branches, for loops over many: the numerator and the denominator are chosen, not the quotient
+      root = abs(slope) + sqrt(slope**2 + 2.0_wp*bound*value)
+      step = merge(root, 2.0_wp*value, slope >= 0.0_wp)
+      step = step/max(merge(bound, root, slope >= 0.0_wp), 1.0e-290_wp*step, tiny(1.0_wp))
+   end function step_without_zero
 
    !> The slope keeps its sign up to a zero that is certain to come: inverse interpolation inside a bracket.
    subroutine finish(signal, start, at_start, limit, search)

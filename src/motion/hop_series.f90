@@ -1,7 +1,7 @@
 !> Taylor series of short hops: derivatives of damped oscillators one after the other, and the zero of a series.
 module hop_series
+   use certified_search, only: step_without_zero
    use kinds, only: wp
-   use modal_bounds, only: step_without_zero
    implicit none (type, external)
    private
    public :: next_derivative, zero_of_series

@@ -1,10 +1,11 @@
 !> Bounds on sums of damped oscillators from an instant on, and how far they keep such a sum from zero.
 module modal_bounds
+   use certified_search, only: step_without_zero
    use damped_oscillators, only: lanes
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: bound_terms, free_step, step_without_zero
+   public :: bound_terms, free_step
 
 contains
 
@@ -177,23 +178,5 @@ contains
          step = max(step, maxval(trial))
       end do
    end function free_step
-
-   !> `safe_step` of the search, for loops over many of them.
-   elemental function step_without_zero(value, slope, bound) result(step)
-      !> Value, >= 0
-      real(wp), intent(in) :: value
-      !> Slope
-      real(wp), intent(in) :: slope
-      !> Bound on the second derivative, >= 0
-      real(wp), intent(in) :: bound
-      real(wp) :: step
-
-      real(wp) :: root
-
-      ! without branches: the numerator and the denominator are chosen, not the quotient
-      root = abs(slope) + sqrt(slope**2 + 2.0_wp*bound*value)
-      step = merge(root, 2.0_wp*value, slope >= 0.0_wp)
-      step = step/max(merge(bound, root, slope >= 0.0_wp), 1.0e-290_wp*step, tiny(1.0_wp))
-   end function step_without_zero
 
 end module modal_bounds
