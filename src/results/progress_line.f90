@@ -4,13 +4,13 @@ module progress_line
    use file_system, only: is_terminal, standard_error_descriptor
    implicit none (type, external)
    private
-   public :: start_progress, stop_progress
+   public :: start_progress, stop_progress, terminal_width
 
    !> A run is long after so many milliseconds.
    integer(c_int), parameter :: long_run = 2000_c_int
 
    interface
-      ! Both are explained in progress_line_posix.c.
+      ! These are explained in progress_line_posix.c.
       subroutine impactbeam_start_progress(label, descriptor, delay) bind(c)
          import :: c_char, c_int
          implicit none (type, external)
@@ -22,6 +22,14 @@ module progress_line
       subroutine impactbeam_stop_progress() bind(c)
          implicit none (type, external)
       end subroutine impactbeam_stop_progress
+
+      !> Columns of a terminal; 80 where they are not known.
+      function terminal_width(descriptor) bind(c, name='impactbeam_terminal_width') result(columns)
+         import :: c_int
+         implicit none (type, external)
+         integer(c_int), value :: descriptor
+         integer(c_int) :: columns
+      end function terminal_width
    end interface
 
 contains

@@ -4,11 +4,12 @@
 #include <signal.h>
 #include <stddef.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
 
-enum { longest_label = 160, room_for_seconds = 32, milliseconds_between_lines = 1000 };
+enum { longest_label = 160, room_for_seconds = 32, milliseconds_between_lines = 1000, usual_width = 80 };
 
 static char line[longest_label + room_for_seconds];
 static size_t label_length;
@@ -22,6 +23,14 @@ static void set_timer(int first, int between)
       .it_value = {.tv_sec = first / 1000, .tv_usec = first % 1000 * 1000},
       .it_interval = {.tv_sec = between / 1000, .tv_usec = between % 1000 * 1000}};
    setitimer(ITIMER_REAL, &timer, NULL);
+}
+
+/* Columns of a terminal; 80 where they are not known. */
+int impactbeam_terminal_width(int descriptor)
+{
+   struct winsize size;
+   if (ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return usual_width;
+   return size.ws_col;
 }
 
 static void show_line(int signal_number)
@@ -40,6 +49,9 @@ static void show_line(int signal_number)
    while (count > 0) line[length++] = digits[--count];
    line[length++] = ' ';
    line[length++] = 's';
+   /* a line that wraps could not be written over; the first byte goes back to its beginning */
+   const size_t width = (size_t)impactbeam_terminal_width(line_descriptor);
+   if (length > width) length = width;
    line_is_shown = 1;
    if (write(line_descriptor, line, length) < 0) line_is_shown = 0;
    errno = saved;

@@ -4,6 +4,7 @@ module sweep_progress
    use file_system, only: is_terminal, standard_error_descriptor
    use kinds, only: i8, wp
    use number_text, only: to_text
+   use progress_line, only: terminal_width
    implicit none (type, external)
    private
    public :: progress_t, start_rate, show_rate, end_rate, progress_words
@@ -12,6 +13,9 @@ module sweep_progress
       !> Nothing is said without it
       logical :: is_wanted = .false.
       logical :: on_terminal = .false.
+      !> Where it is said, and seconds between two lines
+      integer :: unit = error_unit
+      real(wp) :: pause = 0.0_wp
       character(:), allocatable :: label
       !> Cases in all, and of them those done before this run
       integer :: cases = 0
@@ -26,7 +30,7 @@ module sweep_progress
 contains
 
    !> Begin.
-   subroutine start_rate(is_wanted, label, cases, before, progress)
+   subroutine start_rate(is_wanted, label, cases, before, progress, unit, on_terminal, pause)
       !> Say anything
       logical, intent(in) :: is_wanted
       !> What runs
@@ -36,9 +40,18 @@ contains
       integer, intent(in) :: before
       !> Ready
       type(progress_t), intent(out) :: progress
+      !> Where to say it, and whether that is a terminal; absent: standard error
+      integer, intent(in), optional :: unit
+      logical, intent(in), optional :: on_terminal
+      !> Seconds between two lines; absent: 1 on a terminal, else 60
+      real(wp), intent(in), optional :: pause
 
       progress%is_wanted = is_wanted
       progress%on_terminal = is_terminal(standard_error_descriptor)
+      if (present(unit)) progress%unit = unit
+      if (present(on_terminal)) progress%on_terminal = on_terminal
+      progress%pause = merge(1.0_wp, 60.0_wp, progress%on_terminal)
+      if (present(pause)) progress%pause = pause
       progress%label = label
       progress%cases = cases
       progress%before = before
@@ -53,24 +66,26 @@ contains
       !> Cases done by now, by all runs
       integer, intent(in) :: done
 
+      character(:), allocatable :: words
       integer(i8) :: now
-      real(wp) :: pause
+      integer :: status, width
 
       if (.not. progress%is_wanted) return
       call system_clock(now)
-      pause = merge(1.0_wp, 60.0_wp, progress%on_terminal)
-      if (real(now - progress%last, wp) < pause*real(progress%rate, wp)) return
+      if (real(now - progress%last, wp) < progress%pause*real(progress%rate, wp)) return
       progress%last = now
       progress%has_line = .true.
-      associate (words => progress_words(progress%label, progress%cases, done, done - progress%before, &
-                                         real(now - progress%start, wp)/real(progress%rate, wp)))
-         if (progress%on_terminal) then
-            write (error_unit, '(a)', advance='no') achar(13)//words//achar(27)//'[K'
-            flush (error_unit)
-         else
-            write (error_unit, '(a)') words
-         end if
-      end associate
+      ! assigned, not associated: gfortran 12 frees the result of a function under `associate` twice
+      words = progress_words(progress%label, progress%cases, done, done - progress%before, &
+                             real(now - progress%start, wp)/real(progress%rate, wp))
+      if (progress%on_terminal) then
+         ! a line that wraps could not be written over
+         width = min(len(words), terminal_width(standard_error_descriptor) - 1)
+         write (progress%unit, '(a)', advance='no', iostat=status) achar(13)//words(:width)//achar(27)//'[K'
+         flush (progress%unit, iostat=status)
+      else
+         write (progress%unit, '(a)', iostat=status) words
+      end if
    end subroutine show_rate
 
    !> Wipe the line out.
@@ -78,9 +93,11 @@ contains
       !> The progress
       type(progress_t), intent(inout) :: progress
 
+      integer :: status
+
       if (progress%has_line .and. progress%on_terminal) then
-         write (error_unit, '(a)', advance='no') achar(13)//achar(27)//'[K'
-         flush (error_unit)
+         write (progress%unit, '(a)', advance='no', iostat=status) achar(13)//achar(27)//'[K'
+         flush (progress%unit, iostat=status)
       end if
       progress%has_line = .false.
    end subroutine end_rate
