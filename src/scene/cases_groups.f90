@@ -43,9 +43,7 @@ contains
       type(scene_t), intent(in) :: scene
 
       if (.not. scene%wants_cases) return
-      if (.not. scene%wants_response) then
-         call input%complain('cases', '', 'needs a response; add &response / (with or without names in it)')
-      else if (scene%wants_frequencies) then
+      if (scene%wants_frequencies) then
          call input%complain('frequencies', '', 'does not go with &cases; give it a scene of its own')
       else if (scene%wants_sweep) then
          call input%complain('sweep', '', 'does not go with &cases; give it a scene of its own')

@@ -83,34 +83,59 @@ contains
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
       if (scene%wants_statements) then
-         call check_statements(input)
+         call refuse_others(input, 'statements', [character(11) :: 'beam', 'mesh', 'damping', 'tip_mass', 'stop', 'response', &
+            'frequencies', 'precision', 'sweep', 'best', 'cases', 'output'], 'beams, stops and runs of its own')
       else if (scene%wants_precision) then
-         if (scene%wants_response) then
-            call input%complain('response', '', 'does not go with &precision, which has runs of its own')
-         else if (.not. (scene%has_stop .or. scene%wants_frequencies)) then
-            call input%complain('precision', '', 'needs &stop / to compare motion, or &frequencies / to compare solvers')
-         end if
-      else if (.not. (scene%wants_response .or. scene%wants_frequencies)) then
-         call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
-      else if (scene%wants_response .and. .not. scene%has_stop) then
+         call refuse_others(input, 'precision', [character(11) :: 'response', 'sweep', 'best', 'cases', 'output'], &
+            'runs of its own')
+         if (.not. (scene%has_stop .or. scene%wants_frequencies)) call input%complain('precision', '', &
+            'needs &stop / to compare motion, or &frequencies / to compare solvers')
+      else if (.not. scene%wants_response) then
+         call complain_of_no_response(input, scene)
+      else if (.not. scene%has_stop) then
          call input%complain('response', '', 'needs a stop; add &stop / (with or without names in it)')
       end if
    end subroutine check_requests
 
-   !> &statements has beams and stops of its own.
-   subroutine check_statements(input)
+   !> A study with runs of its own refuses groups that would ask for others.
+   subroutine refuse_others(input, study, others, reason)
       !> The file
       type(scene_input_t), intent(inout) :: input
+      !> Group of the study
+      character(*), intent(in) :: study
+      !> What it does not go with
+      character(*), intent(in) :: others(:)
+      !> What it has
+      character(*), intent(in) :: reason
 
-      character(*), parameter :: others(12) = [character(11) :: 'beam', 'mesh', 'damping', 'tip_mass', 'stop', 'response', &
-                                               'frequencies', 'precision', 'sweep', 'best', 'cases', 'output']
       integer :: i
 
       do i = 1, size(others)
          if (input%has_group(trim(others(i)))) &
-            call input%complain(trim(others(i)), '', 'does not go with &statements, which has beams, stops and runs of its own')
+            call input%complain(trim(others(i)), '', 'does not go with &'//study//', which has '//reason)
       end do
-   end subroutine check_statements
+   end subroutine refuse_others
+
+   !> Without a response: name the groups that need one; without any, and without frequencies, nothing is asked for.
+   subroutine complain_of_no_response(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> As read; it has no &response
+      type(scene_t), intent(in) :: scene
+
+      character(*), parameter :: needs = 'needs a response; add &response / (with or without names in it)'
+
+      if (scene%wants_sweep) call input%complain('sweep', '', needs)
+      if (scene%wants_cases) call input%complain('cases', '', needs)
+      if (scene%wants_best .and. .not. scene%wants_sweep) &
+         call input%complain('best', '', 'needs a sweep; add &sweep with the parameters to vary, and &response /')
+      if (scene%wants_frequencies .or. input%has_problem()) return
+      if (input%has_group('output')) then
+         call input%complain('output', '', 'there are no results to store; add &response / or &frequencies /')
+      else
+         call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
+      end if
+   end subroutine complain_of_no_response
 
    !> Scales of the uniform beam of mean section.
    subroutine find_scales(input, beam, scales)

@@ -139,12 +139,12 @@ contains
       character(*), parameter :: others(3) = [character(10) :: 'cases', 'precision', 'statements']
       integer :: k, used
 
-      if (scene%wants_best .and. .not. scene%wants_sweep) &
+      if (scene%wants_best .and. .not. scene%wants_sweep) then
+         if (scene%wants_cases) call input%complain('best', '', 'does not go with &cases; give it a scene with &sweep')
          call input%complain('best', '', 'needs a sweep; add &sweep with the parameters to vary')
+      end if
       if (.not. scene%wants_sweep) return
-      if (.not. scene%wants_response) then
-         call input%complain('sweep', '', 'needs a response; add &response / (with or without names in it)')
-      else if (scene%wants_frequencies) then
+      if (scene%wants_frequencies) then
          call input%complain('frequencies', '', 'does not go with &sweep; give it a scene of its own')
       else if (input%has_group('output')) then
          call input%complain('output', '', 'does not go with &sweep: each case is a row of measures; for histories ' &
