@@ -7,7 +7,7 @@ module cases_file
    use cases_settings, only: case_parameters
    use failures, only: failure_t
    use file_system, only: make_folder
-   use hdf5_writing, only: hdf5_image_t
+   use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use number_text, only: to_text
    use response_measures, only: response_measures_t
@@ -34,7 +34,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 4000000_c_size_t
-      type(hdf5_image_t) :: image
+      type(hdf5_group_t) :: root, group, case_group
       character(:), allocatable :: name
       integer :: i, parameter
 
@@ -42,43 +42,41 @@ contains
       if (allocated(error)) return
       parameter = case_parameters(scene%cases%choice)
       name = trim(parameter_names(parameter))
-      call begin_results(image, expected_bytes, version, scene)
-      call image%begin_group('cases')
-      call image%note('parameter', name)
-      call image%note('meaning', trim(parameter_meanings(parameter)))
-      call image%add(name, cases%value, '1', trim(parameter_meanings(parameter)), is_scale=.true.)
-      call write_comparison(image, name, cases%measures)
+      call begin_results(root, expected_bytes, version, scene)
+      group = root%group('cases')
+      call group%note('parameter', name)
+      call group%note('meaning', trim(parameter_meanings(parameter)))
+      call group%add(name, cases%value, '1', trim(parameter_meanings(parameter)), is_scale=.true.)
+      call write_comparison(group, name, cases%measures)
       do i = 1, size(cases)
-         call image%begin_group('case_'//to_text(i))
-         call image%note('value', cases(i)%value)
-         call write_run(image, cases(i)%scene, cases(i)%node_position, response=cases(i)%response, &
+         case_group = group%group('case_'//to_text(i))
+         call case_group%note('value', cases(i)%value)
+         call write_run(case_group, cases(i)%scene, cases(i)%node_position, response=cases(i)%response, &
                         measures=cases(i)%measures)
-         call image%end_group()
       end do
-      call image%end_group()
-      call finish_results(image, folder, scene, error)
+      call finish_results(root, folder, scene, error)
    end subroutine write_cases
 
    !> One number a case; what did not happen is NaN.
-   subroutine write_comparison(image, name, measures)
-      !> The file, in the group of the cases
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_comparison(group, name, measures)
+      !> The group
+      type(hdf5_group_t), intent(in) :: group
       !> The dimension scale
       character(*), intent(in) :: name
       !> Measures of the cases
       type(response_measures_t), intent(in) :: measures(:)
 
-      call image%add('impacts', measures%impacts, '1', 'number of impacts', along=name)
-      call image%add('first_impact', known(measures%first_impact_tau, measures%has_met_stop), '1', &
+      call group%add('impacts', measures%impacts, '1', 'number of impacts', along=name)
+      call group%add('first_impact', known(measures%first_impact_tau, measures%has_met_stop), '1', &
                      'time of the first impact, tau', along=name)
-      call image%add('first_impact_velocity', known(measures%first_impact_velocity, measures%has_met_stop), '1', &
+      call group%add('first_impact_velocity', known(measures%first_impact_velocity, measures%has_met_stop), '1', &
                      'velocity at the stop before the first impact, d eta/d tau', along=name)
-      call image%add('longest_contact', measures%longest_contact, '1', 'longest contact, tau', along=name)
-      call image%add('total_contact', measures%total_contact, '1', 'time in contact, tau', along=name)
-      call image%add('quiet', known(measures%quiet_tau, measures%is_quiet), '1', &
+      call group%add('longest_contact', measures%longest_contact, '1', 'longest contact, tau', along=name)
+      call group%add('total_contact', measures%total_contact, '1', 'time in contact, tau', along=name)
+      call group%add('quiet', known(measures%quiet_tau, measures%is_quiet), '1', &
                      'time when |eta| at the stop last exceeded 0.02, tau', along=name)
       if (any(measures%knows_spent)) &
-         call image%add('spent', known(measures%spent_tau, measures%has_spent), '1', &
+         call group%add('spent', known(measures%spent_tau, measures%has_spent), '1', &
                         'time when the energy above that at rest fell to 1 percent, tau', along=name)
    end subroutine write_comparison
 

@@ -4,7 +4,7 @@ module statements_file
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: make_folder, replace_file
-   use hdf5_writing, only: hdf5_image_t
+   use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use number_text, only: to_text
    use paper_cases, only: way_count, way_t
@@ -38,27 +38,27 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
-      type(hdf5_image_t) :: image
+      type(hdf5_group_t) :: root, group
       integer :: i
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      call begin_results(image, expected_bytes, version, scene)
-      call write_verdicts(image, study%ways, study%list)
+      call begin_results(root, expected_bytes, version, scene)
+      group = root%group('statements')
+      call write_verdicts(group, study%ways, study%list)
       do i = 1, size(study%series)
-         call write_series(image, trim(series_names(i)), study%ways, study%series(i))
+         call write_series(group%group('over_'//trim(series_names(i))), trim(series_names(i)), study%ways, study%series(i))
       end do
-      call write_convergence(image, study%convergence)
-      call image%end_group()
-      call finish_results(image, folder, scene, error)
+      call write_convergence(group%group('convergence'), study%convergence)
+      call finish_results(root, folder, scene, error)
       if (allocated(error)) return
       call write_text(folder, scene%name//'.txt', study, error)
    end subroutine write_statements
 
-   !> The statements, with their verdicts; the group stays open.
-   subroutine write_verdicts(image, ways, list)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   !> The statements, with their verdicts.
+   subroutine write_verdicts(group, ways, list)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The ways
       type(way_t), intent(in) :: ways(way_count)
       !> The statements
@@ -67,7 +67,6 @@ contains
       character(text_room), dimension(size(list%item)) :: text, measure, detail, reason, verdict
       integer :: i
 
-      call image%begin_group('statements')
       do i = 1, size(list%item)
          text(i) = list%item(i)%text
          measure(i) = list%item(i)%measure
@@ -75,32 +74,32 @@ contains
          reason(i) = list%item(i)%reason
          verdict(i) = verdict_in_words(list%item(i))
       end do
-      call image%add('statement', [(i, i=1, size(list%item))], '1', 'one statement of the paper', is_scale=.true.)
-      call image%add('way', [(i, i=1, way_count)], '1', 'one way of computing', is_scale=.true.)
-      call image%add('way_name', ways%name, 'none', 'name of the way', along='way')
-      call image%add('label', list%item%label, 'none', 'number of the statement', along='statement')
-      call image%add('text', text, 'none', 'what the paper says', along='statement')
-      call image%add('measure', measure, 'none', 'what was measured, and the condition on it', along='statement')
-      call image%add('detail', detail, 'none', 'the numbers behind it, exact motion on the fine mesh', along='statement')
-      call image%add('reason', reason, 'none', 'why the paper and the program differ', along='statement')
-      call image%add('verdict', verdict, 'none', &
+      call group%add('statement', [(i, i=1, size(list%item))], '1', 'one statement of the paper', is_scale=.true.)
+      call group%add('way', [(i, i=1, way_count)], '1', 'one way of computing', is_scale=.true.)
+      call group%add('way_name', ways%name, 'none', 'name of the way', along='way')
+      call group%add('label', list%item%label, 'none', 'number of the statement', along='statement')
+      call group%add('text', text, 'none', 'what the paper says', along='statement')
+      call group%add('measure', measure, 'none', 'what was measured, and the condition on it', along='statement')
+      call group%add('detail', detail, 'none', 'the numbers behind it, exact motion on the fine mesh', along='statement')
+      call group%add('reason', reason, 'none', 'why the paper and the program differ', along='statement')
+      call group%add('verdict', verdict, 'none', &
                      'verdict', along='statement')
-      call image%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', along='statement')
-      call image%note('definitions_of_the_end', real(definition_count, wp), 'has_end')
+      call group%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', along='statement')
+      call group%note('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, way_count
-         call image%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
+         call group%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
                         along='statement')
-         call image%add(name_of('definitions', i), list%item%definitions(i), '1', &
+         call group%add(name_of('definitions', i), list%item%definitions(i), '1', &
                         'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
-         call image%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '//trim(ways(i)%name), &
+         call group%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '//trim(ways(i)%name), &
                         along='statement')
       end do
    end subroutine write_verdicts
 
    !> What was measured of the cases of one figure, [case, way]; what did not happen is NaN.
-   subroutine write_series(image, name, ways, series)
-      !> The file, in the group of the statements
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_series(group, name, ways, series)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> What is varied
       character(*), intent(in) :: name
       !> The ways
@@ -111,10 +110,9 @@ contains
       character(24) :: end_name
       integer :: i
 
-      call image%begin_group('over_'//name)
-      call image%add(name, series%value, '1', 'what is varied', is_scale=.true.)
-      call image%add('way', [(i, i=1, way_count)], '1', 'one way of computing', is_scale=.true.)
-      call image%add('way_name', ways%name, 'none', 'name of the way', along='way')
+      call group%add(name, series%value, '1', 'what is varied', is_scale=.true.)
+      call group%add('way', [(i, i=1, way_count)], '1', 'one way of computing', is_scale=.true.)
+      call group%add('way_name', ways%name, 'none', 'name of the way', along='way')
       do i = 1, size(end_levels)
          write (end_name, '(a, i0)') 'end_level_', i
          call add(trim(end_name), known(series%outcome%ends(i)), 'tau when |eta_c| last exceeds '//to_text(end_levels(i)))
@@ -138,7 +136,6 @@ contains
                'part of the modes above the second in the displacement of the stop point early in the main rebound')
       call add('high_velocity', series%outcome%high_velocity, 'the same part in its velocity')
       call add('own_frequency', series%outcome%own_frequency, 'lowest frequency of the beam, in omega1')
-      call image%end_group()
 
    contains
 
@@ -153,7 +150,7 @@ contains
 
          along = 'way'
          along(1) = name
-         call image%add(dataset, values, '1', long_name, along)
+         call group%add(dataset, values, '1', long_name, along)
       end subroutine add
 
    end subroutine write_series
@@ -169,25 +166,23 @@ contains
    end function known
 
    !> How the first example settles with the mesh.
-   subroutine write_convergence(image, convergence)
-      !> The file, in the group of the statements
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_convergence(group, convergence)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(convergence_t), intent(in) :: convergence
 
       character(*), parameter :: along(2) = [character(8) :: 'elements', 'reading']
 
-      call image%begin_group('convergence')
-      call image%add('elements', convergence%elements, '1', 'equal elements', is_scale=.true.)
-      call image%add('reading', [1, 2], '1', 'reading of the impulse: '//reading_names(1)//', '//reading_names(2), is_scale=.true.)
-      call image%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', along='elements')
-      call image%add('first_impact', convergence%first_tau, '1', 'first meeting with the stop, tau', along='elements')
-      call image%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
-      call image%add('quiet', known(convergence%quiet), '1', 'tau when |eta_c| last exceeds 0.02', along)
-      call image%add('spent', known(convergence%spent), '1', 'tau when 1 percent of the energy above rest is left', along)
-      call image%add('lost_at_impacts', convergence%lost, '1', 'energy lost at impacts, of the energy to lose', along)
-      call image%add('created', convergence%created, '1', 'energy created, of the energy to lose', along)
-      call image%end_group()
+      call group%add('elements', convergence%elements, '1', 'equal elements', is_scale=.true.)
+      call group%add('reading', [1, 2], '1', 'reading of the impulse: '//reading_names(1)//', '//reading_names(2), is_scale=.true.)
+      call group%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', along='elements')
+      call group%add('first_impact', convergence%first_tau, '1', 'first meeting with the stop, tau', along='elements')
+      call group%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
+      call group%add('quiet', known(convergence%quiet), '1', 'tau when |eta_c| last exceeds 0.02', along)
+      call group%add('spent', known(convergence%spent), '1', 'tau when 1 percent of the energy above rest is left', along)
+      call group%add('lost_at_impacts', convergence%lost, '1', 'energy lost at impacts, of the energy to lose', along)
+      call group%add('created', convergence%created, '1', 'energy created, of the energy to lose', along)
    end subroutine write_convergence
 
    !> The table as a file of its own.

@@ -3,13 +3,14 @@ module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use failures, only: failure_t
    use file_system, only: make_folder
-   use hdf5_writing, only: hdf5_image_t
+   use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use machine_facts, only: compiler_name, kind_of_build, options_of_compiler, processor_name
    use motion_errors, only: motion_errors_t
+   use number_text, only: to_text
    use precision_types, only: precision_t, varied_names
    use results_file, only: begin_results, finish_results
-   use scene_types, only: contender_names, name_length, scene_t
+   use scene_types, only: contender_names, scene_t
    use timed_tasks, only: clock_resolution, timing_t
    implicit none (type, external)
    private
@@ -31,75 +32,72 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
-      type(hdf5_image_t) :: image
+      type(hdf5_group_t) :: root, group
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      call begin_results(image, expected_bytes, version, scene)
-      call image%begin_group('precision')
-      call image%note('processor', processor_name())
-      call image%note('compiler', compiler_name())
-      call image%note('compiler_options', options_of_compiler())
-      call image%note('build', kind_of_build())
-      call image%note('clock_resolution', clock_resolution())
-      if (allocated(study%motion)) call write_motion(image, study)
-      if (allocated(study%parts)) call write_parts(image, study)
-      if (allocated(study%curves)) call write_curves(image, study)
-      if (allocated(study%savings)) call write_savings(image, study)
-      if (allocated(study%solvers)) call write_solvers(image, study)
-      call image%end_group()
-      call finish_results(image, folder, scene, error)
+      call begin_results(root, expected_bytes, version, scene)
+      group = root%group('precision')
+      call group%note('processor', processor_name())
+      call group%note('compiler', compiler_name())
+      call group%note('compiler_options', options_of_compiler())
+      call group%note('build', kind_of_build())
+      call group%note('clock_resolution', clock_resolution())
+      if (allocated(study%motion)) call write_motion(group%group('motion'), study)
+      if (allocated(study%parts)) call write_parts(group%group('parts'), study)
+      if (allocated(study%curves)) call write_curves(group%group('growth'), study)
+      if (allocated(study%savings)) call write_savings(group%group('skips'), study)
+      if (allocated(study%solvers)) call write_solvers(group%group('solvers'), study)
+      call finish_results(root, folder, scene, error)
    end subroutine write_precision
 
    !> Time and error of motion, and the check of the reference.
-   subroutine write_motion(image, study)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_motion(group, study)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: along = 'entry'
+      type(hdf5_group_t) :: check
       integer :: i
 
       associate (entries => study%motion)
-         call image%begin_group('motion')
-         call image%note('horizon', study%horizon)
-         call image%add(along, [(i, i=1, size(entries))], '1', 'one method at one setting', is_scale=.true.)
-         call image%add('method', contender_names(entries%contender), 'none', 'way through time', along=along)
-         call image%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
+         call group%note('horizon', study%horizon)
+         call group%add(along, [(i, i=1, size(entries))], '1', 'one method at one setting', is_scale=.true.)
+         call group%add('method', contender_names(entries%contender), 'none', 'way through time', along=along)
+         call group%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
                         along=along)
-         call image%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', along=along)
-         call image%add('hop_tolerance', entries%hop_tolerance, '1', 'eta that a flight must exceed to be no rest', along=along)
-         call image%add('mode_tolerance', entries%mode_tolerance, '1', 'eta that modes left out may contribute', along=along)
-         call image%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
-         call image%add('seconds', entries%whole%median, 's', 'whole run from the assembled beam, events only: median', &
+         call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', along=along)
+         call group%add('hop_tolerance', entries%hop_tolerance, '1', 'eta that a flight must exceed to be no rest', along=along)
+         call group%add('mode_tolerance', entries%mode_tolerance, '1', 'eta that modes left out may contribute', along=along)
+         call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
+         call group%add('seconds', entries%whole%median, 's', 'whole run from the assembled beam, events only: median', &
                         along=along)
-         call image%add('seconds_lower_quartile', entries%whole%lower_quartile, 's', 'its lower quartile', along=along)
-         call image%add('seconds_upper_quartile', entries%whole%upper_quartile, 's', 'its upper quartile', along=along)
-         call image%add('timings', entries%whole%timings, '1', 'number of timings', along=along)
-         call image%add('runs_each', entries%whole%runs_each, '1', 'runs within each timing', along=along)
-         call image%add('seconds_motion', entries%motion%median, 's', 'the same in modes found beforehand: median', along=along)
-         call image%add('events', entries%event_count, '1', 'number of events', along=along)
-         call image%add('modes_kept', entries%modes_kept, '1', 'modes kept', along=along)
-         call image%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', along=along)
-         call write_errors(image, 'error', entries%errors, along)
-         call image%begin_group('check')
-         call image%note('what', 'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &
+         call group%add('seconds_lower_quartile', entries%whole%lower_quartile, 's', 'its lower quartile', along=along)
+         call group%add('seconds_upper_quartile', entries%whole%upper_quartile, 's', 'its upper quartile', along=along)
+         call group%add('timings', entries%whole%timings, '1', 'number of timings', along=along)
+         call group%add('runs_each', entries%whole%runs_each, '1', 'runs within each timing', along=along)
+         call group%add('seconds_motion', entries%motion%median, 's', 'the same in modes found beforehand: median', along=along)
+         call group%add('events', entries%event_count, '1', 'number of events', along=along)
+         call group%add('modes_kept', entries%modes_kept, '1', 'modes kept', along=along)
+         call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', along=along)
+         call write_errors(group, 'error', entries%errors, along)
+         check = group%group('check')
+         call check%note('what', 'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &
                          //'beta = 1/4, events located to rounding, extrapolated from two steps to none')
-         call image%note('steps', study%check%steps)
-         call image%note('failure', study%check%failure)
-         call image%add('pair', [1, 2], '1', '1: the longer step and the extrapolation; 2: the extrapolation and the reference', &
+         call check%note('steps', study%check%steps)
+         call check%note('failure', study%check%failure)
+         call check%add('pair', [1, 2], '1', '1: the longer step and the extrapolation; 2: the extrapolation and the reference', &
                         is_scale=.true.)
-         call write_errors(image, 'difference', [study%check%between_steps, study%check%difference], 'pair')
-         call image%end_group()
-         call image%end_group()
+         call write_errors(check, 'difference', [study%check%between_steps, study%check%difference], 'pair')
       end associate
    end subroutine write_motion
 
    !> A dataset for each kind of error.
-   subroutine write_errors(image, prefix, errors, along)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_errors(group, prefix, errors, along)
+      !> The group
+      type(hdf5_group_t), intent(in) :: group
       !> What their names begin with
       character(*), intent(in) :: prefix
       !> The errors
@@ -107,40 +105,38 @@ contains
       !> The scale
       character(*), intent(in) :: along
 
-      call image%add(prefix//'_impact_tau', errors%impact_tau, '1', 'instant of the first impact, d tau', along=along)
-      call image%add(prefix//'_impact_velocity', errors%impact_velocity, '1', 'its velocity, relative', along=along)
-      call image%add(prefix//'_history', errors%history, '1', 'largest difference of eta at stop or tip up to the horizon', &
+      call group%add(prefix//'_impact_tau', errors%impact_tau, '1', 'instant of the first impact, d tau', along=along)
+      call group%add(prefix//'_impact_velocity', errors%impact_velocity, '1', 'its velocity, relative', along=along)
+      call group%add(prefix//'_history', errors%history, '1', 'largest difference of eta at stop or tip up to the horizon', &
                      along=along)
-      call image%add(prefix//'_energy', errors%energy, '1', 'energy at the horizon, in that at the start', along=along)
-      call image%add(prefix//'_impulse', errors%impulse, '1', 'contact impulse up to the horizon, relative', along=along)
-      call image%add(prefix//'_ledger', errors%ledger, '1', 'largest gap in the ledger of energy, in that at the start', &
+      call group%add(prefix//'_energy', errors%energy, '1', 'energy at the horizon, in that at the start', along=along)
+      call group%add(prefix//'_impulse', errors%impulse, '1', 'contact impulse up to the horizon, relative', along=along)
+      call group%add(prefix//'_ledger', errors%ledger, '1', 'largest gap in the ledger of energy, in that at the start', &
                      along=along)
    end subroutine write_errors
 
    !> Where the time goes.
-   subroutine write_parts(image, study)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_parts(group, study)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
 
       integer :: i
 
       associate (parts => study%parts)
-         call image%begin_group('parts')
-         call image%add('part', [(i, i=1, size(parts))], '1', 'part of a run', is_scale=.true.)
-         call image%add('name', parts%name, 'none', 'which part', along='part')
-         call image%add('seconds', parts%timing%median, 's', 'median', along='part')
-         call image%add('seconds_lower_quartile', parts%timing%lower_quartile, 's', 'lower quartile', along='part')
-         call image%add('seconds_upper_quartile', parts%timing%upper_quartile, 's', 'upper quartile', along='part')
-         call image%end_group()
+         call group%add('part', [(i, i=1, size(parts))], '1', 'part of a run', is_scale=.true.)
+         call group%add('name', parts%name, 'none', 'which part', along='part')
+         call group%add('seconds', parts%timing%median, 's', 'median', along='part')
+         call group%add('seconds_lower_quartile', parts%timing%lower_quartile, 's', 'lower quartile', along='part')
+         call group%add('seconds_upper_quartile', parts%timing%upper_quartile, 's', 'upper quartile', along='part')
       end associate
    end subroutine write_parts
 
    !> What skipping saves.
-   subroutine write_savings(image, study)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_savings(group, study)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
 
@@ -148,16 +144,14 @@ contains
       integer :: i
 
       associate (savings => study%savings)
-         call image%begin_group('skips')
-         call image%add(along, [(i, i=1, size(savings))], '1', 'something that is skipped where it is not needed', &
+         call group%add(along, [(i, i=1, size(savings))], '1', 'something that is skipped where it is not needed', &
                         is_scale=.true.)
-         call image%add('name', savings%name, 'none', 'what is skipped', along=along)
+         call group%add('name', savings%name, 'none', 'what is skipped', along=along)
          call write_seconds('without', savings%without)
          call write_seconds('with', savings%with)
-         call image%add('difference', savings%difference, '1', 'greatest difference of the two answers; -1: none to compare', &
+         call group%add('difference', savings%difference, '1', 'greatest difference of the two answers; -1: none to compare', &
                         along=along)
-         call image%add('compared', savings%compared, 'none', 'what this is the difference of', along=along)
-         call image%end_group()
+         call group%add('compared', savings%compared, 'none', 'what this is the difference of', along=along)
       end associate
 
    contains
@@ -169,42 +163,38 @@ contains
          !> All of them
          type(timing_t), intent(in) :: timings(:)
 
-         call image%add('seconds_'//which, timings%median, 's', which//' the skip: median', along=along)
-         call image%add('seconds_'//which//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', along=along)
-         call image%add('seconds_'//which//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', along=along)
+         call group%add('seconds_'//which, timings%median, 's', which//' the skip: median', along=along)
+         call group%add('seconds_'//which//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', along=along)
+         call group%add('seconds_'//which//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', along=along)
       end subroutine write_seconds
 
    end subroutine write_savings
 
    !> Growth of cost and memory, one group a curve.
-   subroutine write_curves(image, study)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_curves(group, study)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
 
-      character(name_length) :: name
+      type(hdf5_group_t) :: one
       integer :: i
 
-      call image%begin_group('growth')
       do i = 1, size(study%curves)
          associate (curve => study%curves(i))
-            write (name, '(a, i0)') 'curve_', i
-            call image%begin_group(trim(name))
-            call image%note('name', trim(curve%name))
-            call image%note('exponent', curve%exponent)
-            call image%add('x', curve%abscissa, '1', trim(curve%abscissa_name), is_scale=.true.)
-            call image%add('y', curve%ordinate, trim(curve%unit), trim(curve%name), along='x')
-            call image%end_group()
+            one = group%group('curve_'//to_text(i))
+            call one%note('name', trim(curve%name))
+            call one%note('exponent', curve%exponent)
+            call one%add('x', curve%abscissa, '1', trim(curve%abscissa_name), is_scale=.true.)
+            call one%add('y', curve%ordinate, trim(curve%unit), trim(curve%name), along='x')
          end associate
       end do
-      call image%end_group()
    end subroutine write_curves
 
    !> Time and error of frequencies.
-   subroutine write_solvers(image, study)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_solvers(group, study)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
 
@@ -212,17 +202,15 @@ contains
       integer :: i
 
       associate (entries => study%solvers)
-         call image%begin_group('solvers')
-         call image%add(along, [(i, i=1, size(entries))], '1', 'a solver on a mesh', is_scale=.true.)
-         call image%add('solver', entries%solver, 'none', 'solver', along=along)
-         call image%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
-         call image%add('ratio', entries%ratio, '1', 'ratio of neighbouring lengths', along=along)
-         call image%add('seconds', entries%timing%median, 's', 'median', along=along)
-         call image%add('seconds_lower_quartile', entries%timing%lower_quartile, 's', 'lower quartile', along=along)
-         call image%add('seconds_upper_quartile', entries%timing%upper_quartile, 's', 'upper quartile', along=along)
-         call image%add('error_first', entries%first_error, '1', 'relative error of lambda_1; -1: not known', along=along)
-         call image%add('error_largest', entries%largest_error, '1', 'largest relative error of all; -1: not known', along=along)
-         call image%end_group()
+         call group%add(along, [(i, i=1, size(entries))], '1', 'a solver on a mesh', is_scale=.true.)
+         call group%add('solver', entries%solver, 'none', 'solver', along=along)
+         call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
+         call group%add('ratio', entries%ratio, '1', 'ratio of neighbouring lengths', along=along)
+         call group%add('seconds', entries%timing%median, 's', 'median', along=along)
+         call group%add('seconds_lower_quartile', entries%timing%lower_quartile, 's', 'lower quartile', along=along)
+         call group%add('seconds_upper_quartile', entries%timing%upper_quartile, 's', 'upper quartile', along=along)
+         call group%add('error_first', entries%first_error, '1', 'relative error of lambda_1; -1: not known', along=along)
+         call group%add('error_largest', entries%largest_error, '1', 'largest relative error of all; -1: not known', along=along)
       end associate
    end subroutine write_solvers
 

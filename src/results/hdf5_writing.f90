@@ -1,5 +1,8 @@
 !> An HDF5 file made in memory: groups, datasets with unit and long name, dimension scales, attributes.
 !>
+!> What is written goes to the group that is told to write it. Nothing remembers where the writer is and
+!> nothing has to be closed, so no way through a procedure can put a thing into another's group.
+!>
 !> In memory, because then the disk sees one write of finished bytes, whose failure has a reason, and
 !> HDF5 itself never meets a full disk. The first call that fails is remembered and the later ones do
 !> nothing, so the caller asks once, at the end. Object times are off: the same content gives the same
@@ -10,7 +13,7 @@ module hdf5_writing
    use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
    use hdf5, only: &
       & h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dopen_f, h5dwrite_f, h5eset_auto_f, &
-      & h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_file_image_f, h5gclose_f, h5gcreate_f, h5open_f, &
+      & h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_file_image_f, h5gcreate_f, h5open_f, &
       & h5pclose_f, h5pcreate_f, h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, &
       & h5pset_libver_bounds_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, &
       & h5screate_f, h5screate_simple_f, h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t, &
@@ -21,41 +24,43 @@ module hdf5_writing
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: hdf5_image_t, open_hdf5
+   public :: hdf5_group_t, open_hdf5
 
-   !> Groups within groups, the root included.
-   integer, parameter :: deepest = 8
    !> Up to so many attributes are kept with their object, where HDF5 finds them fastest.
    integer, parameter :: compact_attributes = 64
    !> The extent of a scalar, and the scales of what goes along none.
    integer(hsize_t), parameter :: no_extent(0) = 0_hsize_t
    character(*), parameter :: no_scales(0) = ''
 
-   type :: hdf5_image_t
-      private
-      integer(hid_t) :: file = -1_hid_t
-      !> Open groups, the root first
-      integer(hid_t) :: groups(deepest) = -1_hid_t
-      integer :: depth = 0
+   !> What the groups of a file share.
+   type :: file_t
+      integer(hid_t) :: id = -1_hid_t
       !> Creation properties and the type of texts
       integer(hid_t) :: group_properties = -1_hid_t
       integer(hid_t) :: dataset_properties = -1_hid_t
       integer(hid_t) :: text_type = -1_hid_t
       !> Where HDF5 refused first; unallocated: nowhere
       character(:), allocatable :: refused
+   end type file_t
+
+   !> A group; `begin` makes the root of a file, `finish` ends the file and all its groups.
+   type :: hdf5_group_t
+      private
+      type(file_t), pointer :: file => null()
+      integer(hid_t) :: id = -1_hid_t
    contains
       procedure :: begin
       procedure :: finish
-      procedure :: begin_group
-      procedure :: end_group
+      !> A new group in this one
+      procedure :: group
       !> A dataset: name, values, units, long name; then the dimension scale it goes along, or that it is one
       generic :: add => add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
       !> An attribute of the group, or of a dataset in it: name, value, dataset
       generic :: note => note_text, note_real, note_reals, note_integers
       procedure, private :: add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
       procedure, private :: note_text, note_real, note_reals, note_integers
-      procedure, private :: here, check, add_dataset, describe, open_object, close_object, write_attribute
-   end type hdf5_image_t
+      procedure, private :: check, add_dataset, describe, open_object, close_object, write_attribute
+   end type hdf5_group_t
 
    !> The library has been started: each further start would leave copies of its types behind.
    logical :: is_open = .false.
@@ -79,8 +84,8 @@ contains
 
    !> Start an empty file.
    subroutine begin(self, expected_size)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> Its root
+      class(hdf5_group_t), intent(out) :: self
       !> About so many bytes will come
       integer(size_t), intent(in) :: expected_size
 
@@ -88,8 +93,7 @@ contains
       integer :: order, status
       integer(hid_t) :: access, creation
 
-      if (allocated(self%refused)) deallocate (self%refused)
-      self%depth = 0
+      allocate (self%file)
       call open_hdf5(status)
       call self%check(status, 'starting the library')
 
@@ -105,32 +109,31 @@ contains
       call h5pset_link_creation_order_f(creation, order, status)
       call h5pset_obj_track_times_f(creation, .false., status)
       call h5pset_attr_phase_change_f(creation, compact_attributes, 0, status)
-      call h5pcreate_f(h5p_group_create_f, self%group_properties, status)
-      call h5pset_link_creation_order_f(self%group_properties, order, status)
-      call h5pset_obj_track_times_f(self%group_properties, .false., status)
-      call h5pset_attr_phase_change_f(self%group_properties, compact_attributes, 0, status)
-      call h5pcreate_f(h5p_dataset_create_f, self%dataset_properties, status)
-      call h5pset_obj_track_times_f(self%dataset_properties, .false., status)
+      call h5pcreate_f(h5p_group_create_f, self%file%group_properties, status)
+      call h5pset_link_creation_order_f(self%file%group_properties, order, status)
+      call h5pset_obj_track_times_f(self%file%group_properties, .false., status)
+      call h5pset_attr_phase_change_f(self%file%group_properties, compact_attributes, 0, status)
+      call h5pcreate_f(h5p_dataset_create_f, self%file%dataset_properties, status)
+      call h5pset_obj_track_times_f(self%file%dataset_properties, .false., status)
       call self%check(status, 'the creation properties')
 
       ! h5t_string is of variable length already, ended by a null as in C.
-      call h5tcopy_f(h5t_string, self%text_type, status)
-      call h5tset_cset_f(self%text_type, h5t_cset_utf8_f, status)
+      call h5tcopy_f(h5t_string, self%file%text_type, status)
+      call h5tset_cset_f(self%file%text_type, h5t_cset_utf8_f, status)
       call self%check(status, 'the type of texts')
 
       ! The name stays in memory too.
-      call h5fcreate_f('results', h5f_acc_trunc_f, self%file, status, creation, access)
+      call h5fcreate_f('results', h5f_acc_trunc_f, self%file%id, status, creation, access)
       call self%check(status, 'the file in memory')
       call h5pclose_f(creation, status)
       call h5pclose_f(access, status)
-      self%groups(1) = self%file
-      self%depth = 1
+      self%id = self%file%id
    end subroutine begin
 
    !> Close the file and give its bytes.
    subroutine finish(self, bytes, error)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> Its root; neither it nor any other group of the file can be used hereafter
+      class(hdf5_group_t), intent(inout) :: self
       !> The finished file
       character(kind=c_char), allocatable, target, intent(out) :: bytes(:)
       !> What HDF5 refused
@@ -140,67 +143,49 @@ contains
       integer(size_t) :: length
       type(c_ptr) :: buffer
 
-      do while (self%depth > 1)
-         call self%end_group()
-      end do
       length = 0_size_t
-      if (.not. allocated(self%refused)) then
-         call h5fflush_f(self%file, h5f_scope_local_f, status)
+      if (.not. allocated(self%file%refused)) then
+         call h5fflush_f(self%file%id, h5f_scope_local_f, status)
          call self%check(status, 'finishing the file')
          buffer = c_null_ptr
-         call h5fget_file_image_f(self%file, buffer, 0_size_t, status, length)
+         call h5fget_file_image_f(self%file%id, buffer, 0_size_t, status, length)
          call self%check(status, 'finishing the file')
       end if
       allocate (bytes(length))
-      if (.not. allocated(self%refused) .and. length > 0_size_t) then
+      if (.not. allocated(self%file%refused) .and. length > 0_size_t) then
          buffer = c_loc(bytes)
-         call h5fget_file_image_f(self%file, buffer, length, status)
+         call h5fget_file_image_f(self%file%id, buffer, length, status)
          call self%check(status, 'finishing the file')
       end if
 
-      call h5tclose_f(self%text_type, status)
-      call h5pclose_f(self%dataset_properties, status)
-      call h5pclose_f(self%group_properties, status)
-      call h5fclose_f(self%file, status)
-      self%depth = 0
-      if (allocated(self%refused)) call fail(error, status_run_failed, 'HDF5 failed at '//self%refused)
+      call h5tclose_f(self%file%text_type, status)
+      call h5pclose_f(self%file%dataset_properties, status)
+      call h5pclose_f(self%file%group_properties, status)
+      call h5fclose_f(self%file%id, status)
+      if (allocated(self%file%refused)) call fail(error, status_run_failed, 'HDF5 failed at '//self%file%refused)
+      deallocate (self%file)
    end subroutine finish
 
-   !> Make a group in the present one; what follows goes into it.
-   subroutine begin_group(self, name)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
-      !> The group's name
+   !> Make a group in this one.
+   function group(self, name) result(made)
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
+      !> The new group's name
       character(*), intent(in) :: name
+      type(hdf5_group_t) :: made
 
       integer :: status
 
-      if (allocated(self%refused)) return
-      if (self%depth == deepest) then
-         call self%check(-1, name)
-         return
-      end if
-      call h5gcreate_f(self%here(), name, self%groups(self%depth + 1), status, gcpl_id=self%group_properties)
+      made%file => self%file
+      if (allocated(self%file%refused)) return
+      call h5gcreate_f(self%id, name, made%id, status, gcpl_id=self%file%group_properties)
       call self%check(status, name)
-      if (status == 0) self%depth = self%depth + 1
-   end subroutine begin_group
-
-   !> Leave the present group; what follows goes into the one above.
-   subroutine end_group(self)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
-
-      integer :: status
-
-      if (self%depth <= 1) return
-      call h5gclose_f(self%here(), status)
-      self%depth = self%depth - 1
-   end subroutine end_group
+   end function group
 
    !> One number.
    subroutine add_real(self, name, value, units, long_name)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name, value, unit and meaning
       character(*), intent(in) :: name
       real(wp), target, intent(in) :: value
@@ -212,8 +197,8 @@ contains
 
    !> A list of numbers.
    subroutine add_reals(self, name, values, units, long_name, along, is_scale)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name, values, unit and meaning
       character(*), intent(in) :: name
       real(wp), contiguous, target, intent(in) :: values(:)
@@ -230,8 +215,8 @@ contains
 
    !> A table of numbers. Readers in C and Python see its dimensions in reverse.
    subroutine add_real_table(self, name, values, units, long_name, along)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name, values, unit and meaning
       character(*), intent(in) :: name
       real(wp), contiguous, target, intent(in) :: values(:, :)
@@ -249,8 +234,8 @@ contains
 
    !> One integer.
    subroutine add_integer(self, name, value, units, long_name)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name, value, unit and meaning
       character(*), intent(in) :: name
       integer, target, intent(in) :: value
@@ -262,8 +247,8 @@ contains
 
    !> A list of integers.
    subroutine add_integers(self, name, values, units, long_name, along, is_scale)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name, values, unit and meaning
       character(*), intent(in) :: name
       integer, contiguous, target, intent(in) :: values(:)
@@ -280,8 +265,8 @@ contains
 
    !> One text.
    subroutine add_text(self, name, text, units, long_name)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name, text, unit ('none') and meaning
       character(*), intent(in) :: name
       character(*), intent(in) :: text
@@ -293,13 +278,13 @@ contains
 
       terminated = text//c_null_char
       address = c_loc(terminated)
-      call self%add_dataset(name, self%text_type, c_loc(address), no_extent, units, long_name, no_scales)
+      call self%add_dataset(name, self%file%text_type, c_loc(address), no_extent, units, long_name, no_scales)
    end subroutine add_text
 
    !> A list of texts; blanks at their ends are cut.
    subroutine add_texts(self, name, texts, units, long_name, along)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name, texts, unit ('none') and meaning
       character(*), intent(in) :: name
       character(*), intent(in) :: texts(:)
@@ -319,13 +304,13 @@ contains
       end do
       address = c_null_ptr
       if (size(texts) > 0) address = c_loc(addresses)
-      call self%add_dataset(name, self%text_type, address, [size(texts, kind=hsize_t)], units, long_name, [along])
+      call self%add_dataset(name, self%file%text_type, address, [size(texts, kind=hsize_t)], units, long_name, [along])
    end subroutine add_texts
 
    !> An attribute that is a text.
    subroutine note_text(self, name, text, dataset)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The attribute's name and text
       character(*), intent(in) :: name
       character(*), intent(in) :: text
@@ -341,8 +326,8 @@ contains
 
    !> An attribute that is a number.
    subroutine note_real(self, name, value, dataset)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The attribute's name and value
       character(*), intent(in) :: name
       real(wp), target, intent(in) :: value
@@ -358,8 +343,8 @@ contains
 
    !> An attribute that is a list of numbers.
    subroutine note_reals(self, name, values, dataset)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The attribute's name and values
       character(*), intent(in) :: name
       real(wp), contiguous, target, intent(in) :: values(:)
@@ -375,8 +360,8 @@ contains
 
    !> An attribute that is a list of integers.
    subroutine note_integers(self, name, values, dataset)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The attribute's name and values
       character(*), intent(in) :: name
       integer, contiguous, target, intent(in) :: values(:)
@@ -391,31 +376,22 @@ contains
       call self%close_object(object, dataset)
    end subroutine note_integers
 
-   !> The present group.
-   pure function here(self) result(group)
-      !> The file
-      class(hdf5_image_t), intent(in) :: self
-      integer(hid_t) :: group
-
-      group = self%groups(max(self%depth, 1))
-   end function here
-
    !> Remember the first call that failed.
-   pure subroutine check(self, status, name)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+   subroutine check(self, status, name)
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> What HDF5 returned: negative is a failure
       integer, intent(in) :: status
       !> What the call was about
       character(*), intent(in) :: name
 
-      if (status < 0 .and. .not. allocated(self%refused)) self%refused = "'"//name//"'"
+      if (status < 0 .and. .not. allocated(self%file%refused)) self%file%refused = "'"//name//"'"
    end subroutine check
 
-   !> Make a dataset in the present group.
+   !> Make a dataset in the group.
    subroutine add_dataset(self, name, type, address, extent, units, long_name, along, is_scale)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The dataset's name
       character(*), intent(in) :: name
       !> Its HDF5 type
@@ -435,16 +411,16 @@ contains
       integer :: i, status
       integer(hid_t) :: dataset, scale, space
 
-      if (allocated(self%refused)) return
+      if (allocated(self%file%refused)) return
       if (size(extent) == 0) then
          call h5screate_f(h5s_scalar_f, space, status)
       else
          call h5screate_simple_f(size(extent), extent, space, status)
       end if
       call self%check(status, name)
-      call h5dcreate_f(self%here(), name, type, space, dataset, status, dcpl_id=self%dataset_properties)
+      call h5dcreate_f(self%id, name, type, space, dataset, status, dcpl_id=self%file%dataset_properties)
       call self%check(status, name)
-      if (.not. allocated(self%refused) .and. product(extent) > 0_hsize_t) then
+      if (.not. allocated(self%file%refused) .and. product(extent) > 0_hsize_t) then
          call h5dwrite_f(dataset, type, address, status)
          call self%check(status, name)
       end if
@@ -455,10 +431,10 @@ contains
       call self%describe(dataset, 'long_name', long_name)
       call self%describe(dataset, 'units', units)
       do i = 1, size(along)
-         if (allocated(self%refused)) exit
-         call h5dopen_f(self%here(), trim(along(i)), scale, status)
+         if (allocated(self%file%refused)) exit
+         call h5dopen_f(self%id, trim(along(i)), scale, status)
          call self%check(status, trim(along(i)))
-         if (allocated(self%refused)) exit
+         if (allocated(self%file%refused)) exit
          ! This call counts the dimensions from 1, but in C's order.
          call h5dsattach_scale_f(dataset, scale, size(along) + 1 - i, status)
          call self%check(status, trim(along(i)))
@@ -470,8 +446,8 @@ contains
 
    !> Give an object an attribute that is a text.
    subroutine describe(self, object, name, text)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> Group or dataset
       integer(hid_t), intent(in) :: object
       !> The attribute's name and text
@@ -483,13 +459,13 @@ contains
 
       terminated = text//c_null_char
       address = c_loc(terminated)
-      call self%write_attribute(object, name, self%text_type, c_loc(address))
+      call self%write_attribute(object, name, self%file%text_type, c_loc(address))
    end subroutine describe
 
    !> The group or a dataset in it, open for attributes.
    subroutine open_object(self, object, dataset)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The object
       integer(hid_t), intent(out) :: object
       !> Name of the dataset; absent: the group
@@ -497,16 +473,16 @@ contains
 
       integer :: status
 
-      object = self%here()
-      if (allocated(self%refused) .or. .not. present(dataset)) return
-      call h5dopen_f(self%here(), dataset, object, status)
+      object = self%id
+      if (allocated(self%file%refused) .or. .not. present(dataset)) return
+      call h5dopen_f(self%id, dataset, object, status)
       call self%check(status, dataset)
    end subroutine open_object
 
    !> Close what `open_object` opened.
    subroutine close_object(self, object, dataset)
-      !> The file
-      class(hdf5_image_t), intent(in) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> The object
       integer(hid_t), intent(in) :: object
       !> Name of the dataset; absent: the group
@@ -514,14 +490,14 @@ contains
 
       integer :: status
 
-      if (allocated(self%refused) .or. .not. present(dataset)) return
+      if (allocated(self%file%refused) .or. .not. present(dataset)) return
       call h5dclose_f(object, status)
    end subroutine close_object
 
    !> Write an attribute.
    subroutine write_attribute(self, object, name, type, address, length)
-      !> The file
-      class(hdf5_image_t), intent(inout) :: self
+      !> The group
+      class(hdf5_group_t), intent(in) :: self
       !> Group or dataset
       integer(hid_t), intent(in) :: object
       !> The attribute's name
@@ -537,7 +513,7 @@ contains
       integer(hid_t) :: attribute, space
       logical :: has_values
 
-      if (allocated(self%refused)) return
+      if (allocated(self%file%refused)) return
       has_values = .true.
       if (present(length)) then
          has_values = length > 0_hsize_t
@@ -548,7 +524,7 @@ contains
       call self%check(status, name)
       call h5acreate_f(object, name, type, space, attribute, status)
       call self%check(status, name)
-      if (allocated(self%refused)) return
+      if (allocated(self%file%refused)) return
       if (has_values) then
          call h5awrite_f(attribute, type, address, status)
          call self%check(status, name)

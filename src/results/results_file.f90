@@ -8,7 +8,7 @@ module results_file
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
    use frequency_types, only: frequency_table_t
-   use hdf5_writing, only: hdf5_image_t
+   use hdf5_writing, only: hdf5_group_t
    use kinds, only: lambda1, lambda1_power4, wp
    use response_measures, only: response_measures_t
    use response_types, only: event_name, event_separation, response_t
@@ -68,24 +68,24 @@ contains
       type(response_t), intent(in), optional :: response
       type(response_measures_t), intent(in), optional :: measures
 
-      type(hdf5_image_t) :: image
+      type(hdf5_group_t) :: root
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      call begin_results(image, expected_size(response), version, scene)
+      call begin_results(root, expected_size(response), version, scene)
       ! the sanitizer takes an absent array handed on for one that is read
       if (present(node_position)) then
-         call write_run(image, scene, node_position, frequencies, response, measures)
+         call write_run(root, scene, node_position, frequencies, response, measures)
       else
-         call write_run(image, scene, frequencies=frequencies, response=response, measures=measures)
+         call write_run(root, scene, frequencies=frequencies, response=response, measures=measures)
       end if
-      call finish_results(image, folder, scene, error)
+      call finish_results(root, folder, scene, error)
    end subroutine write_results
 
-   !> The groups of a run into the present group of a file.
-   subroutine write_run(image, scene, node_position, frequencies, response, measures)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   !> The groups of a run.
+   subroutine write_run(group, scene, node_position, frequencies, response, measures)
+      !> The group
+      type(hdf5_group_t), intent(in) :: group
       !> The scene
       type(scene_t), intent(in) :: scene
       !> x/L of the nodes, clamp first, if the scene has one mesh
@@ -98,22 +98,22 @@ contains
       type(units_t) :: units
 
       units = units_of(scene%scales)
-      if (present(node_position)) call write_mesh(image, node_position, units)
-      if (present(frequencies)) call write_frequencies(image, frequencies, units)
+      if (present(node_position)) call write_mesh(group%group('mesh'), node_position, units)
+      if (present(frequencies)) call write_frequencies(group%group('frequencies'), frequencies, units)
       if (present(response)) then
-         call write_response(image, response, units)
-         call write_events(image, response, units)
+         call write_response(group%group('response'), response, units)
+         call write_events(group%group('events'), response, units)
          if (allocated(response%shape_tau) .and. present(node_position)) &
-            call write_shapes(image, response, node_position, units)
-         if (allocated(response%energy)) call write_energy(image, response, units)
+            call write_shapes(group%group('shapes'), response, node_position, units)
+         if (allocated(response%energy)) call write_energy(group%group('energy'), response, units)
       end if
-      if (present(measures)) call write_measures(image, measures, units)
+      if (present(measures)) call write_measures(group%group('measures'), measures, units)
    end subroutine write_run
 
    !> Start the file of a scene: its attributes and the scene; a study adds groups of its own.
-   subroutine begin_results(image, expected_bytes, version, scene)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine begin_results(root, expected_bytes, version, scene)
+      !> The root of the file
+      type(hdf5_group_t), intent(inout) :: root
       !> About so many bytes will come
       integer(c_size_t), intent(in) :: expected_bytes
       !> Version of the program
@@ -121,15 +121,15 @@ contains
       !> The scene
       type(scene_t), intent(in) :: scene
 
-      call image%begin(expected_bytes)
-      call write_root(image, version, scene)
-      call write_scene(image, scene)
+      call root%begin(expected_bytes)
+      call write_root(root, version, scene)
+      call write_scene(root%group('scene'), scene)
    end subroutine begin_results
 
    !> Put the finished file into its folder, which is there.
-   subroutine finish_results(image, folder, scene, error)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine finish_results(root, folder, scene, error)
+      !> The root of the file
+      type(hdf5_group_t), intent(inout) :: root
       !> Folder of the results
       character(*), intent(in) :: folder
       !> The scene
@@ -140,7 +140,7 @@ contains
       character(kind=c_char), allocatable :: bytes(:)
       type(failure_t), allocatable :: refusal
 
-      call image%finish(bytes, refusal)
+      call root%finish(bytes, refusal)
       if (allocated(refusal)) then
          call fail(error, refusal%status, "cannot make '"//results_name(scene)//"': "//refusal%message)
          return
@@ -187,64 +187,61 @@ contains
    end function units_of
 
    !> Attributes of the file.
-   subroutine write_root(image, version, scene)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_root(group, version, scene)
+      !> The group
+      type(hdf5_group_t), intent(in) :: group
       !> Version of the program
       character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
 
       if (allocated(scene%title)) then
-         call image%note('title', scene%title)
+         call group%note('title', scene%title)
       else
-         call image%note('title', scene%name)
+         call group%note('title', scene%name)
       end if
-      call image%note('name', scene%name)
-      call image%note('program', 'impactbeam')
-      call image%note('version', version)
-      call image%note('conventions', conventions)
+      call group%note('name', scene%name)
+      call group%note('program', 'impactbeam')
+      call group%note('version', version)
+      call group%note('conventions', conventions)
    end subroutine write_root
 
    !> The input as read, and a group for each of its groups with the resolved values as attributes.
-   subroutine write_scene(image, scene)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_scene(group, scene)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The scene
       type(scene_t), intent(in) :: scene
 
-      character(:), allocatable :: group
+      type(hdf5_group_t) :: echoed
+      character(:), allocatable :: name
       integer :: i
       type(echo_t), allocatable :: entries(:)
 
-      call image%begin_group('scene')
-      if (allocated(scene%text)) call image%add('text', scene%text, 'none', 'scene file as read')
+      if (allocated(scene%text)) call group%add('text', scene%text, 'none', 'scene file as read')
       call echo_scene(scene, entries)
-      group = ''
+      name = ''
       do i = 1, size(entries)
          associate (entry => entries(i))
-            if (entry%group /= group) then
-               if (group /= '') call image%end_group()
-               group = entry%group
-               call image%begin_group(group)
+            if (entry%group /= name) then
+               name = entry%group
+               echoed = group%group(name)
             end if
             if (.not. allocated(entry%number)) then
-               call image%note(entry%name, entry%text)
+               call echoed%note(entry%name, entry%text)
             else if (entry%is_list) then
-               call image%note(entry%name, entry%number)
+               call echoed%note(entry%name, entry%number)
             else
-               call image%note(entry%name, entry%number(1))
+               call echoed%note(entry%name, entry%number(1))
             end if
          end associate
       end do
-      if (group /= '') call image%end_group()
-      call image%end_group()
    end subroutine write_scene
 
    !> Nodes and elements.
-   subroutine write_mesh(image, node_position, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_mesh(group, node_position, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> x/L of the nodes
       real(wp), contiguous, intent(in) :: node_position(:)
       !> Units
@@ -253,20 +250,18 @@ contains
       integer :: elements, i
 
       elements = size(node_position) - 1
-      call image%begin_group('mesh')
-      call image%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true.)
-      call image%note('in_scene_units', units%length, 'x')
-      call image%add('element', [(i, i=1, elements)], '1', 'element, clamp first', is_scale=.true.)
-      call image%add('element_length', node_position(2:) - node_position(:elements), '1', &
+      call group%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true.)
+      call group%note('in_scene_units', units%length, 'x')
+      call group%add('element', [(i, i=1, elements)], '1', 'element, clamp first', is_scale=.true.)
+      call group%add('element_length', node_position(2:) - node_position(:elements), '1', &
                      'length of the elements in L', along='element')
-      call image%note('in_scene_units', units%length, 'element_length')
-      call image%end_group()
+      call group%note('in_scene_units', units%length, 'element_length')
    end subroutine write_mesh
 
    !> The table of frequencies; where a mesh has no such mode stands NaN.
-   subroutine write_frequencies(image, table, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_frequencies(group, table, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The table
       type(frequency_table_t), intent(in) :: table
       !> Units
@@ -298,30 +293,28 @@ contains
          error(column, :modes) = 100.0_wp*(table%columns(column)%lambda(:modes)/table%exact(:modes) - 1.0_wp)
       end do
 
-      call image%begin_group('frequencies')
-      call image%add('mode', [(i, i=1, rows)], '1', 'mode', is_scale=.true.)
-      call image%add('column', [(i, i=1, columns)], '1', 'column of the table: a solver on a mesh', is_scale=.true.)
-      call image%add('column_solver', solver, 'none', 'solver', along='column')
-      call image%add('column_elements', elements, '1', 'number of elements n', along='column')
-      call image%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1)', along='column')
-      call image%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', ['column', 'mode  '])
-      call image%note('coordinates', of_columns, 'lambda')
-      call image%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '])
-      call image%note('in_scene_units', units%frequency, 'omega')
-      call image%note('coordinates', of_columns, 'omega')
+      call group%add('mode', [(i, i=1, rows)], '1', 'mode', is_scale=.true.)
+      call group%add('column', [(i, i=1, columns)], '1', 'column of the table: a solver on a mesh', is_scale=.true.)
+      call group%add('column_solver', solver, 'none', 'solver', along='column')
+      call group%add('column_elements', elements, '1', 'number of elements n', along='column')
+      call group%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1)', along='column')
+      call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', ['column', 'mode  '])
+      call group%note('coordinates', of_columns, 'lambda')
+      call group%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '])
+      call group%note('in_scene_units', units%frequency, 'omega')
+      call group%note('coordinates', of_columns, 'omega')
       if (allocated(table%exact)) then
-         call image%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
-         call image%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
-         call image%note('coordinates', of_columns, 'error')
+         call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
+         call group%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
+         call group%note('coordinates', of_columns, 'error')
       end if
-      if (allocated(table%shape)) call write_mode_shapes(image, table, units)
-      call image%end_group()
+      if (allocated(table%shape)) call write_mode_shapes(group%group('shapes'), table, units)
    end subroutine write_frequencies
 
    !> Mode shapes on the first mesh of the table.
-   subroutine write_mode_shapes(image, table, units)
-      !> The file, in the group of the frequencies
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_mode_shapes(group, table, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The table
       type(frequency_table_t), intent(in) :: table
       !> Units
@@ -329,49 +322,45 @@ contains
 
       integer :: i
 
-      call image%begin_group('shapes')
-      call image%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
-      call image%add('x', table%node, '1', 'position of the nodes x/L', is_scale=.true.)
-      call image%note('in_scene_units', units%length, 'x')
-      call image%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', ['x   ', 'mode'])
+      call group%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
+      call group%add('x', table%node, '1', 'position of the nodes x/L', is_scale=.true.)
+      call group%note('in_scene_units', units%length, 'x')
+      call group%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', ['x   ', 'mode'])
       if (allocated(table%shape_slope)) &
-         call image%add('slope', table%shape_slope, '1', 'its derivative by x/L', ['x   ', 'mode'])
-      call image%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
-      call image%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
+         call group%add('slope', table%shape_slope, '1', 'its derivative by x/L', ['x   ', 'mode'])
+      call group%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
+      call group%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
                      'largest |phi_i.K phi_j/(lambda_i lambda_j)^2 - delta_ij|')
-      call image%end_group()
    end subroutine write_mode_shapes
 
    !> The histories.
-   subroutine write_response(image, response, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_response(group, response, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The run
       type(response_t), intent(in) :: response
       !> Units
       type(units_t), intent(in) :: units
 
-      call image%begin_group('response')
-      call image%note('evaluations', real(response%evaluations, wp))
-      call image%note('rejected', real(response%rejected, wp))
-      call image%note('factorisations', real(response%factorisations, wp))
-      call image%note('modes_kept', real(response%modes_kept, wp))
+      call group%note('evaluations', real(response%evaluations, wp))
+      call group%note('rejected', real(response%rejected, wp))
+      call group%note('factorisations', real(response%factorisations, wp))
+      call group%note('modes_kept', real(response%modes_kept, wp))
       if (.not. allocated(response%tau)) return
-      call write_times(image, response%tau, 'time tau', units)
-      call write_along_tau(image, 'eta_stop', response%displacement_stop, &
+      call write_times(group, response%tau, 'time tau', units)
+      call write_along_tau(group, 'eta_stop', response%displacement_stop, &
                            'displacement of the beam at the stop, eta', units%displacement)
-      call write_along_tau(image, 'eta_tip', response%displacement_tip, &
+      call write_along_tau(group, 'eta_tip', response%displacement_tip, &
                            'displacement of the tip, eta', units%displacement)
-      call write_along_tau(image, 'velocity_stop', response%velocity_stop, &
+      call write_along_tau(group, 'velocity_stop', response%velocity_stop, &
                            'velocity of the beam at the stop, d eta/d tau', units%velocity)
-      call write_along_tau(image, 'contact_force', response%contact_force, 'contact force Pbar', units%force)
-      call image%end_group()
+      call write_along_tau(group, 'contact_force', response%contact_force, 'contact force Pbar', units%force)
    end subroutine write_response
 
    !> The scale of a group that goes along time.
-   subroutine write_times(image, tau, long_name, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_times(group, tau, long_name, units)
+      !> The group
+      type(hdf5_group_t), intent(in) :: group
       !> Times
       real(wp), contiguous, intent(in) :: tau(:)
       !> What they are
@@ -379,14 +368,14 @@ contains
       !> Units
       type(units_t), intent(in) :: units
 
-      call image%add('tau', tau, '1', long_name, is_scale=.true.)
-      call image%note('in_scene_units', units%time, 'tau')
+      call group%add('tau', tau, '1', long_name, is_scale=.true.)
+      call group%note('in_scene_units', units%time, 'tau')
    end subroutine write_times
 
    !> A list along the times of its group, if it is there.
-   subroutine write_along_tau(image, name, values, long_name, unit)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_along_tau(group, name, values, long_name, unit)
+      !> The group
+      type(hdf5_group_t), intent(in) :: group
       !> Name, values and meaning of the dataset
       character(*), intent(in) :: name
       real(wp), contiguous, intent(in), optional :: values(:)
@@ -395,14 +384,14 @@ contains
       real(wp), intent(in) :: unit
 
       if (.not. present(values)) return
-      call image%add(name, values, '1', long_name, along='tau')
-      if (unit > 0.0_wp) call image%note('in_scene_units', unit, name)
+      call group%add(name, values, '1', long_name, along='tau')
+      if (unit > 0.0_wp) call group%note('in_scene_units', unit, name)
    end subroutine write_along_tau
 
    !> The events.
-   subroutine write_events(image, response, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_events(group, response, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The run
       type(response_t), intent(in) :: response
       !> Units
@@ -416,28 +405,26 @@ contains
          meanings = meanings//' '//event_name(i)
       end do
       count = response%event_count
-      call image%begin_group('events')
-      call write_times(image, [(response%events(i)%tau, i=1, count)], 'time of the event, tau', units)
-      call image%add('kind', [(response%events(i)%kind, i=1, count)], '1', 'kind of the event', along='tau')
-      call image%note('flag_values', [(i, i=1, event_separation)], 'kind')
-      call image%note('flag_meanings', meanings, 'kind')
-      call write_along_tau(image, 'eta', [(response%events(i)%eta, i=1, count)], &
+      call write_times(group, [(response%events(i)%tau, i=1, count)], 'time of the event, tau', units)
+      call group%add('kind', [(response%events(i)%kind, i=1, count)], '1', 'kind of the event', along='tau')
+      call group%note('flag_values', [(i, i=1, event_separation)], 'kind')
+      call group%note('flag_meanings', meanings, 'kind')
+      call write_along_tau(group, 'eta', [(response%events(i)%eta, i=1, count)], &
                            'displacement of the beam at the stop, eta', units%displacement)
-      call write_along_tau(image, 'velocity_before', [(response%events(i)%velocity_before, i=1, count)], &
+      call write_along_tau(group, 'velocity_before', [(response%events(i)%velocity_before, i=1, count)], &
                            'velocity of the beam at the stop just before, d eta/d tau', units%velocity)
-      call write_along_tau(image, 'velocity_after', [(response%events(i)%velocity_after, i=1, count)], &
+      call write_along_tau(group, 'velocity_after', [(response%events(i)%velocity_after, i=1, count)], &
                            'velocity of the beam at the stop just after, d eta/d tau', units%velocity)
-      call write_along_tau(image, 'impulse', [(response%events(i)%impulse, i=1, count)], &
+      call write_along_tau(group, 'impulse', [(response%events(i)%impulse, i=1, count)], &
                            'impulse on the beam in rho Abar L omega1 (y_c(0) - d)', units%impulse)
-      call write_along_tau(image, 'energy_change', [(response%events(i)%energy_change, i=1, count)], &
+      call write_along_tau(group, 'energy_change', [(response%events(i)%energy_change, i=1, count)], &
                            'change of energy in rho Abar L omega1^2 (y_c(0) - d)^2', units%energy)
-      call image%end_group()
    end subroutine write_events
 
    !> Shapes of the whole beam at chosen instants.
-   subroutine write_shapes(image, response, node_position, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_shapes(group, response, node_position, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The run
       type(response_t), intent(in) :: response
       !> x/L of the nodes
@@ -445,15 +432,13 @@ contains
       !> Units
       type(units_t), intent(in) :: units
 
-      call image%begin_group('shapes')
-      call write_times(image, response%shape_tau, 'time tau', units)
-      call image%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true.)
-      call image%note('in_scene_units', units%length, 'x')
+      call write_times(group, response%shape_tau, 'time tau', units)
+      call group%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true.)
+      call group%note('in_scene_units', units%length, 'x')
       call write_shape('displacement', response%shape_displacement, 'displacement of the beam, eta', units%displacement)
       call write_shape('slope', response%shape_slope, 'd eta/d(x/L)', units%slope)
       call write_shape('velocity', response%shape_velocity, 'velocity of the beam, d eta/d tau', units%velocity)
       call write_shape('slope_velocity', response%shape_slope_velocity, 'd^2 eta/(d(x/L) d tau)', units%slope_velocity)
-      call image%end_group()
 
    contains
 
@@ -467,44 +452,42 @@ contains
          real(wp), intent(in) :: unit
 
          if (.not. present(values)) return
-         call image%add(name, values, '1', long_name, ['x  ', 'tau'])
-         if (unit > 0.0_wp) call image%note('in_scene_units', unit, name)
+         call group%add(name, values, '1', long_name, ['x  ', 'tau'])
+         if (unit > 0.0_wp) call group%note('in_scene_units', unit, name)
       end subroutine write_shape
 
    end subroutine write_shapes
 
    !> The ledger.
-   subroutine write_energy(image, response, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_energy(group, response, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The run
       type(response_t), intent(in) :: response
       !> Units
       type(units_t), intent(in) :: units
 
-      call image%begin_group('energy')
-      call image%note('initial', response%initial_energy)
-      call write_times(image, response%tau, 'time tau', units)
+      call group%note('initial', response%initial_energy)
+      call write_times(group, response%tau, 'time tau', units)
       associate (energy => response%energy)
-         call write_along_tau(image, 'kinetic', energy%kinetic, 'kinetic energy of beam and tip mass', units%energy)
-         call write_along_tau(image, 'strain', energy%strain, 'strain energy of the beam', units%energy)
-         call write_along_tau(image, 'stop', energy%stop, 'energy in the springs of the stop', units%energy)
-         call write_along_tau(image, 'dissipated_beam', energy%dissipated_beam, &
+         call write_along_tau(group, 'kinetic', energy%kinetic, 'kinetic energy of beam and tip mass', units%energy)
+         call write_along_tau(group, 'strain', energy%strain, 'strain energy of the beam', units%energy)
+         call write_along_tau(group, 'stop', energy%stop, 'energy in the springs of the stop', units%energy)
+         call write_along_tau(group, 'dissipated_beam', energy%dissipated_beam, &
                               'dissipated so far inside the beam', units%energy)
-         call write_along_tau(image, 'dissipated_stop', energy%dissipated_stop, &
+         call write_along_tau(group, 'dissipated_stop', energy%dissipated_stop, &
                               'dissipated so far in the stop', units%energy)
-         call write_along_tau(image, 'dissipated_impact', energy%dissipated_impact, &
+         call write_along_tau(group, 'dissipated_impact', energy%dissipated_impact, &
                               'dissipated so far at impacts', units%energy)
-         call write_along_tau(image, 'created', energy%created, &
+         call write_along_tau(group, 'created', energy%created, &
                               'created so far by the nodal reading of the impulse', units%energy)
       end associate
-      call image%end_group()
    end subroutine write_energy
 
    !> What the table on the console says.
-   subroutine write_measures(image, measures, units)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_measures(group, measures, units)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The measures
       type(response_measures_t), intent(in) :: measures
       !> Units
@@ -512,40 +495,38 @@ contains
 
       integer :: i
 
-      call image%begin_group('measures')
-      call image%add('duration', measures%duration, '1', 'length of the run, tau')
-      call image%note('in_scene_units', units%time, 'duration')
-      call image%add('impacts', measures%impacts, '1', 'number of impacts')
+      call group%add('duration', measures%duration, '1', 'length of the run, tau')
+      call group%note('in_scene_units', units%time, 'duration')
+      call group%add('impacts', measures%impacts, '1', 'number of impacts')
       if (measures%has_met_stop) then
-         call image%add('first_impact', measures%first_impact_tau, '1', 'time of the first impact, tau')
-         call image%note('in_scene_units', units%time, 'first_impact')
-         call image%add('first_impact_velocity', measures%first_impact_velocity, '1', &
+         call group%add('first_impact', measures%first_impact_tau, '1', 'time of the first impact, tau')
+         call group%note('in_scene_units', units%time, 'first_impact')
+         call group%add('first_impact_velocity', measures%first_impact_velocity, '1', &
                         'velocity at the stop before the first impact, d eta/d tau')
-         if (units%velocity > 0.0_wp) call image%note('in_scene_units', units%velocity, 'first_impact_velocity')
+         if (units%velocity > 0.0_wp) call group%note('in_scene_units', units%velocity, 'first_impact_velocity')
       end if
       if (measures%knows_quiet .and. measures%is_quiet) then
-         call image%add('quiet', measures%quiet_tau, '1', 'time when |eta| at the stop last exceeded 0.02, tau')
-         call image%note('in_scene_units', units%time, 'quiet')
+         call group%add('quiet', measures%quiet_tau, '1', 'time when |eta| at the stop last exceeded 0.02, tau')
+         call group%note('in_scene_units', units%time, 'quiet')
       end if
       if (measures%has_spent) then
-         call image%add('spent', measures%spent_tau, '1', 'time when the energy above that at rest fell to 1 percent, tau')
-         call image%note('in_scene_units', units%time, 'spent')
+         call group%add('spent', measures%spent_tau, '1', 'time when the energy above that at rest fell to 1 percent, tau')
+         call group%note('in_scene_units', units%time, 'spent')
       end if
       if (allocated(measures%contact_start)) then
-         call image%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
-         call image%add('contact_start', measures%contact_start, '1', 'begin of the contact, tau', along='contact')
-         call image%note('in_scene_units', units%time, 'contact_start')
-         call image%add('contact_end', measures%contact_end, '1', 'end of the contact or of the run, tau', along='contact')
-         call image%note('in_scene_units', units%time, 'contact_end')
+         call group%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
+         call group%add('contact_start', measures%contact_start, '1', 'begin of the contact, tau', along='contact')
+         call group%note('in_scene_units', units%time, 'contact_start')
+         call group%add('contact_end', measures%contact_end, '1', 'end of the contact or of the run, tau', along='contact')
+         call group%note('in_scene_units', units%time, 'contact_end')
       end if
       if (allocated(measures%peak_eta)) then
-         call image%add('rebound', [(i, i=1, size(measures%peak_eta))], '1', 'rebound', is_scale=.true.)
-         call image%add('peak_tau', measures%peak_tau, '1', 'time of the peak of the rebound, tau', along='rebound')
-         call image%note('in_scene_units', units%time, 'peak_tau')
-         call image%add('peak', measures%peak_eta, '1', 'peak of the rebound, eta at the stop', along='rebound')
-         if (units%displacement > 0.0_wp) call image%note('in_scene_units', units%displacement, 'peak')
+         call group%add('rebound', [(i, i=1, size(measures%peak_eta))], '1', 'rebound', is_scale=.true.)
+         call group%add('peak_tau', measures%peak_tau, '1', 'time of the peak of the rebound, tau', along='rebound')
+         call group%note('in_scene_units', units%time, 'peak_tau')
+         call group%add('peak', measures%peak_eta, '1', 'peak of the rebound, eta at the stop', along='rebound')
+         if (units%displacement > 0.0_wp) call group%note('in_scene_units', units%displacement, 'peak')
       end if
-      call image%end_group()
    end subroutine write_measures
 
 end module results_file

@@ -10,7 +10,7 @@ module sweep_file
       h5pclose_f, h5pcreate_f, h5pset_obj_track_times_f, h5s_scalar_f, h5s_select_set_f, h5sclose_f, h5screate_f, &
       h5screate_simple_f, h5sselect_hyperslab_f, h5t_cset_utf8_f, h5t_native_double, h5t_native_integer, h5t_string, &
       h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
-   use hdf5_writing, only: hdf5_image_t, open_hdf5
+   use hdf5_writing, only: hdf5_group_t, open_hdf5
    use kinds, only: wp
    use results_file, only: begin_results, results_name
    use scene_types, only: scene_t
@@ -118,13 +118,13 @@ contains
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
-      type(hdf5_image_t) :: image
+      type(hdf5_group_t) :: root
       character(kind=c_char), allocatable :: bytes(:)
 
-      call begin_results(image, 262144_size_t, version, scene)
-      call write_group(image, scene, plan, survey)
-      if (scene%wants_best) call write_best(image, scene, plan, survey%best, refined)
-      call image%finish(bytes, error)
+      call begin_results(root, 262144_size_t, version, scene)
+      call write_group(root%group('sweep'), scene, plan, survey)
+      if (scene%wants_best) call write_best(root%group('best'), scene, plan, survey%best, refined)
+      call root%finish(bytes, error)
       if (allocated(error)) return
       call replace_file(path, assembled_file, bytes, error)
       if (allocated(error)) return
@@ -136,9 +136,9 @@ contains
    end subroutine write_sweep
 
    !> /sweep but for its columns.
-   subroutine write_group(image, scene, plan, survey)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_group(group, scene, plan, survey)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan
@@ -146,36 +146,34 @@ contains
       !> What the parts hold
       type(survey_t), intent(in) :: survey
 
+      type(hdf5_group_t) :: axes
       integer :: k
 
-      call image%begin_group('sweep')
-      call image%note('design', trim(design_names(scene%sweep%design)))
-      call image%note('parameters', joined(parameter_names(plan%axes%parameter)))
-      call image%note('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
+      call group%note('design', trim(design_names(scene%sweep%design)))
+      call group%note('parameters', joined(parameter_names(plan%axes%parameter)))
+      call group%note('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
                                            k=1, size(plan%axes))]))
-      call image%note('measures', joined(measure_names))
-      call image%note('failures', [survey%failures])
+      call group%note('measures', joined(measure_names))
+      call group%note('failures', [survey%failures])
       if (plan%is_grid) then
          ! a column reshaped to these extents is the grid, in C's order
-         call image%note('grid_extents', [(size(plan%axes(k)%values), k=1, size(plan%axes))])
-         call image%begin_group('axes')
+         call group%note('grid_extents', [(size(plan%axes(k)%values), k=1, size(plan%axes))])
+         axes = group%group('axes')
          do k = 1, size(plan%axes)
             associate (axis => plan%axes(k))
-               call image%add(trim(parameter_names(axis%parameter)), axis%values, '1', &
+               call axes%add(trim(parameter_names(axis%parameter)), axis%values, '1', &
                               trim(parameter_meanings(axis%parameter)), is_scale=.true.)
             end associate
          end do
-         call image%end_group()
       end if
-      call image%add('failed', survey%failed, '1', 'cases that failed', is_scale=.true.)
-      call image%add('failure_reason', survey%reasons, 'none', 'why they failed', along='failed')
-      call image%end_group()
+      call group%add('failed', survey%failed, '1', 'cases that failed', is_scale=.true.)
+      call group%add('failure_reason', survey%reasons, 'none', 'why they failed', along='failed')
    end subroutine write_group
 
    !> /best: the table, and what the refinement found.
-   subroutine write_best(image, scene, plan, best, refined)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_best(group, scene, plan, best, refined)
+      !> Its group
+      type(hdf5_group_t), intent(in) :: group
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan
@@ -185,29 +183,27 @@ contains
       !> Better ones
       type(refined_t), intent(in) :: refined
 
+      type(hdf5_group_t) :: refinement
       integer :: i
 
-      call image%begin_group('best')
-      call image%note('measure', trim(measure_names(scene%best%measure)))
-      call image%note('goal', trim(goal_names(scene%best%goal)))
-      call image%add('place', [(i, i=1, best%count)], '1', 'place among the best', is_scale=.true.)
-      call image%add('case', best%case(:best%count), '1', 'number of the case in /sweep', along='place')
-      call write_columns(image, plan, best%values(:, :best%count), best%rows(:, :best%count), 'place')
+      call group%note('measure', trim(measure_names(scene%best%measure)))
+      call group%note('goal', trim(goal_names(scene%best%goal)))
+      call group%add('place', [(i, i=1, best%count)], '1', 'place among the best', is_scale=.true.)
+      call group%add('case', best%case(:best%count), '1', 'number of the case in /sweep', along='place')
+      call write_columns(group, plan, best%values(:, :best%count), best%rows(:, :best%count), 'place')
       if (refined%count > 0) then
-         call image%begin_group('refinement')
-         call image%note('evaluations', [refined%all_evaluations])
-         call image%add('evaluations', refined%evaluations(:refined%count), '1', &
+         refinement = group%group('refinement')
+         call refinement%note('evaluations', [refined%all_evaluations])
+         call refinement%add('evaluations', refined%evaluations(:refined%count), '1', &
                         'cases computed when it was found', is_scale=.true.)
-         call write_columns(image, plan, refined%values(:, :refined%count), refined%rows(:, :refined%count), 'evaluations')
-         call image%end_group()
+         call write_columns(refinement, plan, refined%values(:, :refined%count), refined%rows(:, :refined%count), 'evaluations')
       end if
-      call image%end_group()
    end subroutine write_best
 
    !> Parameters and measures of a few cases, a dataset each.
-   subroutine write_columns(image, plan, values, rows, along)
-      !> The file
-      type(hdf5_image_t), intent(inout) :: image
+   subroutine write_columns(group, plan, values, rows, along)
+      !> The group
+      type(hdf5_group_t), intent(in) :: group
       !> The plan
       type(plan_t), intent(in) :: plan
       !> Parameters [axes, cases] and measures [measure_count, cases]
@@ -221,16 +217,16 @@ contains
 
       do k = 1, size(plan%axes)
          column = values(k, :)
-         call image%add(trim(parameter_names(plan%axes(k)%parameter)), column, '1', &
+         call group%add(trim(parameter_names(plan%axes(k)%parameter)), column, '1', &
                         trim(parameter_meanings(plan%axes(k)%parameter)), along=along)
       end do
       do k = 1, measure_count
          column = rows(k, :)
          if (measure_is_whole(k)) then
-            call image%add(trim(measure_names(k)), nint(column), trim(measure_units(k)), trim(measure_meanings(k)), &
+            call group%add(trim(measure_names(k)), nint(column), trim(measure_units(k)), trim(measure_meanings(k)), &
                            along=along)
          else
-            call image%add(trim(measure_names(k)), column, trim(measure_units(k)), trim(measure_meanings(k)), along=along)
+            call group%add(trim(measure_names(k)), column, trim(measure_units(k)), trim(measure_meanings(k)), along=along)
          end if
       end do
    end subroutine write_columns

@@ -7,7 +7,7 @@ module sweep_parts
    use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, &
       h5fopen_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, &
       h5t_native_integer, h5t_string, h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
-   use hdf5_writing, only: hdf5_image_t, open_hdf5
+   use hdf5_writing, only: hdf5_group_t, open_hdf5
    use kinds, only: i8, wp
    use sweep_plan, only: checksum, first_of_part, last_of_part, plan_t
    use sweep_settings, only: measure_count, measure_names, parameter_names
@@ -158,23 +158,23 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer(size_t), parameter :: overhead = 32768_size_t
-      type(hdf5_image_t) :: image
+      type(hdf5_group_t) :: root
       character(kind=c_char), allocatable :: bytes(:)
       integer :: i
 
-      call image%begin(8_size_t*(size(part%rows, kind=size_t) + size(part%values, kind=size_t)) + overhead)
-      call image%add('plan', real(checksum(text), wp), '1', 'checksum of the plan in plan.txt')
-      call image%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
+      call root%begin(8_size_t*(size(part%rows, kind=size_t) + size(part%values, kind=size_t)) + overhead)
+      call root%add('plan', real(checksum(text), wp), '1', 'checksum of the plan in plan.txt')
+      call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
                      'number of the case', is_scale=.true.)
-      call image%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
-      call image%note('names', joined(measure_names), 'column')
-      call image%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
-      call image%note('names', joined(parameter_names(plan%axes%parameter)), 'parameter')
-      call image%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
-      call image%add('rows', part%rows, 'mixed', 'measures of each case', ['column', 'case  '])
-      call image%add('failed', part%failed, '1', 'cases that failed', is_scale=.true.)
-      call image%add('reason', part%reasons, 'none', 'why', along='failed')
-      call image%finish(bytes, error)
+      call root%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
+      call root%note('names', joined(measure_names), 'column')
+      call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
+      call root%note('names', joined(parameter_names(plan%axes%parameter)), 'parameter')
+      call root%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
+      call root%add('rows', part%rows, 'mixed', 'measures of each case', ['column', 'case  '])
+      call root%add('failed', part%failed, '1', 'cases that failed', is_scale=.true.)
+      call root%add('reason', part%reasons, 'none', 'why', along='failed')
+      call root%finish(bytes, error)
       if (allocated(error)) return
       call replace_file(path, part_name(number), bytes, error)
    end subroutine write_part
