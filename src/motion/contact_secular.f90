@@ -347,13 +347,13 @@ contains
          if (i /= own) rest = rest + problem%weight(i)/(distance(2*i - 1)*distance(2*i))
       end do
       if (problem%has_branch) then
-         numerator = (problem%stiffness + problem%branch_stiffness)*s + problem%stiffness*problem%rate
-         rest = numerator*rest
          if (own > problem%modes) then
-            offset = -rest
+            ! the spring's part of the numerator vanishes with the offset, and belongs to it
+            offset = -problem%branch_stiffness*s*rest/(1.0_wp + problem%stiffness*rest)
             return
          end if
-         rest = rest + distance(problem%poles)
+         numerator = problem%stiffness*distance(problem%poles) + problem%branch_stiffness*s
+         rest = distance(problem%poles) + numerator*rest
       else
          numerator = problem%stiffness
          rest = 1.0_wp + numerator*rest
@@ -398,11 +398,13 @@ contains
       end do
       if (problem%has_branch) then
          associate (stiff => problem%stiffness + problem%branch_stiffness, shifted => from_branch)
-            numerator = stiff*s + problem%stiffness*problem%rate
+            ! k (s + nu) + beta k s, where a weak branch would be lost in the sum of the stiffnesses
+            numerator = problem%stiffness*shifted + problem%branch_stiffness*s
             value = shifted + numerator*g
             slope = 1.0_wp + stiff*g + numerator*g_slope
             size_of_slope = 1.0_wp + stiff*size_of(g) + size_of(numerator)*size_of_slope
-            size_of_value = size_of(shifted) + (stiff*size_of(s) + problem%stiffness*problem%rate)*size_of_value
+            size_of_value = size_of(shifted) + (problem%stiffness*size_of(shifted) + problem%branch_stiffness*size_of(s)) &
+                            *size_of_value
          end associate
       else
          value = 1.0_wp + problem%stiffness*g
