@@ -24,8 +24,6 @@ module certified_search
    type, abstract :: certified_signal_t
       !> 0: s(0) > 0. k > 0: s and its first k - 1 derivatives vanish at 0, the k-th is positive
       integer :: start_order = 0
-      !> Go on looking where the signal's floor tells that no zero can follow
-      logical :: search_out_of_reach = .false.
    contains
       procedure(look_interface), deferred :: look
       procedure(evaluate_interface), deferred :: evaluate
@@ -266,7 +264,8 @@ contains
          bound = min(bound, max(0.0_wp, here%curvature - 2.0_wp*here%bound_jerk*here%value/here%slope))
    end function upper_bound
 
-   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; no more than 1e290.
+   !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; no more than 1e290, which a value that
+   !> nothing moves comes near.
    elemental function step_without_zero(value, slope, bound) result(step)
       !> Value, >= 0
       real(wp), intent(in) :: value
@@ -276,12 +275,15 @@ contains
       real(wp), intent(in) :: bound
       real(wp) :: step
 
-      real(wp) :: root
+      ! below this a bound times a value would vanish
+      real(wp), parameter :: least_bound = 1.0e-280_wp
+      real(wp) :: root, curvature
 
+      curvature = max(bound, least_bound)
       ! without branches, for loops over many: the numerator and the denominator are chosen, not the quotient
-      root = abs(slope) + sqrt(slope**2 + 2.0_wp*bound*value)
+      root = abs(slope) + sqrt(slope**2 + 2.0_wp*curvature*value)
       step = merge(root, 2.0_wp*value, slope >= 0.0_wp)
-      step = step/max(merge(bound, root, slope >= 0.0_wp), 1.0e-290_wp*step, tiny(1.0_wp))
+      step = step/max(merge(curvature, root, slope >= 0.0_wp), 1.0e-290_wp*step, tiny(1.0_wp))
    end function step_without_zero
 
    !> The slope keeps its sign up to a zero that is certain to come: inverse interpolation inside a bracket.

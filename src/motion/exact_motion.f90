@@ -133,7 +133,6 @@ contains
          run%duration = response_settings%duration
          run%hop_tolerance = response_settings%hop_tolerance
          run%event_limit = response_settings%event_limit
-         run%search_out_of_reach = response_settings%search_out_of_reach
          run%force_scale = height_ratio
          if (stop_settings%impulse /= impulse_nodal) return
          allocate (run%nodal_mass, source=modes%nodal_mass(:beam%count))
@@ -149,7 +148,6 @@ contains
          run%zeta = zeta
          run%duration = response_settings%duration
          run%event_limit = response_settings%event_limit
-         run%search_out_of_reach = response_settings%search_out_of_reach
          run%force_scale = height_ratio
       end function three_element_run
 

@@ -1,17 +1,18 @@
 !> Model A in closed form: free flights, impacts with a coefficient of restitution, capture, contact as a
 !> pinned support, release. No step in time: every phase ends at an event that `certified_search` finds.
 module exact_restitution
-   use certified_search, only: found_never_left, found_none, found_zero, first_zero, local_t, search_t
+   use certified_search, only: certified_signal_t, first_zero, found_never_left, found_none, found_zero, local_t, search_t
    use damped_oscillators, only: elastic_and_viscous, propagate
    use failures, only: fail, failure_t, status_run_failed
    use flight_measures, only: measure_flight, measure_held_contact
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t, to_free, to_pinned
    use modal_signal, only: make_modal_signal, modal_signal_t
    use modal_recorder, only: charge_event, keep_energy, keep_shape, modal_energy, next_sample, next_sample_time, &
                              phase_sampler_t, record_free_motion, record_sample, recorder_t, samples_before, shape_due, &
                              start_sampler, steps_t
    use response_types, only: append_event, event_capture, event_impact, event_release, event_t, response_t
+   use signal_peaks, only: signal_view
    implicit none (type, external)
    private
    public :: run_exact_restitution, restitution_run_t
@@ -32,8 +33,6 @@ module exact_restitution
       real(wp) :: hop_tolerance = 0.0_wp
       !> Events after which the run fails
       integer :: event_limit = 0
-      !> Look for events where a bound excludes them, too
-      logical :: search_out_of_reach = .false.
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
    end type restitution_run_t
@@ -73,7 +72,6 @@ contains
       after_rebound = .false.
       standstill = 0
       call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
-      gap%search_out_of_reach = run%search_out_of_reach
       touching = .false.
       if (sum(gap%weight*q) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*q)) + abs(gap%offset))) then
          ! the run starts on the surface
@@ -104,7 +102,8 @@ contains
          end if
          held = .false.
          if (search%outcome == found_zero .and. after_rebound) then
-            if (search%greatest < run%hop_tolerance) held = is_hop(beam, gap, search%time, run%hop_tolerance)
+            if (search%greatest < run%hop_tolerance) &
+               call judge_hop(gap, search%time, run%hop_tolerance, held, response%evaluations)
          end if
          if (held) then
             call capture(beam, run, t, q, v, order, recorder, response)
@@ -161,29 +160,29 @@ contains
       q = q + beam%stop_value/beam%oscillators%square*force
    end subroutine lift
 
-   !> Does a flight stay below the tolerance all the way?
-   pure function is_hop(beam, gap, length, tolerance) result(hop)
-      !> The beam in its free modes
-      type(modal_beam_t), intent(in) :: beam
+   !> Does a flight stay below the tolerance all the way, for certain? As far as the rounding error of the gap can tell.
+   subroutine judge_hop(gap, length, tolerance, is_hop, evaluations)
       !> The gap and its state at the start of the flight
       type(modal_signal_t), intent(in) :: gap
       !> Time to the return
       real(wp), intent(in) :: length
       !> Hop tolerance, in eta
       real(wp), intent(in) :: tolerance
-      logical :: hop
+      !> It does
+      logical, intent(out) :: is_hop
+      !> Counts the sums evaluated
+      integer(i8), intent(inout) :: evaluations
 
-      integer, parameter :: points = 8
-      integer :: i
-      real(wp), dimension(beam%count) :: z, v
+      class(certified_signal_t), allocatable :: room
+      type(search_t) :: search
+      real(wp) :: noise
 
-      hop = .true.
-      do i = 1, points - 1
-         call propagate(beam%oscillators, length*real(i, wp)/real(points, wp), gap%z, gap%v, z, v)
-         hop = gap%offset + sum(gap%weight*z) < tolerance
-         if (.not. hop) return
-      end do
-   end function is_hop
+      noise = 4.0_wp*epsilon(1.0_wp)*(abs(gap%offset) + sum(abs(gap%weight*gap%z)))
+      call signal_view(gap, 0.0_wp, -1.0_wp, tolerance + noise, 0, room)
+      call first_zero(room, length, search)
+      is_hop = search%outcome == found_none
+      evaluations = evaluations + search%evaluations
+   end subroutine judge_hop
 
    !> Which way a stop point at rest on the stop goes: the order of the first derivative of the gap that is
    !> certainly positive if it leaves (2: the support would have to pull; 3: its force vanishes and falls), or
@@ -323,7 +322,6 @@ contains
       p = to_pinned(pinned, beam%oscillators%square, q)
       rate = matmul(v, pinned%mode)
       call make_modal_signal(pinned%oscillators, run%surface*pinned%static_force, pinned%reaction, reaction)
-      reaction%search_out_of_reach = run%search_out_of_reach
       ! p + 2 zeta p' swings like p itself
       reaction%z = p + two_zeta*rate
       reaction%v = rate - two_zeta*pinned%oscillators%square*reaction%z

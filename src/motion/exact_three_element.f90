@@ -30,8 +30,6 @@ module exact_three_element
       real(wp) :: duration = 0.0_wp
       !> Events after which the run fails
       integer :: event_limit = 0
-      !> Look for events where a bound excludes them, too
-      logical :: search_out_of_reach = .false.
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
    end type three_element_run_t
@@ -71,7 +69,6 @@ contains
       branch_force = 0.0_wp
       standstill = 0
       call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
-      gap%search_out_of_reach = run%search_out_of_reach
       if (run%spring%branch_stiffness > 0.0_wp) gap%rate = run%spring%surface_rate
       touching = .false.
       force_order = 1
@@ -190,7 +187,6 @@ contains
       allocate (force%exponent, source=modes%exponent)
       allocate (force%amplitude, source=modes%weight*amplitude)
       force%start_order = start_order
-      force%search_out_of_reach = run%search_out_of_reach
       call first_zero(force, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) search%time = run%duration - t

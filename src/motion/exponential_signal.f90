@@ -80,7 +80,7 @@ contains
       if (order == 0) then
          here%value = here%signal
          here%rounding = here%signal_rounding
-         if (.not. self%search_out_of_reach) here%floor = self%offset - swing
+         here%floor = self%offset - swing
       end if
       here%bound_both = here%bound
    end subroutine look

@@ -211,7 +211,7 @@ contains
                           z, v, value, rate, curvature, swing, swing_curvature, swing_jerk)
          if (separates) call bound_separate(oscillators, weight, slow, fast, value, rate, curvature, swing, swing_curvature, &
                                             swing_jerk)
-         if (order == 0 .and. self%offset > 0.0_wp .and. .not. self%search_out_of_reach) here%floor = self%offset - sum(swing)
+         if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - sum(swing)
          here%curvature = sum(curvature)
          here%bound = sum(swing_curvature)
          here%bound_both = here%bound

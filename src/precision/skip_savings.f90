@@ -79,7 +79,6 @@ contains
       if (.not. allocated(error)) call save_eigen_solve(base, savings, error)
       if (.not. allocated(error)) call save_modes(base, horizon, savings, error)
       if (.not. allocated(error)) call save_contact_modes(base, savings, error)
-      if (.not. allocated(error)) call save_search(base, savings, error)
       if (.not. allocated(error)) call save_output(base, savings, error)
       if (.not. allocated(error)) call save_everything(base, savings, error)
    end subroutine measure_savings
@@ -179,24 +178,6 @@ contains
       without%besides = contact_modes_first
       call compare_histories('contact modes, no contact', without, with, base%settings%duration, savings, error)
    end subroutine save_contact_modes
-
-   !> A run that is out of reach, searched to its end against one look.
-   subroutine save_search(base, savings, error)
-      !> The scene
-      type(skip_task_t), intent(in) :: base
-      !> Gets a saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a run fails
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(skip_task_t) :: without, with
-
-      with = base
-      with%scene%stop%preload = surface_out_of_reach
-      without = with
-      without%settings%search_out_of_reach = .true.
-      call compare_histories('search, no contact possible', without, with, base%settings%duration, savings, error)
-   end subroutine save_search
 
    !> Each kind of output by itself against events only.
    subroutine save_output(base, savings, error)

@@ -265,8 +265,6 @@ contains
       call walk%item('mode_tolerance', response%mode_tolerance, 'eta that modes left out may contribute', &
          within(0.0_wp, 0.1_wp), role_t(is_exact, exact))
       call walk%item('keep_all_modes', response%keep_all_modes, 'leave out no mode', role_t(is_exact, exact))
-      call walk%item('search_out_of_reach', response%search_out_of_reach, &
-         'search for events where a bound excludes them', role_t(is_exact, exact))
    end subroutine walk_response
 
    !> &frequencies

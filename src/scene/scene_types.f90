@@ -151,8 +151,6 @@ module scene_types
       real(wp) :: mode_tolerance = 1.0e-9_wp
       !> `exact`: keep all modes, whatever they contribute
       logical :: keep_all_modes = .false.
-      !> `exact`: search for events where a bound shows that the stop is out of reach for good
-      logical :: search_out_of_reach = .false.
    end type response_settings_t
 
    !> &frequencies: a table of lambda for every solver and every mesh
