@@ -14,13 +14,14 @@ module newmark_motion
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
    use newmark_stepper, only: beam_dissipation, deepest_level, finish_step, make_factors, make_newmark_stepper, &
                               make_start_state, predict_step, strain_energy
+   use number_text, only: to_text
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
    use scene_types, only: law_three_element, output_settings_t, response_settings_t, stop_settings_t
    use stop_models, only: branch_dissipation, contact_force_coefficients, make_three_element, stop_energy, three_element_t
    implicit none (type, external)
    private
-   public :: newmark_response
+   public :: newmark_response, check_newmark
 
 contains
 
@@ -66,6 +67,24 @@ contains
       response%ends_in_contact = run%phase /= phase_free
       response%factorisations = run%stepper%factorisations
    end subroutine newmark_response
+
+   !> Can a run start? What would keep it from that is known without running it.
+   pure subroutine check_newmark(model, zeta, stop_settings, response_settings, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> zeta = gamma omega1 / 2
+      real(wp), intent(in) :: zeta
+      !> The stop
+      type(stop_settings_t), intent(in) :: stop_settings
+      !> Duration, steps, tolerances
+      type(response_settings_t), intent(in) :: response_settings
+      !> Set when it cannot
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(run_t) :: run
+
+      call make_run(model, zeta, stop_settings, response_settings, 1.0_wp, run, error)
+   end subroutine check_newmark
 
    !> Check the step, make the stepper, the stop and the start.
    pure subroutine make_run(model, zeta, stop_settings, response_settings, height_ratio, run, error)
@@ -127,7 +146,10 @@ contains
       ! close to the limit each change of the step at an event would amplify the highest modes
       real(wp), parameter :: share = 0.5_wp
       real(wp) :: frequency, limit, spring
-      character(24) :: step_text, limit_text, gamma_text
+      ! beyond so many parts the step between two samples is a slip
+      real(wp), parameter :: most_parts = 1.0e6_wp
+      character(24) :: gamma_text
+      character(:), allocatable :: way_out
 
       parts = 1
       if (settings%newmark_gamma < 0.5_wp) then
@@ -144,16 +166,34 @@ contains
       ! the stop does not share the damping of the beam: without it the limit is on the safe side
       limit = critical_step(settings%newmark_beta, settings%newmark_gamma, merge(zeta, 0.0_wp, spring <= 0.0_wp), frequency)
       if (settings%step <= limit) return
-      if (settings%substep .and. settings%step/limit < 1.0e6_wp) then
+      if (settings%step >= most_parts*limit) then
+         way_out = ' or, with substep = .true., below '//rounded_down(most_parts*limit)//'; shorten it, '
+      else if (settings%substep) then
          parts = ceiling(settings%step/(share*limit))
          return
+      else
+         way_out = '; shorten it, give substep = .true., '
       end if
-      write (step_text, '(es12.4)') settings%step
-      write (limit_text, '(es12.4)') limit
-      call fail(error, status_bad_input, 'the step '//trim(adjustl(step_text))//' is too long for this Newmark scheme: '// &
-                'on this mesh it is stable up to d tau = '//trim(adjustl(limit_text))// &
-                '; shorten step, allow substep = .true., or take newmark_beta = 0.25')
+      call fail(error, status_bad_input, 'step '//to_text(settings%step)//' is too long for this Newmark scheme: on this '// &
+                'mesh it must be at most d tau = '//rounded_down(limit)//way_out//'or take newmark_beta = newmark_gamma / 2 = '// &
+                to_text(0.5_wp*settings%newmark_gamma))
    end subroutine divide_step
+
+   !> The first six digits of a number; what is written is not above it.
+   pure function rounded_down(value) result(text)
+      !> The number, > 0
+      real(wp), intent(in) :: value
+      character(:), allocatable :: text
+
+      character(16) :: buffer
+      real(wp) :: rounded
+
+      write (buffer, '(es16.5)') value
+      read (buffer, *) rounded
+      if (rounded > value) write (buffer, '(es16.5)') value*(1.0_wp - 5.0e-6_wp)
+      read (buffer, *) rounded
+      text = to_text(rounded)
+   end function rounded_down
 
    !> One accepted step and the event it may end with; or the event that no step leads past.
    pure subroutine advance(run, response, error)

@@ -23,6 +23,7 @@ module scene_run
    use response_types, only: response_t
    use results_file, only: write_results
    use scene_beam_model, only: model_of
+   use scene_checks, only: check_scene
    use scene_reader, only: read_scene
    use scene_types, only: method_exact, scene_t
    use statements_file, only: write_statements
@@ -50,6 +51,7 @@ contains
       allocate (scenes(size(files)))
       do i = 1, size(files)
          call read_scene(files(i)%text, scenes(i), error)
+         if (.not. allocated(error)) call check_scene(scenes(i), error)
          if (allocated(error)) return
          do j = 1, i - 1
             if (scenes(j)%name == scenes(i)%name) then

@@ -196,7 +196,8 @@ contains
       character(*), parameter :: three_element = 'law = ''three_element'''
       logical :: is_restitution, is_three
 
-      call walk%item('position', stop%position, 'position of the stop Lc over length', position_ratio_range)
+      call walk%item('position', stop%position, 'position of the stop Lc over length; the tip where the element ' &
+         //'beyond would be under 1/100 of its neighbour', position_ratio_range)
       call walk%item('preload', stop%preload, 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
          preload_range)
       call walk%item('surface_height', physical%surface_height, 'd, the stop above the unstressed beam, length', &

@@ -4,13 +4,14 @@ module scene_reader
    use namelist_text, only: namelist_t, parse_namelist
    use number_text, only: to_text
    use scene_groups, only: physical_t, walk_scene
+   use scene_input, only: scene_input_t
    use scene_resolve, only: letters_and_digits, name_characters, resolve_scene
    use scene_types, only: name_length, scene_t
    use scene_walk, only: scene_walk_t
    use text_file, only: load_text
    implicit none (type, external)
    private
-   public :: read_scene, parse_scene
+   public :: read_scene, parse_scene, complain_of_scene
 
 contains
 
@@ -67,6 +68,34 @@ contains
       call walk%input%get_problem(problem)
       if (allocated(problem)) call fail(error, status_bad_input, problem)
    end subroutine parse_scene
+
+   !> A problem of a scene that was read without one, told where it stands in the file.
+   subroutine complain_of_scene(scene, group, names, problem, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> The group
+      character(*), intent(in) :: group
+      !> Names for the quantity; the first that the file has is told
+      character(*), intent(in) :: names(:)
+      !> What is wrong
+      character(*), intent(in) :: problem
+      !> The problem with file, line, group, name and value
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(scene_input_t) :: input
+      type(namelist_t) :: namelist
+      character(:), allocatable :: message
+      integer :: line, i
+
+      call parse_namelist(scene%text, namelist, line, message)
+      call input%start(scene%file, namelist)
+      do i = 1, size(names) - 1
+         if (input%has(group, trim(names(i)))) exit
+      end do
+      call input%complain(group, trim(names(i)), problem)
+      call input%get_problem(message)
+      call fail(error, status_bad_input, message)
+   end subroutine complain_of_scene
 
    !> Name of a file without folders and ending, made a legal name of a scene.
    pure function name_of_file(file) result(name)

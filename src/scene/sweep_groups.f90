@@ -7,7 +7,7 @@ module sweep_groups
    use scene_types, only: law_restitution, law_three_element, scene_t, shape_taper
    use scene_walk, only: scene_walk_t
    use sweep_settings, only: best_settings_t, column_impacts, design_grid, design_latin_hypercube, design_names, &
-      design_paired, goal_names, measure_names, parameter_branch, parameter_count, parameter_damper, &
+      design_paired, goal_names, is_swept, measure_names, parameter_branch, parameter_count, parameter_damper, &
       parameter_duration, parameter_elements, parameter_meanings, parameter_mesh_ratio, parameter_names, &
       parameter_restitution, parameter_stiffness, parameter_taper, swept_t
    use value_rules, only: role_t, within
@@ -137,7 +137,7 @@ contains
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: others(3) = [character(10) :: 'cases', 'precision', 'statements']
-      integer :: k, used
+      integer :: k
 
       if (scene%wants_best .and. .not. scene%wants_sweep) then
          if (scene%wants_cases) call input%complain('best', '', 'does not go with &cases; give it a scene with &sweep')
@@ -154,15 +154,11 @@ contains
          if (input%has_group(trim(others(k)))) &
             call input%complain(trim(others(k)), '', 'does not go with &sweep; give it a scene of its own')
       end do
-      used = 0
       do k = 1, parameter_count
          call check_values(input, scene, k)
          if (input%has_problem()) return
-         associate (swept => scene%sweep%swept(k))
-            if (allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)) used = used + 1
-         end associate
       end do
-      if (used == 0) then
+      if (.not. any(is_swept(scene%sweep%swept))) then
          call input%complain('sweep', '', 'varies nothing; give a parameter a list or a range, such as zeta = 0.01, 0.02')
          return
       end if

@@ -3,7 +3,7 @@ module sweep_settings
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: parameter_count, parameter_names, parameter_meanings, is_of_beam, parameter_elements, &
+   public :: parameter_count, parameter_names, parameter_meanings, is_of_beam, is_swept, parameter_elements, &
       parameter_mesh_ratio, parameter_taper, parameter_tip_mass, parameter_position, parameter_duration, &
       parameter_hop_tolerance, parameter_zeta, parameter_preload, parameter_restitution, parameter_stiffness, &
       parameter_branch, parameter_damper
@@ -146,5 +146,14 @@ contains
 
       is = parameter <= parameter_position
    end function is_of_beam
+
+   !> Does a sweep give this parameter values?
+   elemental function is_swept(swept) result(is)
+      !> What it gives
+      type(swept_t), intent(in) :: swept
+      logical :: is
+
+      is = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
+   end function is_swept
 
 end module sweep_settings

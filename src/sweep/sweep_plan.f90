@@ -5,7 +5,7 @@ module sweep_plan
    use random_numbers, only: next_random, random_t, shuffle, start_random
    use scene_echo, only: echo_scene, echo_t
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, measure_count, measure_names, parameter_branch, &
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, measure_count, measure_names, parameter_branch, &
       parameter_count, parameter_damper, parameter_duration, parameter_elements, parameter_hop_tolerance, &
       parameter_mesh_ratio, parameter_names, parameter_position, parameter_preload, parameter_restitution, &
       parameter_stiffness, parameter_taper, parameter_tip_mass, parameter_zeta, swept_t
@@ -91,15 +91,6 @@ contains
          plan%parts = (plan%cases - 1)/plan%part_cases + 1
       end associate
    end subroutine make_plan
-
-   !> Does a parameter vary?
-   pure function is_swept(swept) result(answer)
-      !> The parameter
-      type(swept_t), intent(in) :: swept
-      logical :: answer
-
-      answer = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
-   end function is_swept
 
    !> The values of a list or a divided range; the ends are exact.
    pure subroutine divide(swept, values)

@@ -1,0 +1,83 @@
+!> What the text of a scene does not tell but its beam does, told before anything runs.
+module scene_checks
+   use beam_model, only: beam_model_t
+   use cases_settings, only: case_parameter_names, case_parameters
+   use failures, only: failure_t
+   use newmark_motion, only: check_newmark
+   use number_text, only: to_text
+   use scene_beam_model, only: model_of
+   use scene_reader, only: complain_of_scene
+   use scene_types, only: method_newmark, scene_t
+   use sweep_plan, only: set_parameter
+   use sweep_settings, only: is_of_beam, is_swept, parameter_branch, parameter_count, parameter_stiffness, parameter_zeta
+   implicit none (type, external)
+   private
+   public :: check_scene
+
+contains
+
+   !> Can the runs of a scene start? A sweep keeps cases that fail as rows: it is refused only if all of them would.
+   subroutine check_scene(scene, error)
+      !> The scene, read without a problem
+      type(scene_t), intent(in) :: scene
+      !> What keeps a run from starting, with file, line, group and name
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(beam_model_t) :: model
+      type(scene_t) :: one
+      integer :: i, k, parameter
+
+      if (.not. scene%wants_response .or. scene%response%method /= method_newmark) return
+      if (scene%wants_sweep) then
+         do k = 1, parameter_count
+            if (changes_step(k) .and. is_swept(scene%sweep%swept(k))) return
+         end do
+      end if
+      if (.not. scene%wants_cases) then
+         call check_run(scene, scene, '', .true., model, error)
+         return
+      end if
+      one = scene
+      parameter = case_parameters(scene%cases%choice)
+      do i = 1, size(scene%cases%values)
+         if (i > 1 .and. .not. changes_step(parameter)) return
+         call set_parameter(one, parameter, scene%cases%values(i))
+         call check_run(scene, one, trim(case_parameter_names(scene%cases%choice))//' = '// &
+                        to_text(scene%cases%values(i))//': ', i == 1 .or. is_of_beam(parameter), model, error)
+         if (allocated(error)) return
+      end do
+   end subroutine check_scene
+
+   !> Can this run start?
+   subroutine check_run(scene, one, subject, is_new_beam, model, error)
+      !> The scene as read
+      type(scene_t), intent(in) :: scene
+      !> The same with the values of this run
+      type(scene_t), intent(in) :: one
+      !> Which run it is, in words
+      character(*), intent(in) :: subject
+      !> The beam must be made
+      logical, intent(in) :: is_new_beam
+      !> The beam
+      type(beam_model_t), intent(inout) :: model
+      !> What keeps it from starting
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(failure_t), allocatable :: trouble
+
+      if (is_new_beam) call model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
+      if (.not. allocated(trouble)) call check_newmark(model, one%zeta, one%stop, one%response, trouble)
+      if (allocated(trouble)) &
+         call complain_of_scene(scene, 'response', [character(9) :: 'step', 'step_time'], subject//trouble%message, error)
+   end subroutine check_run
+
+   !> Does the longest step of a Newmark scheme depend on this parameter?
+   pure function changes_step(parameter) result(changes)
+      !> One of the `parameter_` constants
+      integer, intent(in) :: parameter
+      logical :: changes
+
+      changes = is_of_beam(parameter) .or. any(parameter == [parameter_zeta, parameter_stiffness, parameter_branch])
+   end function changes_step
+
+end module scene_checks
