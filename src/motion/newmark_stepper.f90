@@ -1,9 +1,20 @@
-!> One Newmark step of the beam: M y'' + 2 zeta K y' + K y = f e_c, time in tau, K that of E Ibar = rho Abar = L = 1
+!> One Newmark step of the beam: M y'' + C y' + K y = f e_c, C = 2 zeta K, time in tau, K that of E Ibar = rho Abar = L = 1
 !> over lambda1^4, e_c the stop point.
+!>
+!> In displacements, steps of length h with any beta and gamma are steps by average acceleration (1/4 and 1/2) of a
+!> beam with
+!>    M* = M + (gamma - 1/2) h C + (beta - gamma/2) h^2 K,   C* = C + (gamma - 1/2) h K
+!> (Krenk, Computer Methods in Applied Mechanics and Engineering 195, 2006, 6110-6124; eliminate velocities and accelerations
+!> from three steps). So all is done with this beam, impulses too, and M* and C* stay as they are where the step is halved.
+!> With y+ - y = h (v + v+)/2 the energy v M* v/2 + y K y/2 then changes by
+!>    -h w C* w + (y_c+ - y_c) (f + f+)/2,   w = (v + v+)/2,
+!> whatever the lengths of the steps: free, held (y_c+ = y_c) and at impulses it never grows. M* is positive just below the
+!> limit of stability. Velocities and accelerations taken the usual way, with M, leave the energy open: after an impulse
+!> v, M y'' = -C v is huge in strongly damped modes, and through (beta - 1/4) h^2 y'' it moves the beam.
 !>
 !> Form with the acceleration as the unknown (Hughes, The Finite Element Method, section 9.1): one product and one
 !> solve a step. The force f enters afterwards through the column A^-1 e_c, so that one factorisation
-!> of A = M + gamma h C + beta h^2 K serves free motion, the held stop point and contact with a yielding stop.
+!> of A = M* + h C*/2 + h^2 K/4 serves free motion, the held stop point and contact with a yielding stop.
 !>
 !> The profile of the beam is known, so product and solve run over diagonals, three beside the main one, padded with
 !> zeros: without branches, a whole step takes less time than the general skyline product
@@ -62,20 +73,17 @@ module newmark_stepper
       !> The stop point and the tip among them
       integer :: stop_dof = 0
       integer :: tip_dof = 0
-      !> 2 zeta, so that C = 2 zeta K
+      !> 2 zeta + (gamma - 1/2) step, so that C* = double_zeta K
       real(wp) :: double_zeta = 0.0_wp
-      !> Newmark's beta and gamma
-      real(wp) :: beta = 0.25_wp
-      real(wp) :: gamma = 0.5_wp
       !> Length of the undivided step
       real(wp) :: step = 0.0_wp
       !> K by diagonals, K(i, i + k) at (i, k), [order, -3:3]
       real(wp), allocatable :: stiffness_diagonals(:, :)
-      !> K, M and the factors of M
+      !> K, M* and the factors of M*
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
       type(skyline_t) :: mass_factors
-      !> M^-1 e_c, [order], its entry at the stop point, and M_cc
+      !> M*^-1 e_c, [order], its entry at the stop point, and M*_cc
       real(wp), allocatable :: mass_column(:)
       real(wp) :: mobility = 0.0_wp
       real(wp) :: mass_diagonal = 0.0_wp
@@ -96,7 +104,7 @@ contains
       type(beam_model_t), intent(in) :: model
       !> zeta
       real(wp), intent(in) :: zeta
-      !> Newmark's beta and gamma
+      !> Newmark's beta and gamma, with which this step is stable
       real(wp), intent(in) :: beta
       real(wp), intent(in) :: gamma
       !> Length of the undivided step, tau
@@ -112,13 +120,12 @@ contains
       stepper%order = model%stiffness%order
       stepper%stop_dof = model%stop_dof
       stepper%tip_dof = model%tip_dof
-      stepper%double_zeta = 2.0_wp*zeta
-      stepper%beta = beta
-      stepper%gamma = gamma
+      stepper%double_zeta = 2.0_wp*zeta + (gamma - 0.5_wp)*step
       stepper%step = step
-      stepper%mass = model%mass
       stepper%stiffness = model%stiffness
       stepper%stiffness%values = model%stiffness%values/lambda1_power4
+      stepper%mass = combine(1.0_wp, model%mass, &
+                             step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
 
       allocate (stepper%stiffness_diagonals(stepper%order, -band:band))
       stepper%stiffness_diagonals = 0.0_wp
@@ -132,7 +139,7 @@ contains
          end do
       end associate
 
-      stepper%mass_factors = model%mass
+      stepper%mass_factors = stepper%mass
       call factorise(stepper%mass_factors, error)
       if (allocated(error)) return
       stepper%factorisations = 1
@@ -189,7 +196,7 @@ contains
       if (stepper%factors(level)%made) return
       h = scale(stepper%step, -level)
       matrix = combine(1.0_wp, stepper%mass, &
-                       h*(stepper%gamma*stepper%double_zeta + stepper%beta*h), stepper%stiffness)
+                       h*(0.5_wp*stepper%double_zeta + 0.25_wp*h), stepper%stiffness)
       call factorise(matrix, error)
       if (allocated(error)) return
       stepper%factorisations = stepper%factorisations + 1
@@ -226,22 +233,22 @@ contains
       type(newmark_state_t), intent(inout) :: new
 
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
-         call predict(stepper%order, h, h*h*(0.5_wp - stepper%beta), h*(1.0_wp - stepper%gamma), stepper%double_zeta, &
+         call predict(stepper%order, h, 0.25_wp*h*h, 0.5_wp*h, stepper%double_zeta, &
                       old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
          call negative_product(stepper%order, stepper%stiffness_diagonals, stepper%work, new%acceleration)
          call solve_banded(stepper%order, factors%lower, factors%reciprocal_pivot, new%acceleration)
       end associate
    end subroutine predict_step
 
-   !> Predicted displacement y + h v + h^2 (1/2 - beta) a and velocity v + h (1 - gamma) a, and y + 2 zeta v of them.
+   !> Predicted displacement y + h v + h^2 a/4 and velocity v + h a/2, and y + 2 zeta v of them.
    pure subroutine predict(order, h, factor_y, factor_v, double_zeta, y, v, a, y_new, v_new, combined)
       !> Number of degrees of freedom
       integer, intent(in) :: order
       !> Length of the step
       real(wp), intent(in) :: h
-      !> h^2 (1/2 - beta)
+      !> h^2/4
       real(wp), intent(in) :: factor_y
-      !> h (1 - gamma)
+      !> h/2
       real(wp), intent(in) :: factor_v
       !> 2 zeta
       real(wp), intent(in) :: double_zeta
@@ -321,12 +328,12 @@ contains
 
       state%force = force
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
-         call correct(stepper%order, force, factors%column, h*h*stepper%beta, h*stepper%gamma, &
+         call correct(stepper%order, force, factors%column, 0.25_wp*h*h, 0.5_wp*h, &
                       state%displacement, state%velocity, state%acceleration)
       end associate
    end subroutine finish_step
 
-   !> a + f A^-1 e_c, y + beta h^2 a, v + gamma h a.
+   !> a + f A^-1 e_c, y + h^2 a/4, v + h a/2.
    pure subroutine correct(order, force, column, factor_y, factor_v, y, v, a)
       !> Number of degrees of freedom
       integer, intent(in) :: order
@@ -334,9 +341,9 @@ contains
       real(wp), intent(in) :: force
       !> A^-1 e_c
       real(wp), intent(in) :: column(1 - band:order + band)
-      !> beta h^2
+      !> h^2/4
       real(wp), intent(in) :: factor_y
-      !> gamma h
+      !> h/2
       real(wp), intent(in) :: factor_v
       !> Predictors; the state on return
       real(wp), intent(inout) :: y(1 - band:order + band)
@@ -375,7 +382,7 @@ contains
       end associate
    end subroutine restart_acceleration
 
-   !> y' M y' / 2
+   !> y' M* y' / 2
    pure subroutine kinetic_energy(stepper, state, energy)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -405,8 +412,8 @@ contains
       end associate
    end subroutine strain_energy
 
-   !> Energy dissipated inside the beam over a step: the mean velocity times the damping force as the scheme weights it,
-   !> h (v + v+)/2 C ((1 - gamma) v + gamma v+). With beta = 1/4 and gamma = 1/2 the balance is exact to rounding.
+   !> Energy dissipated inside the beam over a step, h w C* w with the mean velocity w: with gamma > 1/2 the scheme takes its
+   !> part. The balance is exact to rounding.
    pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -422,14 +429,13 @@ contains
       dissipated = 0.0_wp
       if (stepper%double_zeta <= 0.0_wp) return
       associate (n => stepper%order)
-         stepper%work = (1.0_wp - stepper%gamma)*old%velocity + stepper%gamma*new%velocity
-         call negative_product(n, stepper%stiffness_diagonals, stepper%work, stepper%result)
          stepper%work = 0.5_wp*(old%velocity + new%velocity)
+         call negative_product(n, stepper%stiffness_diagonals, stepper%work, stepper%result)
          dissipated = -step*stepper%double_zeta*dot_product(stepper%work(1:n), stepper%result(1:n))
       end associate
    end subroutine beam_dissipation
 
-   !> (M y')_c
+   !> (M* y')_c
    pure subroutine momentum_at_stop(stepper, state, momentum)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper

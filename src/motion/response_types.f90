@@ -49,13 +49,13 @@ module response_types
 
    !> The ledger at the sample times. Kinetic + strain + stop + dissipated_* - created is constant.
    type :: energy_t
-      !> Kinetic energy of beam and tip mass
+      !> Kinetic energy of beam and tip mass; of Newmark's steps with their mass M*
       real(wp), allocatable :: kinetic(:)
       !> Strain energy of the beam
       real(wp), allocatable :: strain(:)
       !> Energy in the springs of the stop
       real(wp), allocatable :: stop(:)
-      !> Dissipated so far: inside the beam, in the stop, at impacts
+      !> Dissipated so far: inside the beam (with gamma > 1/2 by Newmark's steps too), in the stop, at impacts
       real(wp), allocatable :: dissipated_beam(:)
       real(wp), allocatable :: dissipated_stop(:)
       real(wp), allocatable :: dissipated_impact(:)
