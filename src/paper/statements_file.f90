@@ -2,7 +2,7 @@
 module statements_file
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use failures, only: fail, failure_t, status_run_failed
+   use failures, only: failure_t
    use file_system, only: make_folder, replace_file
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
@@ -11,6 +11,7 @@ module statements_file
    use paper_convergence, only: convergence_t, reading_names
    use paper_outcomes, only: definition_count, end_levels, end_shares, never
    use paper_series, only: series_names, series_t
+   use process, only: open_text, text_of
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
    use statement_types, only: statements_t, verdict_in_words
@@ -196,27 +197,16 @@ contains
       !> Why the file could not be written
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer, parameter :: longest_line = 200
       character(:), allocatable :: text
-      character(longest_line) :: line
       character(kind=c_char), allocatable :: bytes(:)
-      integer :: unit, status, i
+      integer :: unit, i
 
-      open (newunit=unit, status='scratch', action='readwrite', iostat=status)
-      if (status /= 0) then
-         call fail(error, status_run_failed, 'cannot open a scratch file for '//name)
-         return
-      end if
+      call open_text(unit, error)
+      if (allocated(error)) return
       call print_statements(unit, study)
       call print_outcomes(unit, study)
-      rewind (unit)
-      text = ''
-      do
-         read (unit, '(a)', iostat=status) line
-         if (status /= 0) exit
-         text = text//trim(line)//new_line('a')
-      end do
-      close (unit)
+      call text_of(unit, text, error)
+      if (allocated(error)) return
       allocate (bytes(len(text)))
       do i = 1, len(text)
          bytes(i) = text(i:i)

@@ -1,9 +1,11 @@
 !> A whole run of the program: arguments, dispatch, messages and exit status; nothing else. A procedure, so
 !> that all it holds is given back before the program stops.
 module program_run
-   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, program_version, usage
    use failures, only: failure_t
+   use process, only: prepare_process, print_text
    use scene_echo, only: reference_table
    use scene_run, only: read_scenes, run_scene
    use scene_types, only: scene_t
@@ -19,6 +21,8 @@ contains
       !> Exit status: 0 done, 1 a run failed, 2 bad usage or input
       integer, intent(out) :: status
 
+      call prepare_process()
+      call single_threaded_blas()
       call start_ranks()
       call run_command_line(status)
       call stop_ranks()
@@ -33,7 +37,6 @@ contains
       type(command_line_t) :: command
       type(scene_t), allocatable :: scenes(:)
       type(failure_t), allocatable :: error
-      character(:), allocatable :: names
       integer :: i
 
       status = 0
@@ -43,14 +46,11 @@ contains
          call report(error%message, error%status, status)
          return
       end if
-      if (command%wants_version) write (output_unit, '(a)') 'impactbeam '//program_version
-      if (command%wants_help) write (output_unit, '(a)') usage()
-      if (command%wants_names) then
-         call reference_table(names)
-         write (output_unit, '(a)') names
+      if (command%wants_version .or. command%wants_help .or. command%wants_names) then
+         call print_answers(command, error)
+         if (allocated(error)) call report(error%message, error%status, status)
+         return
       end if
-      if (command%wants_version .or. command%wants_help .or. command%wants_names) return
-
       call read_scenes(command%scenes, scenes, error)
       if (allocated(error)) then
          call report(error%message, error%status, status)
@@ -58,13 +58,46 @@ contains
       end if
       do i = 1, size(scenes)
          if (command%check_only) then
-            if (.not. command%quiet .and. is_first_rank()) write (output_unit, '(a)') scenes(i)%file//': good'
-            cycle
+            call check_scene(scenes(i), command%quiet, error)
+         else
+            call run_scene(scenes(i), command%folder, command%threads, command%quiet, error)
          end if
-         call run_scene(scenes(i), command%folder, command%threads, command%quiet, error)
          if (allocated(error)) call report(scenes(i)%file//': '//error%message, error%status, status)
       end do
    end subroutine run_command_line
+
+   !> Print what the command line asks about the program.
+   subroutine print_answers(command, error)
+      !> The command line
+      type(command_line_t), intent(in) :: command
+      !> Why it could not be printed
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character, parameter :: next = new_line('a')
+      character(:), allocatable :: names, text
+
+      if (.not. is_first_rank()) return
+      text = ''
+      if (command%wants_version) text = text//'impactbeam '//program_version//next
+      if (command%wants_help) text = text//usage()//next
+      if (command%wants_names) then
+         call reference_table(names)
+         text = text//names//next
+      end if
+      call print_text(text, error)
+   end subroutine print_answers
+
+   !> Say that a scene is good.
+   subroutine check_scene(scene, quiet, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Say nothing
+      logical, intent(in) :: quiet
+      !> Why it could not be said
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (.not. quiet .and. is_first_rank()) call print_text(scene%file//': good'//new_line('a'), error)
+   end subroutine check_scene
 
    !> Print a failure; the gravest status stays.
    subroutine report(message, found, status)

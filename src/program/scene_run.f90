@@ -1,6 +1,5 @@
 !> One scene from its file to its results.
 module scene_run
-   use, intrinsic :: iso_fortran_env, only: output_unit
    use beam_model, only: beam_model_t
    use case_runs, only: case_t, run_cases
    use cases_file, only: write_cases
@@ -18,6 +17,7 @@ module scene_run
    use precision_study, only: run_precision
    use precision_tables, only: print_precision
    use precision_types, only: precision_t
+   use process, only: open_text, print_text, text_of
    use progress_line, only: start_progress, stop_progress
    use response_measures, only: measure_response, response_measures_t, rest_energy
    use response_types, only: response_t
@@ -104,6 +104,34 @@ contains
       integer, intent(in) :: threads
       !> No table
       logical, intent(in) :: quiet
+      !> Set when the run fails, its file cannot be written or its table not be printed
+      type(failure_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: text
+      integer :: unit
+
+      call open_text(unit, error)
+      if (allocated(error)) return
+      if (scene%wants_sweep) then
+         call run_sweep(scene, folder, program_version, threads, quiet, unit, error)
+      else if (is_first_rank()) then
+         ! what processes cannot share the first one does
+         call run_alone(scene, folder, quiet, unit, error)
+      end if
+      call text_of(unit, text, error)
+      if (.not. allocated(error)) call print_text(text, error)
+   end subroutine run_scene
+
+   !> Do what is no sweep.
+   subroutine run_alone(scene, folder, quiet, unit, error)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> No table
+      logical, intent(in) :: quiet
+      !> Where the table goes
+      integer, intent(in) :: unit
       !> Set when the run fails or its file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
@@ -112,25 +140,19 @@ contains
       type(response_t), allocatable :: response
       type(response_measures_t), allocatable :: measures
 
-      if (scene%wants_sweep) then
-         call run_sweep(scene, folder, program_version, threads, quiet, error)
-         return
-      end if
-      ! what processes cannot share the first one does
-      if (.not. is_first_rank()) return
       ! a folder that cannot be made is better known before a long run than after it
       call make_folder(folder, error)
       if (allocated(error)) return
       if (scene%wants_precision) then
-         call run_precision_scene(scene, folder, quiet, error)
+         call run_precision_scene(scene, folder, quiet, unit, error)
          return
       end if
       if (scene%wants_statements) then
-         call run_statements_scene(scene, folder, quiet, error)
+         call run_statements_scene(scene, folder, quiet, unit, error)
          return
       end if
       if (scene%wants_cases) then
-         call run_cases_of_scene(scene, folder, quiet, error)
+         call run_cases_of_scene(scene, folder, quiet, unit, error)
          return
       end if
       if (.not. quiet) call start_progress('impactbeam: '//scene%name)
@@ -149,19 +171,21 @@ contains
          call write_results(folder, program_version, scene, error, frequencies=table)
       end if
       if (allocated(error) .or. quiet) return
-      call print_model(output_unit, scene)
-      if (allocated(table)) call print_frequency_table(output_unit, table)
-      if (allocated(measures)) call print_measures(output_unit, measures)
-   end subroutine run_scene
+      call print_model(unit, scene)
+      if (allocated(table)) call print_frequency_table(unit, table)
+      if (allocated(measures)) call print_measures(unit, measures)
+   end subroutine run_alone
 
    !> Run the cases, write the file, print the table.
-   subroutine run_cases_of_scene(scene, folder, quiet, error)
+   subroutine run_cases_of_scene(scene, folder, quiet, unit, error)
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder
       !> No table
       logical, intent(in) :: quiet
+      !> Where the table goes
+      integer, intent(in) :: unit
       !> Set when a run fails or the file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
@@ -173,18 +197,20 @@ contains
       if (allocated(error)) return
       call write_cases(folder, program_version, scene, cases, error)
       if (allocated(error) .or. quiet) return
-      call print_model(output_unit, cases(1)%scene)
-      call print_cases(output_unit, scene, cases)
+      call print_model(unit, cases(1)%scene)
+      call print_cases(unit, scene, cases)
    end subroutine run_cases_of_scene
 
    !> Compare run time and error, write the file, print the tables.
-   subroutine run_precision_scene(scene, folder, quiet, error)
+   subroutine run_precision_scene(scene, folder, quiet, unit, error)
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder
       !> No table
       logical, intent(in) :: quiet
+      !> Where the table goes
+      integer, intent(in) :: unit
       !> Set when the study fails or its file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
@@ -196,17 +222,19 @@ contains
       if (allocated(error)) return
       call write_precision(folder, program_version, scene, study, error)
       if (allocated(error) .or. quiet) return
-      call print_precision(output_unit, scene, study)
+      call print_precision(unit, scene, study)
    end subroutine run_precision_scene
 
    !> Judge the paper's statements, write the files, print the table.
-   subroutine run_statements_scene(scene, folder, quiet, error)
+   subroutine run_statements_scene(scene, folder, quiet, unit, error)
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder
       !> No table
       logical, intent(in) :: quiet
+      !> Where the table goes
+      integer, intent(in) :: unit
       !> Set when a run fails or a file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
@@ -220,7 +248,7 @@ contains
       if (allocated(error)) return
       call write_statements(folder, program_version, scene, study, error)
       if (allocated(error) .or. quiet) return
-      call print_statements(output_unit, study)
+      call print_statements(unit, study)
    end subroutine run_statements_scene
 
 end module scene_run

@@ -4,7 +4,8 @@ module file_system
    use failures, only: fail, failure_t, status_run_failed
    implicit none (type, external)
    private
-   public :: make_folder, replace_file, move_file, remove_folder, partial_name, is_terminal, standard_error_descriptor
+   public :: make_folder, replace_file, move_file, remove_folder, partial_name, is_terminal, standard_error_descriptor, &
+      reason
 
    !> File descriptor of standard error.
    integer(c_int), parameter :: standard_error_descriptor = 2_c_int
@@ -82,17 +83,29 @@ module file_system
 
 contains
 
-   !> Make a folder and those above it, unless it is there.
+   !> Make a folder and those above it, unless it is there, and try whether a file can be written in it: one that can be
+   !> made is not yet one that takes files, on a full disk, one mounted for reading, or where somebody else is the owner.
    subroutine make_folder(path, error)
       !> The folder
       character(*), intent(in) :: path
-      !> Why it could not be made
+      !> Why it could not be made or takes no file
       type(failure_t), allocatable, intent(out) :: error
 
-      integer(c_int) :: code
+      character(*), parameter :: trial = 'trial'
+      character(kind=c_char), parameter :: block(4096) = ' '
+      character(:), allocatable :: partial
+      integer(c_int) :: code, ignored
 
       code = impactbeam_make_folder(trim(path)//c_null_char)
-      if (code /= 0) call fail(error, status_run_failed, "cannot make the folder '"//trim(path)//"': "//reason(code))
+      if (code /= 0) then
+         call fail(error, status_run_failed, "cannot make the folder '"//trim(path)//"': "//reason(code))
+         return
+      end if
+      call impactbeam_remove_leftovers(trim(path)//c_null_char, partial_prefix(trial)//c_null_char)
+      partial = trim(path)//'/'//partial_name(trial, posix_getpid())//c_null_char
+      code = impactbeam_write_bytes(partial, block, size(block, kind=c_size_t))
+      ignored = posix_unlink(partial)
+      if (code /= 0) call fail(error, status_run_failed, "cannot write in the folder '"//trim(path)//"': "//reason(code))
    end subroutine make_folder
 
    !> Write bytes to a file in a folder that is there. They go to a file of another name, which takes

@@ -11,6 +11,10 @@
 #include <sys/types.h>
 #include <unistd.h>
 
+/* Both in process_posix.c. */
+void impactbeam_note_unfinished(const char *path);
+int impactbeam_write_all(int descriptor, const char *bytes, size_t count);
+
 /* Make a folder and those above it; one that is there already is no error, a file in its place is. */
 int impactbeam_make_folder(const char *path)
 {
@@ -37,22 +41,12 @@ int impactbeam_make_folder(const char *path)
 /* Write a file whole under its name, which must not be that of a link; a file of that name is emptied first. */
 int impactbeam_write_bytes(const char *path, const char *bytes, size_t count)
 {
-   int code = 0;
+   impactbeam_note_unfinished(path);
    const int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0666);
    if (file < 0) return errno;
    /* Past a limit on the size of files write() shall fail, not end the program. */
    void (*const former)(int) = signal(SIGXFSZ, SIG_IGN);
-   while (count > 0 && code == 0) {
-      const ssize_t written = write(file, bytes, count);
-      if (written > 0) {
-         bytes += written;
-         count -= (size_t)written;
-      } else if (written == 0) {
-         code = EIO;
-      } else if (errno != EINTR) {
-         code = errno;
-      }
-   }
+   int code = impactbeam_write_all(file, bytes, count);
    if (close(file) != 0 && code == 0) code = errno;
    if (former != SIG_ERR) signal(SIGXFSZ, former);
    return code;

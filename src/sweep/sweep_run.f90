@@ -26,13 +26,6 @@ module sweep_run
       type(failure_t), allocatable :: error
    end type shared_t
 
-   interface
-      !> Linear algebra is to use the thread that calls it (blas_threads.c).
-      subroutine single_threaded_blas() bind(c, name='impactbeam_single_threaded_blas')
-         implicit none (type, external)
-      end subroutine single_threaded_blas
-   end interface
-
 contains
 
    !> Run the parts that are not on disk.
@@ -66,7 +59,6 @@ contains
       shared%before = plan%cases - fresh
       call start_deal(missing, shared%deal)
       call start_rate(is_first_rank() .and. .not. is_silent, label, plan%cases, shared%before, shared%progress)
-      call single_threaded_blas()
       !$omp parallel num_threads(threads) default(shared)
       call take_parts(scene, plan, text, path, shared)
       !$omp end parallel
@@ -174,7 +166,6 @@ contains
       !> Their measures, [measure_count, cases]
       real(wp), intent(out) :: rows(:, :)
 
-      call single_threaded_blas()
       !$omp parallel num_threads(threads) default(shared)
       call take_cases(scene, plan, values, rows)
       !$omp end parallel

@@ -1,6 +1,5 @@
 !> A sweep from its scene to its file and tables.
 module sweep_study
-   use, intrinsic :: iso_fortran_env, only: output_unit
    !$ use omp_lib, only: omp_get_max_threads
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: make_folder
@@ -21,7 +20,7 @@ module sweep_study
 contains
 
    !> Run the sweep of a scene, or the rest of it.
-   subroutine run_sweep(scene, folder, version, threads, quiet, error)
+   subroutine run_sweep(scene, folder, version, threads, quiet, unit, error)
       !> The scene; it has &sweep
       type(scene_t), intent(in) :: scene
       !> Folder of the results
@@ -32,6 +31,8 @@ contains
       integer, intent(in) :: threads
       !> No table
       logical, intent(in) :: quiet
+      !> Where the table goes
+      integer, intent(in) :: unit
       !> Why there are no results; the parts that are done stay
       type(failure_t), allocatable, intent(out) :: error
 
@@ -67,7 +68,7 @@ contains
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, workers, refined)
       call write_sweep(folder, path, version, scene, plan, text, survey, refined, error)
       if (allocated(error) .or. quiet) return
-      call print_sweep(output_unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
+      call print_sweep(unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
                        in_words(workers, ranks_in_words()))
    end subroutine run_sweep
 

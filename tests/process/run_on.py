@@ -52,8 +52,8 @@ def options_of(arguments):
     parser.add_argument("--processes", type=int, metavar="N", help="as N processes under MPI")
     parser.add_argument("--disk", metavar="SIZE", help="with a disk of that size, as 200k, mounted on the folder `disk`")
     parser.add_argument("--signal", action="append", default=[], nargs=2, metavar=("SIGNAL", "WHEN"),
-                        help="send a signal after WHEN seconds, once a text was said (said:TEXT) or a file is there "
-                             "(file:PATTERN)")
+                        help="send a signal after WHEN seconds, once a text was said (said:TEXT), or said so often "
+                             "(times:NUMBER:TEXT), or a file is there (file:PATTERN)")
     parser.add_argument("--timeout", type=float, default=float(os.environ.get("IMPACTBEAM_TIMEOUT", "120")),
                         metavar="SECONDS")
     return parser.parse_args(arguments)
@@ -133,6 +133,9 @@ class Start:
         kind, _, what = when.partition(":")
         if kind == "said":
             return any(what.encode() in said for said in self.said.values())
+        if kind == "times":
+            number, _, text = what.partition(":")
+            return any(said.count(text.encode()) >= int(number) for said in self.said.values())
         if kind == "file":
             return bool(glob.glob(what))
         return time.monotonic() - self.begin >= float(when)
