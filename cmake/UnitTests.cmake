@@ -1,6 +1,8 @@
 # The unit test framework: pFUnit where it is installed, else the stand-in under tests/framework/. Test lists
 # call unit_tests(), which is written once for both.
 
+include(TestFiles)
+
 set(UNIT_FRAMEWORK auto CACHE STRING "pfunit, standin, or auto: pFUnit where it is found")
 set_property(CACHE UNIT_FRAMEWORK PROPERTY STRINGS auto pfunit standin)
 
@@ -20,10 +22,16 @@ else()
 endif()
 message(STATUS "Unit tests with ${UNIT_FRAMEWORK_FOUND}")
 
+# Seconds after which a suite is killed
+set(seconds_a_suite 600)
+if(IMPACTBEAM_SANITIZE)
+  set(seconds_a_suite 6000)
+endif()
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+
 # unit_tests(<name> TEST_SOURCES <.pf files> [LINK_LIBRARIES ...] [LABELS ...] [ENVIRONMENT <NAME=value>...])
 #
-# A suite passes only if it says so with a count above zero: a `stop` inside tested code ends with status 0.
-# Where that is asked for, ctest does not look at the status, so what a sanitizer says counts as failure too.
+# A suite passes only if run_suite.py says so, which looks at its status, its words, its count of tests and the time.
 function(unit_tests name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TEST_SOURCES;OTHER_SOURCES;LINK_LIBRARIES;LABELS;ENVIRONMENT")
   add_pfunit_ctest(test_${name}
@@ -31,9 +39,17 @@ function(unit_tests name)
     OTHER_SOURCES ${arg_OTHER_SOURCES}
     LINK_LIBRARIES ${arg_LINK_LIBRARIES}
     LABELS ${arg_LABELS})
-  set_tests_properties(test_${name} PROPERTIES
-    PASS_REGULAR_EXPRESSION "OK[ \r\n]+[(][1-9][0-9]* tests?[)]"
-    FAIL_REGULAR_EXPRESSION "Failures: [1-9];Errors: [1-9];Sanitizer;runtime error:;Program received signal")
+  note_test_files(LISTED ${arg_TEST_SOURCES})
+  list(TRANSFORM arg_TEST_SOURCES PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/" OUTPUT_VARIABLE files)
+  # what goes before the command of add_test(), that of pFUnit's add_pfunit_ctest() too
+  set(launcher CROSSCOMPILING_EMULATOR)
+  if(CMAKE_VERSION VERSION_GREATER_EQUAL 3.29)
+    set(launcher TEST_LAUNCHER)
+  endif()
+  set_property(TARGET test_${name} PROPERTY ${launcher} "${Python3_EXECUTABLE}"
+    "${PROJECT_SOURCE_DIR}/tests/framework/run_suite.py" --timeout ${seconds_a_suite} --tests ${files} --)
+  math(EXPR seconds_for_ctest "${seconds_a_suite} + 60")
+  set_tests_properties(test_${name} PROPERTIES TIMEOUT ${seconds_for_ctest})
   if(arg_ENVIRONMENT)
     set_tests_properties(test_${name} PROPERTIES ENVIRONMENT "${arg_ENVIRONMENT}")
   endif()

@@ -1,43 +1,55 @@
-"""Count the single tests in a log of ctest; print 'N passed, N failed', fail when none passed or any failed."""
+"""Count the single tests in a log of ctest; print 'N passed, N failed'.
 
+    count_tests.py LOG PF_FILES
+
+Fails when none passed, when any failed, or when fewer or more were run than the .pf files hold whose names PF_FILES lists.
+"""
+
+import os
 import re
 import sys
 
-SUITE = re.compile(r"OK\s+\((\d+) tests?\)")
-FAILED = re.compile(r"Tests run: (\d+), Failures: (\d+), Errors: (\d+)")
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "framework"))
+from run_suite import tests_in  # pylint: disable=wrong-import-position
+
+SUITE = re.compile(r"^suite \S+: (\d+) passed, (\d+) failed$", re.MULTILINE)
 
 
 def count(text):
-    """Passed and failed tests: those of each suite, or one for a test that is no suite."""
-    passed = failed = 0
+    """Passed and failed tests, and how many of them were in suites; a test that is no suite is one."""
+    passed = failed = in_suites = 0
     for block in re.split(r"\n\d+/\d+ Testing: ", text)[1:]:
-        good = "\nTest Passed." in block or "\nTest Pass Reason:" in block
-        suite, broken = SUITE.search(block), FAILED.search(block)
-        if broken:
-            run, failures, errors = map(int, broken.groups())
-            passed += run - failures - errors
-            failed += failures + errors
-            if not good and failures + errors == 0:
-                failed += 1
-        elif suite and good:
-            passed += int(suite.group(1))
+        good, suite = "\nTest Passed." in block, SUITE.search(block)
+        if suite:
+            here = [int(number) for number in suite.groups()]
+            in_suites += sum(here)
+            passed += here[0]
+            failed += here[1] if good or here[1] else 1
         elif good:
             passed += 1
         else:
             failed += 1
-    return passed, failed
+    return passed, failed, in_suites
 
 
-def main(path):
-    """Count and judge."""
+def read(path):
+    """A text; nothing if it is not there."""
     try:
         with open(path, encoding="utf-8", errors="replace") as stream:
-            passed, failed = count(stream.read())
+            return stream.read()
     except OSError:
-        passed = failed = 0
+        return ""
+
+
+def main(log, pf_files):
+    """Count and judge."""
+    passed, failed, in_suites = count(read(log))
+    expected = tests_in(read(pf_files).split("\n")[:-1])
+    if in_suites != expected:
+        print(f"{expected} tests are in the .pf files, {in_suites} were run")
     print(f"{passed} passed, {failed} failed")
-    return 0 if passed > 0 and failed == 0 else 1
+    return 0 if passed > 0 and failed == 0 and in_suites == expected else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(*sys.argv[1:]))

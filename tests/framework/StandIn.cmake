@@ -1,6 +1,5 @@
 # The stand-in for pFUnit: a `funit` module and add_pfunit_ctest() with the arguments that we use.
 
-find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(STANDIN_DIR "${CMAKE_CURRENT_LIST_DIR}")
 
 # One executable of some .pf files.

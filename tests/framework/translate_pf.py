@@ -18,6 +18,8 @@ ASSERTS = {
 MARKS = {"test", "before", "after"}
 DIRECTIVE = re.compile(r"^\s*@(\w+)\s*(.*)$")
 SUBROUTINE = re.compile(r"^\s*subroutine\s+(\w+)", re.IGNORECASE)
+BARE = re.compile(r"^\s*subroutine\s+(\w+)\s*(?:\(\s*\))?\s*(?:!.*)?$", re.IGNORECASE)
+FRAME = re.compile(r"^\s*(?:!|(?:end\s+)?subroutine\b)", re.IGNORECASE)
 MODULE = re.compile(r"^\s*module\s+(\w+)\s*(!.*)?$", re.IGNORECASE)
 
 
@@ -75,6 +77,11 @@ def translate(path):
         out.append(line)
     if module is None or module.lower() != stem.lower():
         raise TranslationError(f"{path}: the module must be named as its file, {stem}")
+    if not tests:
+        raise TranslationError(f"{path}: there is no @test in it")
+    lost = lost_in(lines, {*tests, before, after})
+    if lost:
+        raise TranslationError(f"{path}: without @test, and named nowhere: {', '.join(lost)}")
     if any(len(name) > 44 for name in tests):
         names = ', '.join(name for name in tests if len(name) > 44)
         raise TranslationError(f"{path}: names of tests longer than 44 characters: {names}")
@@ -87,6 +94,13 @@ def translate(path):
         out.append(f"      call add_test(suite, '{test}', {test}{extra})")
     out += [f"   end function {stem}_suite", f"end module Wrap_{stem}"]
     return out
+
+
+def lost_in(lines, used):
+    """Subroutines without arguments that nothing else names: tests that lost their mark."""
+    bare = [found.group(1) for found in map(BARE.match, lines) if found]
+    text = "\n".join(line for line in lines if not FRAME.match(line))
+    return [name for name in bare if name not in used and not re.search(rf"\b{name}\b", text, re.IGNORECASE)]
 
 
 def driver(modules):

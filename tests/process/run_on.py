@@ -14,6 +14,7 @@ What needs a limit that sanitizers do not bear, MPI or a mount goes into a list 
 """
 
 import argparse
+import ctypes
 import fcntl
 import glob
 import os
@@ -34,6 +35,8 @@ LIMITS = {"address_space": resource.RLIMIT_AS, "stack": resource.RLIMIT_STACK, "
 TIMED_OUT, SANITIZER_SPOKE = 124, 99
 # Open MPI keeps memory of its own until the end, which is no leak of the program's.
 UNDER_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "ASAN_OPTIONS": "detect_leaks=0"}
+# A program goes down with this one.
+LIBC, PR_SET_PDEATHSIG = ctypes.CDLL(None), 1
 SANITIZER = re.compile(rb"Sanitizer|runtime error:")
 
 
@@ -78,6 +81,7 @@ class Start:
         limits = [(LIMITS[name], int(number)) for name, number in (text.split("=") for text in options.limit)]
 
         def prepare():
+            LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
             for limit, number in limits + [(resource.RLIMIT_CORE, 0)]:
                 resource.setrlimit(limit, (number, number))
             for name in options.ignore:

@@ -39,7 +39,7 @@ def refused(name, text, word):
         check(not os.path.exists(target), f"{name} left a file")
 
 
-def main(failing, stopping, empty):
+def main(failing, stopping, hollow, empty):
     """Run them all."""
     status, output = run(failing)
     asserts = lines_with(os.path.join(HERE, "failing.pf"), "@assert")
@@ -50,12 +50,18 @@ def main(failing, stopping, empty):
     check(" OK" not in output, "failing assertions print OK")
     _, output = run(stopping)
     check(" OK" not in output, "a test that stops the program prints OK")
+    status, output = run(hollow)
+    check(status != 0 and "hollow.asserts_nothing" in output and "no assertion was reached" in output
+          and "Tests run: 3, Failures: 2" in output, "a test that asserts nothing passes")
     status, output = run(empty)
     check(status != 0 and " OK" not in output, "a suite without tests passes")
     refused("odd.pf", "module odd\ncontains\n@tset\nsubroutine a()\nend subroutine a\nend module odd\n", "@tset")
     refused("name.pf", "module other\nend module other\n", "named as its file")
     refused("bare.pf", "module bare\ncontains\n@assertTrue\nend module bare\n", "needs its arguments")
     refused("loose.pf", "module loose\ncontains\n@test\ninteger :: i\nend module loose\n", "must follow @test")
+    refused("empty.pf", "module empty\nend module empty\n", "no @test")
+    refused("lost.pf", "module lost\ncontains\n@test\nsubroutine a()\nend subroutine a\n"
+            "subroutine b()\nend subroutine b\nend module lost\n", "named nowhere: b")
     print("the stand-in fails where it must")
 
 
