@@ -23,7 +23,7 @@ endif()
 message(STATUS "Unit tests with ${UNIT_FRAMEWORK_FOUND}")
 
 # Seconds after which a suite is killed
-set(seconds_a_suite 600)
+set(seconds_a_suite 900)
 if(IMPACTBEAM_SANITIZE)
   set(seconds_a_suite 6000)
 endif()
