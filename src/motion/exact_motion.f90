@@ -87,19 +87,16 @@ contains
                 /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
       response%modes_kept = beam%count
-      call start_measures(output_settings%measures, response%initial_energy, stop_settings%preload, compliance(), &
-                          recorder%measurer)
+      call start_measures(output_settings%measures, output_settings%most_peaks, stop_settings, response%initial_energy, &
+                          height_ratio, recorder%measurer)
       if (stop_settings%law == law_three_element) then
          call run_exact_three_element(beam, three_element_run(), start, recorder, response, error)
       else
          call run_exact_restitution(beam, modes%support, restitution_run(), start, recorder, response, error)
       end if
       if (allocated(error)) return
-      if (output_settings%measures) then
-         allocate (response%measures)
-         call finish_measures(recorder%measurer, recorder%ledger%dissipated_impact, recorder%ledger%created, &
-                              response%measures)
-      end if
+      if (output_settings%measures) call finish_measures(recorder%measurer, response_settings%duration, &
+                                                         recorder%ledger%dissipated_impact, recorder%ledger%created, response)
       if (.not. allocated(response%shape_tau)) return
       do i = 1, modes%elements
          response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) - stop_settings%preload
@@ -110,18 +107,6 @@ contains
       response%shape_displacement(0, :) = -stop_settings%preload
 
    contains
-
-      !> Of the beam, and of the stop where it yields.
-      function compliance()
-         real(wp) :: compliance
-
-         type(three_element_run_t) :: run
-
-         compliance = beam%flexibility
-         if (stop_settings%law /= law_three_element) return
-         run = three_element_run()
-         compliance = compliance + 1.0_wp/run%spring%stiffness
-      end function compliance
 
       !> Model A from the settings.
       function restitution_run() result(run)

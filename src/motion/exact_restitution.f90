@@ -4,7 +4,7 @@ module exact_restitution
    use certified_search, only: certified_signal_t, first_zero, found_never_left, found_none, found_zero, local_t, search_t
    use damped_oscillators, only: elastic_and_viscous, propagate
    use failures, only: fail, failure_t, status_run_failed
-   use flight_measures, only: measure_flight, measure_held_contact
+   use flight_measures, only: measure_flight, measure_held_contact, measure_impulse
    use kinds, only: i8, wp
    use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t, to_free, to_pinned
    use modal_signal, only: make_modal_signal, modal_signal_t
@@ -250,6 +250,7 @@ contains
          event%energy_change = -0.5_wp*(1.0_wp - run%restitution**2)*event%velocity_before**2/beam%mobility
       end if
       call append_event(response, event)
+      call measure_impulse(recorder%measurer, t, event%impulse)
       call charge_event(recorder%ledger, event%energy_change)
       order = 1
       if (.not. event%velocity_after > 0.0_wp) call capture(beam, run, t, q, v, order, recorder, response)
@@ -287,7 +288,9 @@ contains
       order = leaving_order(beam, run%zeta, q, v)
       if (present(is_pressed)) order = merge(0, order, is_pressed)
       event%kind = merge(event_capture, event_impact, order == 0)
-      if (order == 0 .or. abs(event%velocity_before) > 0.0_wp) call append_event(response, event)
+      if (.not. (order == 0 .or. abs(event%velocity_before) > 0.0_wp)) return
+      call append_event(response, event)
+      call measure_impulse(recorder%measurer, t, event%impulse)
    end subroutine capture
 
    !> Contact that lasts: the stop point is held until the reaction would pull.
@@ -335,16 +338,14 @@ contains
       call first_zero(reaction, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations
       if (search%outcome == found_none) then
-         call measure_held_contact(recorder%measurer, pinned, reaction, run%force_scale, t, run%duration - t, .true., &
-                                   search%greatest, p, rate, p, rate)
+         call measure_held_contact(recorder%measurer, pinned, t, run%duration - t, .true., p, rate, p, rate)
          call record_contact(run, pinned, reaction, t, run%duration - t, .true., p, rate, steps, recorder, response)
          response%ends_in_contact = .true.
          return
       end if
       call record_contact(run, pinned, reaction, t, search%time, .false., p, rate, steps, recorder, response)
       call propagate(pinned%oscillators, search%time, p, rate, p_end, rate_end)
-      call measure_held_contact(recorder%measurer, pinned, reaction, run%force_scale, t, search%time, .false., &
-                                search%greatest, p, rate, p_end, rate_end)
+      call measure_held_contact(recorder%measurer, pinned, t, search%time, .false., p, rate, p_end, rate_end)
       q = run%surface*pinned%static + to_free(pinned, beam%oscillators%square, beam%stop_value, p_end)
       v = matmul(pinned%mode, rate_end)
       t = t + search%time

@@ -192,8 +192,8 @@ contains
       if (search%outcome == found_none) search%time = run%duration - t
       call record_contact(beam, run, modes, losses, static_force, force%amplitude, q, v, t, search%time, &
                           search%outcome == found_none, recorder, response)
-      call measure_spring_contact(recorder%measurer, beam, run%zeta, run%spring, modes, force, run%force_scale, t, &
-                                  search%time, search%outcome == found_none, search%greatest, q, v)
+      call measure_spring_contact(recorder%measurer, beam, run%zeta, run%spring, modes, force, t, search%time, &
+                                  search%outcome == found_none, search%greatest, q, v)
       if (search%outcome == found_none) then
          response%ends_in_contact = .true.
          return

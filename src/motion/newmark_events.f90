@@ -8,6 +8,7 @@ module newmark_events
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
                              event_t, response_t
    use scene_types, only: impulse_nodal, law_three_element
+   use step_measures, only: measure_event
    use stop_models, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse, stop_energy, &
                           unload_surface
    implicit none (type, external)
@@ -346,6 +347,7 @@ contains
          return
       end if
       call append_event(response, event)
+      if (run%keeps_measures) call measure_event(run%progress%measurer, event, run%measures)
       associate (ledger => run%progress%ledger)
          ledger%dissipated_impact = ledger%dissipated_impact + max(0.0_wp, -event%energy_change)
          ledger%created = ledger%created + max(0.0_wp, event%energy_change)

@@ -17,7 +17,9 @@ module newmark_motion
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
+   use run_measures, only: start_tally
    use scene_types, only: law_three_element, output_settings_t, response_settings_t, stop_settings_t
+   use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
    use stop_models, only: branch_dissipation, contact_force_coefficients, make_three_element, stop_energy, three_element_t
    implicit none (type, external)
    private
@@ -51,9 +53,11 @@ contains
       if (allocated(error)) return
       samples = count_samples(response_settings%duration, response_settings%step)
       call open_records(model%mesh%elements, output_settings, samples, response_settings%step, response)
-      run%keeps_ledger = allocated(response%energy)
+      run%keeps_measures = output_settings%measures
+      run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
       run%keeps_shapes = allocated(response%shape_tau)
       call strain_energy(run%stepper, run%states(1), response%initial_energy)
+      call start_tally(stop_settings, response%initial_energy, height_ratio, run%progress%measurer%tally)
       if (run%keeps_shapes) &
          call record_shapes(run%stepper%order, run%states(1), run%states(1), 0.0_wp, 0.0_wp, stop_settings%preload, &
                             run%progress%next_shape, response)
@@ -66,6 +70,13 @@ contains
       end do
       response%ends_in_contact = run%phase /= phase_free
       response%factorisations = run%stepper%factorisations
+      if (.not. run%keeps_measures) return
+      run%measures%final_energy = energy_of(run)
+      associate (ledger => run%progress%ledger)
+         call finish_steps(run%progress%measurer, instant(run, run%progress), &
+                           [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, &
+                           output_settings%most_peaks, run%measures, response)
+      end associate
    end subroutine newmark_response
 
    !> Can a run start? What would keep it from that is known without running it.
@@ -202,6 +213,7 @@ contains
       integer :: level
       integer(i8) :: span
       logical :: closing
+      real(wp) :: energy
 
       level = run%next_level
       run%next_level = 0
@@ -236,7 +248,9 @@ contains
             run%progress%sample = run%progress%sample + 1
          end if
       end if
+      energy = energy_of(run)
       if (run%keeps_ledger) call account_step(run, run%stepper%factors(level)%step)
+      if (run%keeps_measures) call measure_step(run, run%stepper%factors(level)%step, energy)
       if (run%keeps_shapes) &
          call record_shapes(run%stepper%order, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
                             run%stepper%factors(level)%step, run%settings%preload, run%progress%next_shape, response)
@@ -329,6 +343,41 @@ contains
          end if
       end associate
    end subroutine account_step
+
+   !> Measure the step just accepted.
+   pure subroutine measure_step(run, step, energy)
+      !> The run
+      type(run_t), intent(inout) :: run
+      !> Length of the step
+      real(wp), intent(in) :: step
+      !> Energy at its beginning
+      real(wp), intent(in) :: energy
+
+      real(wp) :: from
+      type(piece_t) :: piece
+
+      from = instant(run, run%progress) - step
+      associate (old => run%states(3 - run%now), new => run%states(run%now), c => run%stepper%stop_dof)
+         piece = piece_t(from, step, [old%displacement(c), new%displacement(c)] - run%settings%preload, &
+                         [old%velocity(c), new%velocity(c)])
+         call measure_motion(run%progress%measurer, piece)
+         if (run%phase /= phase_free) &
+            call measure_contact(run%progress%measurer, from, step, [old%force, new%force])
+         call measure_energy(run%progress%measurer, from, step, [energy, energy_of(run)])
+      end associate
+   end subroutine measure_step
+
+   !> Energy of beam and stop at the present state: the ledger closes to rounding.
+   pure function energy_of(run) result(energy)
+      !> The run
+      type(run_t), intent(in) :: run
+      real(wp) :: energy
+
+      associate (ledger => run%progress%ledger)
+         energy = run%progress%measurer%tally%start_energy + ledger%created - ledger%dissipated_beam &
+                  - ledger%dissipated_stop - ledger%dissipated_impact
+      end associate
+   end function energy_of
 
    !> Keep the present state as a sample.
    pure subroutine keep_sample(run, response)

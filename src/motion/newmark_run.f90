@@ -3,7 +3,9 @@ module newmark_run
    use kinds, only: i8, wp
    use newmark_recorder, only: ledger_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
+   use response_types, only: run_measures_t
    use scene_types, only: stop_settings_t
+   use step_measures, only: step_measurer_t
    use stop_models, only: three_element_t
    implicit none (type, external)
    private
@@ -31,6 +33,7 @@ module newmark_run
       !> The next shape to keep
       integer :: next_shape = 1
       type(ledger_t) :: ledger
+      type(step_measurer_t) :: measurer
    end type progress_t
 
    !> One run under way.
@@ -50,6 +53,9 @@ module newmark_run
       !> hbar/L
       real(wp) :: height_ratio = 0.0_wp
       logical :: keeps_ledger = .false.
+      !> Measures are asked for; those that are lists
+      logical :: keeps_measures = .false.
+      type(run_measures_t) :: measures
       logical :: keeps_shapes = .false.
       !> The present state and, in the other place, the one a step leads to or came from
       type(newmark_state_t) :: states(2)

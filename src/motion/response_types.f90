@@ -11,7 +11,7 @@ module response_types
    public :: response_t, event_t, energy_t, append_event, event_name
    public :: event_impact, event_capture, event_release, event_contact, event_separation
    public :: is_contact_start, is_contact_end
-   public :: run_measures_t, most_peaks, quiet_level, quiet_energy
+   public :: run_measures_t, quiet_level, quiet_energy
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -28,8 +28,6 @@ module response_types
    real(wp), parameter :: quiet_level = 0.02_wp
    !> The energy is spent when no more than this share of it is left above that at rest.
    real(wp), parameter :: quiet_energy = 0.01_wp
-   !> Peaks are kept of so many rebounds.
-   integer, parameter :: most_peaks = 5
 
    type :: event_t
       !> Instant
@@ -63,31 +61,48 @@ module response_types
       real(wp), allocatable :: created(:)
    end type energy_t
 
-   !> What the phases of a run tell without a sample; events tell the rest.
+   !> What engineers ask of a run: how soon, how hard, how long, how high again, when quiet. From phases or steps and from
+   !> events, never from samples, so that it does not depend on what is kept.
    type :: run_measures_t
-      !> Greatest contact force, as Pbar; of model A that of contacts that last
+      !> Length of the run, tau
+      real(wp) :: duration = 0.0_wp
+      !> Impacts of model A, or contacts of model B
+      integer :: impacts = 0
+      !> Contacts that last: capture to release, contact to separation, or to the end of the run
+      real(wp), allocatable :: contact_start(:)
+      real(wp), allocatable :: contact_end(:)
+      !> Time of the first meeting with the stop, and d eta/d tau before it; meaningless without any
+      logical :: has_met_stop = .false.
+      real(wp) :: first_impact_tau = 0.0_wp
+      real(wp) :: first_impact_velocity = 0.0_wp
+      !> Longest and total time in contact
+      real(wp) :: longest_contact = 0.0_wp
+      real(wp) :: total_contact = 0.0_wp
+      !> Greatest contact force, as Pbar; of model A the greatest mean over `force_window` from the beginning of an episode
       real(wp) :: greatest_force = 0.0_wp
-      !> Model B: greatest impulse of a contact, the integral of its force
+      !> Greatest impulse of an episode, less that of the force at rest in its contacts
       real(wp) :: greatest_impulse = 0.0_wp
-      !> Number of rebounds, and eta at the highest point of the first of them
+      !> Number of rebounds, and the highest point of each, or of the first of them
       integer :: rebounds = 0
-      real(wp) :: peak_eta(most_peaks) = 0.0_wp
+      real(wp), allocatable :: peak_eta(:)
+      real(wp), allocatable :: peak_tau(:)
       !> When |eta_c| last exceeded `quiet_level`; false: at the end it still does
       logical :: is_quiet = .false.
       real(wp) :: quiet_tau = 0.0_wp
-      !> When the energy above that of the beam at rest had fallen to `quiet_energy` of the start's; false: not yet
+      !> When the energy above that of the beam at rest last exceeded `quiet_energy` of the start's; false: it still does
       logical :: has_spent = .false.
       real(wp) :: spent_tau = 0.0_wp
-      !> Energy at the start, and of the beam at rest
+      !> Energy at the start, of the beam at rest, and at the end
       real(wp) :: start_energy = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
-      !> Energy at the end, and where the rest of it went
       real(wp) :: final_energy = 0.0_wp
+      !> Shares of the start's energy above rest: dissipated in the beam, in the stop, at impacts; created by the nodal
+      !> reading of the impulse; left at the end
       real(wp) :: lost_beam = 0.0_wp
       real(wp) :: lost_stop = 0.0_wp
       real(wp) :: lost_impact = 0.0_wp
-      !> Created by the nodal reading of the impulse
       real(wp) :: created = 0.0_wp
+      real(wp) :: left = 0.0_wp
    end type run_measures_t
 
    type :: response_t
@@ -103,7 +118,7 @@ module response_types
       real(wp), allocatable :: contact_force(:)
       !> Ledger; unallocated: not asked for
       type(energy_t), allocatable :: energy
-      !> Measures from the phases; unallocated: not asked for
+      !> Measures; unallocated: not asked for
       type(run_measures_t), allocatable :: measures
       !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant], clamp first
       real(wp), allocatable :: shape_tau(:)

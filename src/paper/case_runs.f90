@@ -7,7 +7,6 @@ module case_runs
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use newmark_motion, only: newmark_response
-   use response_measures, only: measure_response, response_measures_t, rest_energy
    use response_types, only: response_t
    use scene_beam_model, only: model_of
    use scene_types, only: law_three_element, method_exact, scene_t
@@ -24,7 +23,6 @@ module case_runs
       !> x/L of the nodes, [0:n]
       real(wp), allocatable :: node_position(:)
       type(response_t) :: response
-      type(response_measures_t) :: measures
    end type case_t
 
 contains
@@ -47,6 +45,7 @@ contains
       do i = 1, size(cases)
          cases(i)%scene = scene
          cases(i)%value = scene%cases%values(i)
+         cases(i)%scene%output%measures = .true.
          call set_parameter(cases(i)%scene, parameter, cases(i)%value)
          if (i == 1 .or. is_of_beam(parameter)) call make_beam(cases(i)%scene, model, modes, error)
          if (allocated(error)) return
@@ -72,13 +71,13 @@ contains
       call find_free_modes(model, modes, error, with_support=scene%stop%law /= law_three_element)
    end subroutine make_beam
 
-   !> Run one case and measure it.
+   !> Run one case.
    subroutine run_case(model, modes, case, error)
       !> The beam
       type(beam_model_t), intent(in) :: model
       !> Its modes, for exact motion
       type(free_modes_t), intent(in) :: modes
-      !> Its scene in; response and measures out
+      !> Its scene in; response out
       type(case_t), intent(inout) :: case
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
@@ -91,9 +90,6 @@ contains
             call newmark_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
                                   scene%scales%height_ratio, response, error)
          end if
-         if (allocated(error)) return
-         call measure_response(response, scene%response%duration, case%measures, &
-                               rest_energy(scene%stop, response%initial_energy))
       end associate
    end subroutine run_case
 

@@ -10,10 +10,11 @@ module cases_file
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use number_text, only: to_text
-   use response_measures, only: response_measures_t
+   use measure_rows, only: row_of, write_columns
+   use response_types, only: run_measures_t
    use results_file, only: begin_results, finish_results, write_run
    use scene_types, only: scene_t
-   use sweep_settings, only: parameter_meanings, parameter_names
+   use sweep_settings, only: measure_count, parameter_meanings, parameter_names
    implicit none (type, external)
    private
    public :: write_cases
@@ -47,37 +48,42 @@ contains
       call group%note('parameter', name)
       call group%note('meaning', trim(parameter_meanings(parameter)))
       call group%add(name, cases%value, '1', trim(parameter_meanings(parameter)), is_scale=.true.)
-      call write_comparison(group, name, cases%measures)
+      call write_comparison(group, name, cases)
       do i = 1, size(cases)
          case_group = group%group('case_'//to_text(i))
          call case_group%note('value', cases(i)%value)
-         call write_run(case_group, cases(i)%scene, cases(i)%node_position, response=cases(i)%response, &
-                        measures=cases(i)%measures)
+         call write_run(case_group, cases(i)%scene, cases(i)%node_position, response=cases(i)%response)
       end do
       call finish_results(root, folder, scene, error)
    end subroutine write_cases
 
    !> One number a case; what did not happen is NaN.
-   subroutine write_comparison(group, name, measures)
+   subroutine write_comparison(group, name, cases)
       !> The group
       type(hdf5_group_t), intent(in) :: group
       !> The dimension scale
       character(*), intent(in) :: name
-      !> Measures of the cases
-      type(response_measures_t), intent(in) :: measures(:)
+      !> The cases
+      type(case_t), intent(in) :: cases(:)
 
+      type(run_measures_t) :: measures(size(cases))
+      real(wp) :: rows(measure_count, size(cases))
+      integer :: i
+
+      do i = 1, size(cases)
+         measures(i) = cases(i)%response%measures
+         rows(:, i) = row_of(measures(i))
+      end do
       call group%add('impacts', measures%impacts, '1', 'number of impacts', along=name)
       call group%add('first_impact', known(measures%first_impact_tau, measures%has_met_stop), '1', &
                      'time of the first impact, tau', along=name)
       call group%add('first_impact_velocity', known(measures%first_impact_velocity, measures%has_met_stop), '1', &
                      'velocity at the stop before the first impact, d eta/d tau', along=name)
-      call group%add('longest_contact', measures%longest_contact, '1', 'longest contact, tau', along=name)
-      call group%add('total_contact', measures%total_contact, '1', 'time in contact, tau', along=name)
       call group%add('quiet', known(measures%quiet_tau, measures%is_quiet), '1', &
                      'time when |eta| at the stop last exceeded 0.02, tau', along=name)
-      if (any(measures%knows_spent)) &
-         call group%add('spent', known(measures%spent_tau, measures%has_spent), '1', &
-                        'time when the energy above that at rest fell to 1 percent, tau', along=name)
+      call group%add('spent', known(measures%spent_tau, measures%has_spent), '1', &
+                     'time when the energy above that at rest last exceeded 1 percent, tau', along=name)
+      call write_columns(group, rows, 0.0_wp, 0.0_wp, 0.0_wp, along=name)
    end subroutine write_comparison
 
    !> The value, or NaN.

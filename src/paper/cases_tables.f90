@@ -4,7 +4,7 @@ module cases_tables
    use cases_settings, only: case_parameter_names
    use kinds, only: wp
    use number_text, only: to_text
-   use response_measures, only: quiet_level
+   use response_types, only: quiet_level
    use scene_types, only: scene_t
    implicit none (type, external)
    private
@@ -31,19 +31,15 @@ contains
       write (unit, '(/, 2x, 3a16, a9, 3a16)') adjustr(case_parameter_names(scene%cases%choice)(:width)), &
          'first impact', 'velocity', 'impacts', 'highest rebound', adjustr(quiet), 'energy < 1 %'
       do i = 1, size(cases)
-         associate (measures => cases(i)%measures)
+         associate (measures => cases(i)%response%measures)
             value = to_text(cases(i)%value)
             value = adjustr(value)
             quiet = 'to the end'
             if (measures%is_quiet) write (quiet, '(f0.4)') measures%quiet_tau
-            spent = ''
-            if (measures%knows_spent) spent = 'never'
+            spent = 'never'
             if (measures%has_spent) write (spent, '(f0.4)') measures%spent_tau
-            peak = ''
-            if (allocated(measures%peak_eta)) then
-               peak = 'none'
-               if (size(measures%peak_eta) > 0) write (peak, '(f0.4)') maxval(measures%peak_eta)
-            end if
+            peak = 'none'
+            if (measures%rebounds > 0) write (peak, '(f0.4)') maxval(measures%peak_eta)
             if (measures%has_met_stop) then
                write (unit, '(2x, a16, 2f16.6, i9, 3a16)') value, measures%first_impact_tau, &
                   measures%first_impact_velocity, measures%impacts, adjustr(peak), adjustr(quiet), adjustr(spent)

@@ -7,8 +7,7 @@ module paper_outcomes
    use kinds, only: pi, wp
    use newmark_motion, only: newmark_response
    use paper_cases, only: case_t, height_ratio, model_of_case, stop_of_case, way_t
-   use response_measures, only: measure_response, response_measures_t
-   use response_types, only: event_contact, event_impact, response_t
+   use response_types, only: event_contact, event_impact, response_t, run_measures_t
    use scene_types, only: method_exact, output_settings_t, response_settings_t
    use skyline_matrix, only: multiply
    implicit none (type, external)
@@ -97,11 +96,12 @@ contains
       output%displacement_tip = .false.
       output%contact_force = .false.
       output%energy = .true.
+      output%measures = .true.
       call respond(this, way, model, modes, duration, output, response, error)
       if (allocated(error)) return
       outcome%own_frequency = sqrt(modes%square(1))
       outcome%mobility = sum(modes%mode(modes%stop_dof, :)**2)
-      call measure(this, response, duration, outcome, start)
+      call measure(response, response%measures, outcome, start)
       if (.not. outcome%rebounds) return
       ! one sample into the flight: what the release itself does to the highest modes is over
       output = output_settings_t(displacement_stop=.false., displacement_tip=.false., velocity_stop=.false., &
@@ -145,31 +145,24 @@ contains
    end subroutine respond
 
    !> What histories and events tell.
-   pure subroutine measure(this, response, duration, outcome, start)
-      !> The case
-      type(case_t), intent(in) :: this
-      !> Its motion
+   pure subroutine measure(response, measures, outcome, start)
+      !> The motion of a case
       type(response_t), intent(in) :: response
-      !> Length of the run, tau
-      real(wp), intent(in) :: duration
+      !> Its measures
+      type(run_measures_t), intent(in) :: measures
       !> What was measured
       type(outcome_t), intent(inout) :: outcome
       !> Instant at which the main rebound begins
       real(wp), intent(out) :: start
 
-      type(response_measures_t) :: measures
       real(wp) :: to_lose, rest, above
       integer :: i, first, last, on, main
 
       start = 0.0_wp
-      call measure_response(response, duration, measures)
-      if (allocated(measures%peak_eta)) then
-         allocate (outcome%peak_eta, source=measures%peak_eta)
-         allocate (outcome%peak_tau, source=measures%peak_tau)
-      end if
-      ! at rest a preloaded beam still holds the strain energy of its preload
-      rest = response%initial_energy*(max(this%preload, 0.0_wp)/(1.0_wp + this%preload))**2
-      to_lose = response%initial_energy - rest
+      allocate (outcome%peak_eta, source=measures%peak_eta)
+      allocate (outcome%peak_tau, source=measures%peak_tau)
+      rest = measures%rest_energy
+      to_lose = measures%start_energy - rest
       outcome%indentation = max(0.0_wp, -minval(response%displacement_stop))
       associate (eta => response%displacement_stop, tau => response%tau, energy => response%energy)
          do i = 1, size(end_levels)

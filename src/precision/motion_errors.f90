@@ -3,7 +3,6 @@ module motion_errors
    use beam_model, only: beam_model_t
    use failures, only: failure_t
    use kinds, only: lambda1_power4, wp
-   use response_measures, only: measure_response, response_measures_t
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use skyline_matrix, only: factorise, multiply, skyline_t, solve_factorised
    implicit none (type, external)
@@ -52,7 +51,7 @@ contains
 
    !> Where comparison ends: at the peak of the third rebound, or with the run; on a grid of instants that all runs sample.
    pure function horizon_of(response, duration, grid) result(horizon)
-      !> The run, with all histories
+      !> The run, measured
       type(response_t), intent(in) :: response
       !> Its length
       real(wp), intent(in) :: duration
@@ -61,11 +60,9 @@ contains
       real(wp) :: horizon
 
       integer, parameter :: third = 3
-      type(response_measures_t) :: measures
 
-      call measure_response(response, duration, measures)
       horizon = duration
-      if (size(measures%peak_tau) >= third) horizon = measures%peak_tau(third)
+      if (size(response%measures%peak_tau) >= third) horizon = response%measures%peak_tau(third)
       horizon = grid*real(floor(horizon/grid*(1.0_wp + 8.0_wp*epsilon(1.0_wp))), wp)
    end function horizon_of
 

@@ -142,6 +142,7 @@ contains
       if (allocated(error)) return
       task%what = task_motion
       task%output = full_output()
+      task%output%measures = .true.
       task%settings = settings_for(contender_exact, scene%precision, comparison_step)
       task%settings%hop_tolerance = tightest_hop
       task%settings%keep_all_modes = .true.

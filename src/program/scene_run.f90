@@ -19,13 +19,12 @@ module scene_run
    use precision_types, only: precision_t
    use process, only: open_text, print_text, text_of
    use progress_line, only: start_progress, stop_progress
-   use response_measures, only: measure_response, response_measures_t, rest_energy
    use response_types, only: response_t
    use results_file, only: write_results
    use scene_beam_model, only: model_of
    use scene_checks, only: check_scene
    use scene_reader, only: read_scene
-   use scene_types, only: method_exact, scene_t
+   use scene_types, only: method_exact, output_settings_t, scene_t
    use statements_file, only: write_statements
    use statements_study, only: judge_statements, study_t
    use statements_tables, only: print_statements
@@ -76,6 +75,8 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
 
+      type(output_settings_t) :: output
+
       if (scene%wants_frequencies) then
          allocate (table)
          call frequency_table(scene, table, error)
@@ -85,11 +86,13 @@ contains
       call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
       if (allocated(error)) return
       allocate (response)
+      output = scene%output
+      output%measures = .true.
       if (scene%response%method == method_exact) then
-         call exact_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
+         call exact_response(model, scene%zeta, scene%stop, scene%response, output, &
                              scene%scales%height_ratio, response, error)
       else
-         call newmark_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
+         call newmark_response(model, scene%zeta, scene%stop, scene%response, output, &
                                scene%scales%height_ratio, response, error)
       end if
    end subroutine compute_scene
@@ -138,7 +141,6 @@ contains
       type(beam_model_t) :: model
       type(frequency_table_t), allocatable :: table
       type(response_t), allocatable :: response
-      type(response_measures_t), allocatable :: measures
 
       ! a folder that cannot be made is better known before a long run than after it
       call make_folder(folder, error)
@@ -159,21 +161,16 @@ contains
       call compute_scene(scene, model, table, response, error)
       call stop_progress()
       if (allocated(error)) return
-      if (allocated(response)) then
-         allocate (measures)
-         call measure_response(response, scene%response%duration, measures, &
-                               rest_energy(scene%stop, response%initial_energy))
-      end if
       ! what is not allocated is not present
       if (allocated(model%mesh%position)) then
-         call write_results(folder, program_version, scene, error, model%mesh%position, table, response, measures)
+         call write_results(folder, program_version, scene, error, model%mesh%position, table, response)
       else
          call write_results(folder, program_version, scene, error, frequencies=table)
       end if
       if (allocated(error) .or. quiet) return
       call print_model(unit, scene)
       if (allocated(table)) call print_frequency_table(unit, table)
-      if (allocated(measures)) call print_measures(unit, measures)
+      if (allocated(response)) call print_measures(unit, response%measures)
    end subroutine run_alone
 
    !> Run the cases, write the file, print the table.

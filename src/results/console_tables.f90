@@ -3,7 +3,7 @@ module console_tables
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: wp
    use number_text, only: to_text
-   use response_measures, only: quiet_level, response_measures_t
+   use response_types, only: quiet_level, run_measures_t
    use scene_types, only: impulse_names, law_names, law_restitution, method_names, method_newmark, scene_t, shape_taper
    implicit none (type, external)
    private
@@ -263,15 +263,14 @@ contains
       !> Where to
       integer, intent(in) :: unit
       !> The measures
-      type(response_measures_t), intent(in) :: measures
+      type(run_measures_t), intent(in) :: measures
 
       character(:), allocatable :: words
       integer :: i
 
       write (unit, '()')
-      words = to_text(measures%impacts)
-      if (allocated(measures%contact_start)) words = words//', '//counted(size(measures%contact_start), 'lasting contact')
-      call print_line(unit, 'impacts', words)
+      call print_line(unit, 'impacts', to_text(measures%impacts)//', ' &
+                      //counted(size(measures%contact_start), 'lasting contact'))
       if (measures%has_met_stop) then
          call print_line(unit, 'first impact', 'tau = '//fixed(measures%first_impact_tau, 6)//', velocity ' &
                          //fixed(measures%first_impact_velocity, 6))
@@ -280,21 +279,17 @@ contains
       else
          call print_line(unit, 'first impact', 'none until tau = '//rounded(measures%duration))
       end if
-      if (allocated(measures%peak_eta)) then
-         if (size(measures%peak_eta) == 0) call print_line(unit, 'rebound peaks', 'none')
-         do i = 1, min(size(measures%peak_eta), most_peaks)
-            call print_line(unit, trim(merge('rebound peaks', '             ', i == 1)), 'eta = ' &
-                            //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
-         end do
-         if (size(measures%peak_eta) > most_peaks) &
-            call print_line(unit, '', 'and '//to_text(size(measures%peak_eta) - most_peaks)//' more')
-      end if
+      if (measures%rebounds == 0) call print_line(unit, 'rebound peaks', 'none')
+      do i = 1, min(measures%rebounds, most_peaks)
+         call print_line(unit, trim(merge('rebound peaks', '             ', i == 1)), 'eta = ' &
+                         //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
+      end do
+      if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)//' more')
       if (measures%has_spent) then
          call print_line(unit, 'energy above rest', '1 % left at tau = '//fixed(measures%spent_tau, 6))
-      else if (measures%knows_spent) then
+      else
          call print_line(unit, 'energy above rest', 'more than 1 % left at the end, tau = '//rounded(measures%duration))
       end if
-      if (.not. measures%knows_quiet) return
       words = to_text(nint(100.0_wp*quiet_level))
       if (measures%is_quiet) then
          call print_line(unit, '|eta_c| > '//words//' %', 'last at tau = '//fixed(measures%quiet_tau, 6))

@@ -10,10 +10,11 @@ module results_file
    use frequency_types, only: frequency_table_t
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: lambda1, lambda1_power4, wp
-   use response_measures, only: response_measures_t
-   use response_types, only: event_name, event_separation, response_t
+   use measure_rows, only: row_of, write_columns
+   use response_types, only: event_name, event_separation, response_t, run_measures_t
    use scene_echo, only: echo_scene, echo_t
    use scene_types, only: name_length, scales_t, scene_t
+   use sweep_settings, only: measure_count
    implicit none (type, external)
    private
    public :: write_results, results_name, begin_results, finish_results, write_run
@@ -52,7 +53,7 @@ contains
    end function results_name
 
    !> Write the file of a scene, whole or not at all; the folder is made if it is not there.
-   subroutine write_results(folder, version, scene, error, node_position, frequencies, response, measures)
+   subroutine write_results(folder, version, scene, error, node_position, frequencies, response)
       !> Folder of the results
       character(*), intent(in) :: folder
       !> Version of the program
@@ -66,7 +67,6 @@ contains
       !> What was computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
-      type(response_measures_t), intent(in), optional :: measures
 
       type(hdf5_group_t) :: root
 
@@ -75,15 +75,15 @@ contains
       call begin_results(root, expected_size(response), version, scene)
       ! the sanitizer takes an absent array handed on for one that is read
       if (present(node_position)) then
-         call write_run(root, scene, node_position, frequencies, response, measures)
+         call write_run(root, scene, node_position, frequencies, response)
       else
-         call write_run(root, scene, frequencies=frequencies, response=response, measures=measures)
+         call write_run(root, scene, frequencies=frequencies, response=response)
       end if
       call finish_results(root, folder, scene, error)
    end subroutine write_results
 
    !> The groups of a run.
-   subroutine write_run(group, scene, node_position, frequencies, response, measures)
+   subroutine write_run(group, scene, node_position, frequencies, response)
       !> The group
       type(hdf5_group_t), intent(in) :: group
       !> The scene
@@ -93,7 +93,6 @@ contains
       !> What was computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
-      type(response_measures_t), intent(in), optional :: measures
 
       type(units_t) :: units
 
@@ -106,8 +105,8 @@ contains
          if (allocated(response%shape_tau) .and. present(node_position)) &
             call write_shapes(group%group('shapes'), response, node_position, units)
          if (allocated(response%energy)) call write_energy(group%group('energy'), response, units)
+         if (allocated(response%measures)) call write_measures(group%group('measures'), response%measures, units)
       end if
-      if (present(measures)) call write_measures(group%group('measures'), measures, units)
    end subroutine write_run
 
    !> Start the file of a scene: its attributes and the scene; a study adds groups of its own.
@@ -489,7 +488,7 @@ contains
       !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> The measures
-      type(response_measures_t), intent(in) :: measures
+      type(run_measures_t), intent(in) :: measures
       !> Units
       type(units_t), intent(in) :: units
 
@@ -505,28 +504,40 @@ contains
                         'velocity at the stop before the first impact, d eta/d tau')
          if (units%velocity > 0.0_wp) call group%note('in_scene_units', units%velocity, 'first_impact_velocity')
       end if
-      if (measures%knows_quiet .and. measures%is_quiet) then
+      if (measures%is_quiet) then
          call group%add('quiet', measures%quiet_tau, '1', 'time when |eta| at the stop last exceeded 0.02, tau')
          call group%note('in_scene_units', units%time, 'quiet')
       end if
       if (measures%has_spent) then
-         call group%add('spent', measures%spent_tau, '1', 'time when the energy above that at rest fell to 1 percent, tau')
+         call group%add('spent', measures%spent_tau, '1', &
+                        'time when the energy above that at rest last exceeded 1 percent, tau')
          call group%note('in_scene_units', units%time, 'spent')
       end if
-      if (allocated(measures%contact_start)) then
-         call group%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
-         call group%add('contact_start', measures%contact_start, '1', 'begin of the contact, tau', along='contact')
-         call group%note('in_scene_units', units%time, 'contact_start')
-         call group%add('contact_end', measures%contact_end, '1', 'end of the contact or of the run, tau', along='contact')
-         call group%note('in_scene_units', units%time, 'contact_end')
-      end if
-      if (allocated(measures%peak_eta)) then
-         call group%add('rebound', [(i, i=1, size(measures%peak_eta))], '1', 'rebound', is_scale=.true.)
-         call group%add('peak_tau', measures%peak_tau, '1', 'time of the peak of the rebound, tau', along='rebound')
-         call group%note('in_scene_units', units%time, 'peak_tau')
-         call group%add('peak', measures%peak_eta, '1', 'peak of the rebound, eta at the stop', along='rebound')
-         if (units%displacement > 0.0_wp) call group%note('in_scene_units', units%displacement, 'peak')
-      end if
+      call write_columns(group, reshape(row_of(measures), [measure_count, 1]), units%time, units%force, units%impulse)
+      call group%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
+      call write_along('contact_start', measures%contact_start, 'begin of the contact, tau', 'contact', units%time)
+      call write_along('contact_end', measures%contact_end, 'end of the contact or of the run, tau', 'contact', units%time)
+      call group%add('rebound', [(i, i=1, size(measures%peak_eta))], '1', 'rebound', is_scale=.true.)
+      call write_along('peak_tau', measures%peak_tau, 'time of the peak of the rebound, tau', 'rebound', units%time)
+      call write_along('peak', measures%peak_eta, 'peak of the rebound, eta at the stop', 'rebound', units%displacement)
+
+   contains
+
+      !> A list along contacts or rebounds.
+      subroutine write_along(name, values, long_name, scale, unit)
+         !> Name, values and meaning of the dataset
+         character(*), intent(in) :: name
+         real(wp), contiguous, intent(in) :: values(:)
+         character(*), intent(in) :: long_name
+         !> What it goes along
+         character(*), intent(in) :: scale
+         !> One unit of it in the units of the scene; 0: not known
+         real(wp), intent(in) :: unit
+
+         call group%add(name, values, '1', long_name, along=scale)
+         if (unit > 0.0_wp) call group%note('in_scene_units', unit, name)
+      end subroutine write_along
+
    end subroutine write_measures
 
 end module results_file

@@ -214,8 +214,9 @@ module scene_types
       integer :: mode_shapes = 0
       !> The energy ledger
       logical :: energy = .false.
-      !> Measures from the phases themselves; no name asks for it, studies do
+      !> Measures, and the highest points of so many rebounds among them; no name asks for it, runs and sweeps do
       logical :: measures = .false.
+      integer :: most_peaks = huge(1)
    end type output_settings_t
 
    !> What turns the dimensionless results into the user's units.

@@ -12,7 +12,7 @@ module sweep_settings
    public :: goal_least, goal_most, goal_names
    public :: measure_count, measure_names, measure_meanings, measure_units, measure_is_whole
    public :: column_status, column_impacts, column_rebounds, column_contacts, column_first_tau, column_first_velocity, &
-      column_force, column_impulse, column_total_contact, column_longest_contact, column_peak, column_quiet, &
+      column_force, column_impulse, column_total_contact, column_longest_contact, column_peak, peak_columns, column_quiet, &
       column_spent, column_lost_beam, column_lost_stop, column_lost_impact, column_created, column_left
 
    integer, parameter :: name_room = 32
@@ -66,8 +66,9 @@ module sweep_settings
    integer, parameter :: column_impulse = 8
    integer, parameter :: column_total_contact = 9
    integer, parameter :: column_longest_contact = 10
-   !> The first of five
+   !> The first of the peaks
    integer, parameter :: column_peak = 11
+   integer, parameter :: peak_columns = 5
    integer, parameter :: column_quiet = 16
    integer, parameter :: column_spent = 17
    integer, parameter :: column_lost_beam = 18
@@ -83,11 +84,13 @@ module sweep_settings
    character(*), parameter :: measure_meanings(measure_count) = [character(meaning_room) :: &
       '0: done, 1: failed, the reason is in failure_reason', 'impacts of model A, contacts of model B', &
       'contacts that last', 'flights that rise above eta = 0.02', 'instant of the first meeting with the stop', &
-      'd eta/d tau at the stop point before it', 'greatest contact force Pbar', 'greatest impulse of an impact or a contact', &
+      'd eta/d tau at the stop point before it', &
+      'greatest contact force Pbar; with restitution its mean over the first 0.1 of tau of an episode', &
+      'greatest impulse of an episode, between flights above 0.02, less that of the force at rest', &
       'time in contact', 'longest contact', 'highest point of the first rebound, eta', 'of the second', 'of the third', &
       'of the fourth', 'of the fifth', 'instant after which |eta_c| stays within 0.02; nan: it does not', &
       'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
-      'energy above rest that the beam dissipated, share of the start''s', 'that the stop dissipated', &
+      'share of the start''s energy above rest that the beam dissipated', 'that the stop dissipated', &
       'that impacts dissipated', 'that the nodal reading of the impulse created', 'that is left at the end']
    character(*), parameter :: measure_units(measure_count) = [character(name_room) :: &
       '1', '1', '1', '1', 'tau', 'eta/tau', 'Pbar', 'impulse', 'tau', 'tau', 'eta', 'eta', 'eta', 'eta', 'eta', 'tau', 'tau', &

@@ -1,0 +1,303 @@
+!> What is measured of a run, by any method: the tally that its phases or steps keep, and what follows from it and from
+!> the events at the end.
+!>
+!> An episode is all that the stop does to the beam between two flights that rise above `quiet_level`: impacts in their
+!> cluster, contacts that last, low hops between them. Single impacts and contacts change with the mesh, an episode's impulse
+!> does not. Nor has the force of a rigid stop a limit in the mesh, which is the greater the less mass is stopped at once;
+!> its mean over a time has one.
+module run_measures
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_energy, &
+      quiet_level, response_t, run_measures_t
+   use scene_types, only: law_three_element, stop_settings_t
+   use stop_models, only: make_three_element, three_element_t
+   implicit none (type, external)
+   private
+   public :: tally_t, start_tally, take_impulse, take_contact, end_episode, mark_energy, add_rebound, finish_tally
+   public :: early_part, excess_of, force_window
+
+   !> A rigid stop's force is the mean over so long from the beginning of an episode, tau.
+   real(wp), parameter :: force_window = 0.1_wp
+
+   !> What has gathered so far; numbers only, so that it can be put back where a run goes back.
+   type :: tally_t
+      !> Pbar per unit of force
+      real(wp) :: force_scale = 0.0_wp
+      !> The stop yields: the force itself is what it is
+      logical :: yields = .false.
+      !> Force and energy at rest at the end of all motion, and the energy at the start
+      real(wp) :: rest_force = 0.0_wp
+      real(wp) :: rest_energy = 0.0_wp
+      real(wp) :: start_energy = 0.0_wp
+      !> Greatest so far
+      real(wp) :: greatest_force = 0.0_wp
+      real(wp) :: greatest_impulse = 0.0_wp
+      !> The episode under way: its beginning, its impulse less that of the force at rest, and the whole impulse in
+      !> `force_window` of its beginning
+      logical :: in_episode = .false.
+      real(wp) :: begin = 0.0_wp
+      real(wp) :: impulse = 0.0_wp
+      real(wp) :: early_impulse = 0.0_wp
+      !> The energy is spent, and since when
+      logical :: has_spent = .false.
+      real(wp) :: spent_tau = 0.0_wp
+   end type tally_t
+
+contains
+
+   !> Begin a run.
+   pure subroutine start_tally(stop, start_energy, force_scale, tally)
+      !> The stop
+      type(stop_settings_t), intent(in) :: stop
+      !> Energy of the static shape of the start, whose stop point is 1 + delta away from where it is unstressed
+      real(wp), intent(in) :: start_energy
+      !> Pbar per unit of force
+      real(wp), intent(in) :: force_scale
+      !> Ready for the first phase
+      type(tally_t), intent(out) :: tally
+
+      type(three_element_t) :: spring
+      real(wp) :: compliance
+
+      tally%force_scale = force_scale
+      tally%start_energy = start_energy
+      tally%yields = stop%law == law_three_element
+      if (stop%preload <= 0.0_wp) return
+      ! of the beam, and of the stop in a row with it
+      compliance = 0.5_wp*(1.0_wp + stop%preload)**2/start_energy
+      if (tally%yields) then
+         spring = make_three_element(stop%stiffness_ratio, stop%branch_ratio, stop%damper_ratio)
+         compliance = compliance + 1.0_wp/spring%stiffness
+      end if
+      tally%rest_force = stop%preload/compliance
+      tally%rest_energy = 0.5_wp*stop%preload*tally%rest_force
+   end subroutine start_tally
+
+   !> An impulse at an instant.
+   elemental subroutine take_impulse(tally, tau, impulse)
+      !> The tally
+      type(tally_t), intent(inout) :: tally
+      !> The instant
+      real(wp), intent(in) :: tau
+      !> The impulse
+      real(wp), intent(in) :: impulse
+
+      call begin_episode(tally, tau)
+      tally%impulse = tally%impulse + impulse
+      if (tau <= tally%begin + force_window) call take_early(tally, impulse)
+   end subroutine take_impulse
+
+   !> A contact, or a step of it.
+   elemental subroutine take_contact(tally, from, length, impulse, early_impulse)
+      !> The tally
+      type(tally_t), intent(inout) :: tally
+      !> Beginning and length
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: length
+      !> Integral of the force over it, and over its `early_part`
+      real(wp), intent(in) :: impulse
+      real(wp), intent(in) :: early_impulse
+
+      call begin_episode(tally, from)
+      tally%impulse = tally%impulse + (impulse - tally%rest_force*length)
+      call take_early(tally, early_impulse)
+   end subroutine take_contact
+
+   !> How much of a contact lies in `force_window` of the beginning of its episode.
+   elemental function early_part(tally, from, length) result(part)
+      !> The tally
+      type(tally_t), intent(in) :: tally
+      !> Beginning and length of the contact
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: length
+      real(wp) :: part
+
+      part = force_window
+      if (tally%in_episode) part = tally%begin - from + force_window
+      part = min(max(part, 0.0_wp), length)
+   end function early_part
+
+   !> An impulse within `force_window`.
+   elemental subroutine take_early(tally, impulse)
+      !> The tally
+      type(tally_t), intent(inout) :: tally
+      !> The impulse
+      real(wp), intent(in) :: impulse
+
+      tally%early_impulse = tally%early_impulse + impulse
+      if (.not. tally%yields) &
+         tally%greatest_force = max(tally%greatest_force, tally%force_scale*tally%early_impulse/force_window)
+   end subroutine take_early
+
+   !> The stop acts: an episode begins unless it has.
+   elemental subroutine begin_episode(tally, tau)
+      !> The tally
+      type(tally_t), intent(inout) :: tally
+      !> The instant
+      real(wp), intent(in) :: tau
+
+      if (tally%in_episode) return
+      tally%in_episode = .true.
+      tally%begin = tau
+      tally%impulse = 0.0_wp
+      tally%early_impulse = 0.0_wp
+   end subroutine begin_episode
+
+   !> A flight rises above `quiet_level`, or the run ends: the episode is over.
+   elemental subroutine end_episode(tally)
+      !> The tally
+      type(tally_t), intent(inout) :: tally
+
+      if (tally%in_episode) tally%greatest_impulse = max(tally%greatest_impulse, tally%impulse)
+      tally%in_episode = .false.
+   end subroutine end_episode
+
+   !> By how much an energy, less that of rest, exceeds the share that counts as spent.
+   elemental function excess_of(tally, energy) result(excess)
+      !> The tally
+      type(tally_t), intent(in) :: tally
+      !> The energy
+      real(wp), intent(in) :: energy
+      real(wp) :: excess
+
+      excess = energy - tally%rest_energy - quiet_energy*(tally%start_energy - tally%rest_energy)
+   end function excess_of
+
+   !> The energy is spent from here on, or is not any more.
+   elemental subroutine mark_energy(tally, is_spent, tau)
+      !> The tally
+      type(tally_t), intent(inout) :: tally
+      !> It is
+      logical, intent(in) :: is_spent
+      !> The instant
+      real(wp), intent(in) :: tau
+
+      if (is_spent .and. .not. tally%has_spent) tally%spent_tau = tau
+      tally%has_spent = is_spent
+   end subroutine mark_energy
+
+   !> A flight after the first meeting rose above `quiet_level`, and its highest point is not where the run ends.
+   pure subroutine add_rebound(measures, tau, eta)
+      !> Gets one more
+      type(run_measures_t), intent(inout) :: measures
+      !> Highest point; not given: it only counts
+      real(wp), intent(in), optional :: tau
+      real(wp), intent(in), optional :: eta
+
+      real(wp), allocatable :: larger(:)
+      integer :: room
+
+      measures%rebounds = measures%rebounds + 1
+      if (.not. present(eta)) return
+      associate (place => measures%rebounds)
+         if (.not. allocated(measures%peak_eta)) allocate (measures%peak_eta(8), measures%peak_tau(8))
+         room = size(measures%peak_eta)
+         if (place > room) then
+            allocate (larger(2*room))
+            larger(:room) = measures%peak_eta
+            call move_alloc(larger, measures%peak_eta)
+            allocate (larger(2*room))
+            larger(:room) = measures%peak_tau
+            call move_alloc(larger, measures%peak_tau)
+         end if
+         measures%peak_eta(place) = eta
+         measures%peak_tau(place) = tau
+      end associate
+   end subroutine add_rebound
+
+   !> The end of the run.
+   pure subroutine finish_tally(tally, response, duration, lost, created, most_peaks, measures)
+      !> What has gathered
+      type(tally_t), intent(inout) :: tally
+      !> The run, with its events
+      type(response_t), intent(in) :: response
+      !> Its length, tau
+      real(wp), intent(in) :: duration
+      !> Energy dissipated in the beam, in the stop, at impacts
+      real(wp), intent(in) :: lost(3)
+      !> Energy created by the nodal reading
+      real(wp), intent(in) :: created
+      !> Peaks were kept of so many rebounds
+      integer, intent(in) :: most_peaks
+      !> Its final energy, rebounds and instant of quiet are there
+      type(run_measures_t), intent(inout) :: measures
+
+      real(wp) :: shares(5), above
+      integer :: peaks
+
+      call end_episode(tally)
+      measures%duration = duration
+      measures%greatest_force = tally%greatest_force
+      measures%greatest_impulse = tally%greatest_impulse
+      call mark_energy(tally, excess_of(tally, measures%final_energy) <= 0.0_wp, duration)
+      measures%has_spent = tally%has_spent
+      measures%spent_tau = tally%spent_tau
+      measures%start_energy = tally%start_energy
+      measures%rest_energy = tally%rest_energy
+      ! a start without energy has none to share
+      above = tally%start_energy - tally%rest_energy
+      shares = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (above > 0.0_wp) shares = [lost, created, measures%final_energy - tally%rest_energy]/above
+      measures%lost_beam = shares(1)
+      measures%lost_stop = shares(2)
+      measures%lost_impact = shares(3)
+      measures%created = shares(4)
+      measures%left = shares(5)
+      if (.not. allocated(measures%peak_eta)) allocate (measures%peak_eta(0), measures%peak_tau(0))
+      peaks = min(measures%rebounds, most_peaks)
+      if (size(measures%peak_eta) > peaks) then
+         measures%peak_eta = measures%peak_eta(:peaks)
+         measures%peak_tau = measures%peak_tau(:peaks)
+      end if
+      call measure_events(response, measures)
+   end subroutine finish_tally
+
+   !> What the events alone tell.
+   pure subroutine measure_events(response, measures)
+      !> The run
+      type(response_t), intent(in) :: response
+      !> What was measured; the length of the run is there
+      type(run_measures_t), intent(inout) :: measures
+
+      integer :: contacts, i
+      logical :: in_contact
+      real(wp), allocatable :: limits(:, :)
+
+      allocate (limits(2, response%event_count))
+      contacts = 0
+      in_contact = .false.
+      do i = 1, response%event_count
+         associate (event => response%events(i))
+            if (event%kind == event_impact .or. event%kind == event_contact) measures%impacts = measures%impacts + 1
+            if (.not. measures%has_met_stop .and. arrives(event%kind)) then
+               measures%has_met_stop = .true.
+               measures%first_impact_tau = event%tau
+               measures%first_impact_velocity = event%velocity_before
+            end if
+            if (is_contact_start(event%kind) .and. .not. in_contact) then
+               in_contact = .true.
+               contacts = contacts + 1
+               limits(:, contacts) = [event%tau, measures%duration]
+            else if (is_contact_end(event%kind) .and. in_contact) then
+               in_contact = .false.
+               limits(2, contacts) = event%tau
+            end if
+         end associate
+      end do
+      measures%contact_start = limits(1, :contacts)
+      measures%contact_end = limits(2, :contacts)
+      measures%total_contact = sum(measures%contact_end - measures%contact_start)
+      if (contacts > 0) measures%longest_contact = maxval(measures%contact_end - measures%contact_start)
+   end subroutine measure_events
+
+   !> Does the stop point arrive at the stop with this event?
+   elemental function arrives(kind) result(answer)
+      !> Kind of the event
+      integer, intent(in) :: kind
+      logical :: answer
+
+      answer = kind == event_impact .or. kind == event_capture .or. kind == event_contact
+   end function arrives
+
+end module run_measures
