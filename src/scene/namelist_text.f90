@@ -7,13 +7,18 @@
 !> comments outside of groups.
 module namelist_text
    use kinds, only: i8
-   use namelist_tokens, only: advance, cursor_t, equals_follows, excerpt, is_name, lower_case, &
+   use namelist_tokens, only: advance, cursor_t, equals_follows, is_name, lower_case, &
       normalise_lines, slice, token_comma, token_end, token_equals, token_group, token_slash, token_value, value_t
    use number_text, only: to_text
+   use printable_text, only: excerpt
    implicit none (type, external)
    private
    public :: namelist_t, group_t, item_t, parse_namelist
-   public :: find_group, find_item, group_name, item_name, value_text, item_text, value_count
+   public :: find_group, find_item, group_name, item_name, value_text, value_source, item_text, value_count
+
+   !> Groups, and items, after which no more are taken apart: far beyond the names there are, so that unknown ones or ones
+   !> given twice, of which the first is told, stand before.
+   integer, parameter :: most_taken = 10000
 
    !> name = values; as in the others, `first` and `last` delimit the name in the text
    type :: item_t
@@ -31,6 +36,9 @@ module namelist_text
       integer :: first = 1
       integer :: last = 0
       integer :: line = 0
+      !> Its items in the list of all
+      integer :: first_item = 1
+      integer :: last_item = 0
    end type group_t
 
    type :: namelist_t
@@ -47,7 +55,7 @@ module namelist_text
 
 contains
 
-   !> Take a text apart. With a problem, `namelist` is not meant to be used.
+   !> Take a text apart, up to `most_taken` groups or items. With a problem, `namelist` is not meant to be used.
    subroutine parse_namelist(text, namelist, line, problem)
       !> The file as read
       character(*), intent(in) :: text
@@ -64,7 +72,7 @@ contains
       call normalise_lines(text, namelist%text)
       allocate (namelist%groups(8), namelist%items(32), namelist%values(64))
       is_after_slash = .false.
-      do
+      do while (max(namelist%group_count, namelist%item_count) < most_taken)
          call advance(namelist%text, cursor, problem)
          if (allocated(problem)) exit
          select case (cursor%kind)
@@ -72,7 +80,7 @@ contains
             exit
          case (token_group)
             if (is_after_slash .and. .not. cursor%starts_line) then
-               problem = '&'//slice(namelist%text, cursor%value%first, cursor%value%last) &
+               problem = '&'//excerpt(slice(namelist%text, cursor%value%first, cursor%value%last)) &
                   //': a group must begin on a line of its own'
                exit
             end if
@@ -97,25 +105,27 @@ contains
       character(:), allocatable, intent(inout) :: problem
 
       type(group_t) :: group
-      character(:), allocatable :: name
 
-      group = group_t(cursor%value%first, cursor%value%last, cursor%token_line)
+      group%first = cursor%value%first
+      group%last = cursor%value%last
+      group%line = cursor%token_line
+      group%first_item = namelist%item_count + 1
+      group%last_item = namelist%item_count
       call add_group(namelist, group)
-      name = '&'//slice(namelist%text, group%first, group%last)
       call advance(namelist%text, cursor, problem)
-      do
+      do while (namelist%item_count < most_taken)
          if (allocated(problem)) return
          select case (cursor%kind)
          case (token_slash)
             return
          case (token_value)
-            call parse_item(namelist, cursor, name, problem)
+            call parse_item(namelist, cursor, group, problem)
          case (token_end, token_group)
-            problem = not_closed(namelist%text, cursor, name, group%line)
+            problem = not_closed(namelist%text, cursor, marked(namelist%text, group), group%line)
          case (token_comma)
-            problem = name//': a comma without a value before it'
+            problem = marked(namelist%text, group)//': a comma without a value before it'
          case (token_equals)
-            problem = name//': an = sign without a name before it'
+            problem = marked(namelist%text, group)//': an = sign without a name before it'
          end select
       end do
    end subroutine parse_group
@@ -126,27 +136,28 @@ contains
       type(namelist_t), intent(inout) :: namelist
       !> Stands on the name, then on what follows the values
       type(cursor_t), intent(inout) :: cursor
-      !> Name of the group, for messages
-      character(*), intent(in) :: group
+      !> The group, for messages
+      type(group_t), intent(in) :: group
       !> What is wrong
       character(:), allocatable, intent(inout) :: problem
 
       type(item_t) :: item
-      character(:), allocatable :: subject
       logical :: wants_value
+      integer :: first, next
 
       item%first = cursor%value%first
       item%last = cursor%value%last
       item%line = cursor%token_line
       item%group = namelist%group_count
       item%first_value = namelist%value_count + 1
-      subject = group//' '//excerpt(slice(namelist%text, cursor%first, cursor%next - 1))
+      first = cursor%first
+      next = cursor%next
       if (cursor%value%is_quoted .or. .not. equals_follows(namelist%text, cursor%next)) then
-         problem = subject//': name = value expected here'
+         problem = subject()//': name = value expected here'
          return
       end if
       if (.not. is_name(slice(namelist%text, item%first, item%last)) .or. cursor%first < item%first) then
-         problem = subject//': a name is made of letters, digits and _ (no subscripts: give the whole list)'
+         problem = subject()//': a name is made of letters, digits and _ (no subscripts: give the whole list)'
          return
       end if
 
@@ -155,7 +166,7 @@ contains
       do
          call advance(namelist%text, cursor, problem)
          if (allocated(problem)) then
-            problem = subject//': '//problem
+            problem = subject()//': '//problem
             return
          end if
          select case (cursor%kind)
@@ -165,12 +176,12 @@ contains
             wants_value = .false.
          case (token_comma)
             if (wants_value) then
-               problem = subject//': an empty value (before a comma)'
+               problem = subject()//': an empty value (before a comma)'
                return
             end if
             wants_value = .true.
          case (token_equals)
-            problem = subject//': a second = sign'
+            problem = subject()//': a second = sign'
             return
          case default
             exit
@@ -179,12 +190,34 @@ contains
       item%last_value = namelist%value_count
       if (item%last_value < item%first_value) then
          ! A missing slash is the likelier slip where the text or the group ends here
-         if (cursor%kind /= token_end) problem = subject//': no value after the = sign'
-         if (cursor%kind == token_end) problem = subject//': no value, and no / to close the group'
+         if (cursor%kind /= token_end) problem = subject()//': no value after the = sign'
+         if (cursor%kind == token_end) problem = subject()//': no value, and no / to close the group'
          return
       end if
       call add_item(namelist, item)
+
+   contains
+
+      !> Group and name in words.
+      function subject() result(words)
+         character(:), allocatable :: words
+
+         words = marked(namelist%text, group)//' '//excerpt(slice(namelist%text, first, next - 1))
+      end function subject
+
    end subroutine parse_item
+
+   !> A group's name with its &, fit for messages.
+   pure function marked(text, group) result(words)
+      !> The text
+      character(*), intent(in) :: text
+      !> The group
+      type(group_t), intent(in) :: group
+      character(:), allocatable :: words
+
+      words = excerpt(text(group%first - 1:group%last))
+   end function marked
+
 
    !> What to say about a group that another one or the end of the text interrupts.
    pure function not_closed(text, cursor, name, line) result(problem)
@@ -245,6 +278,7 @@ contains
       end if
       namelist%item_count = namelist%item_count + 1
       namelist%items(namelist%item_count) = item
+      namelist%groups(item%group)%last_item = namelist%item_count
    end subroutine add_item
 
    pure subroutine add_value(namelist, value)
@@ -273,7 +307,9 @@ contains
       integer :: position
 
       do position = 1, namelist%group_count
-         if (group_name(namelist, position) == name) return
+         associate (group => namelist%groups(position))
+            if (is_called(namelist%text, group%first, group%last, name)) return
+         end associate
       end do
       position = 0
    end function find_group
@@ -288,12 +324,28 @@ contains
       character(*), intent(in) :: name
       integer :: position
 
-      do position = 1, namelist%item_count
-         if (namelist%items(position)%group /= group) cycle
-         if (item_name(namelist, position) == name) return
+      do position = namelist%groups(group)%first_item, namelist%groups(group)%last_item
+         associate (item => namelist%items(position))
+            if (is_called(namelist%text, item%first, item%last, name)) return
+         end associate
       end do
       position = 0
    end function find_item
+
+   !> Is this part of a text the name? Its length tells most apart, however long it is.
+   pure function is_called(text, first, last, name) result(is)
+      !> The text
+      character(*), intent(in) :: text
+      !> Where the part begins and ends
+      integer, intent(in) :: first
+      integer, intent(in) :: last
+      !> The name in small letters
+      character(*), intent(in) :: name
+      logical :: is
+
+      is = last - first + 1 == len(name)
+      if (is) is = lower_case(text(first:last)) == name
+   end function is_called
 
    !> Name of a group in small letters.
    pure function group_name(namelist, position) result(name)
@@ -334,6 +386,19 @@ contains
       end associate
    end function value_text
 
+   !> A value as it stands in the text, with its count and its quotes, cut short for messages.
+   pure function value_source(namelist, position) result(text)
+      !> Where it is
+      type(namelist_t), intent(in) :: namelist
+      !> Position of the value
+      integer, intent(in) :: position
+      character(:), allocatable :: text
+
+      associate (value => namelist%values(position))
+         text = excerpt(slice(namelist%text, value%start, value%finish))
+      end associate
+   end function value_source
+
    !> All the values of an item as they stand in the text, cut short for messages.
    pure function item_text(namelist, position) result(text)
       !> Where it is
@@ -347,11 +412,7 @@ contains
       text = ''
       do i = namelist%items(position)%first_value, namelist%items(position)%last_value
          if (len(text) > 0) text = text//', '
-         associate (value => namelist%values(i))
-            if (value%repeat > 1) text = text//to_text(value%repeat)//'*'
-            if (value%is_quoted) text = text//''''//slice(namelist%text, value%first, value%last)//''''
-            if (.not. value%is_quoted) text = text//slice(namelist%text, value%first, value%last)
-         end associate
+         text = text//value_source(namelist, i)
          if (len(text) > 80) exit
       end do
       text = excerpt(text)

@@ -1,8 +1,9 @@
 !> The tokens of a namelist file: group names, words, texts in quotes, and the signs , = / between them.
 module namelist_tokens
+   use printable_text, only: excerpt
    implicit none (type, external)
    private
-   public :: cursor_t, value_t, advance, equals_follows, is_name, normalise_lines, lower_case, excerpt, slice
+   public :: cursor_t, value_t, advance, equals_follows, is_name, normalise_lines, lower_case, slice, line_of
    public :: token_end, token_group, token_slash, token_comma, token_equals, token_value
 
    character(1), parameter :: newline = achar(10)
@@ -25,10 +26,13 @@ module namelist_tokens
    integer, parameter :: token_equals = 5
    integer, parameter :: token_value = 6
 
-   !> One value or `repeat` equal ones. `first` and `last` delimit it in the text.
+   !> One value or `repeat` equal ones. `first` and `last` delimit it in the text, without the count and without quotes;
+   !> `start` and `finish` with both.
    type :: value_t
       integer :: first = 1
       integer :: last = 0
+      integer :: start = 1
+      integer :: finish = 0
       !> r of r*value
       integer :: repeat = 1
       !> It stood in quotes, which are not part of first to last
@@ -91,6 +95,8 @@ contains
          cursor%kind = token_value
          call take_word(text, cursor, problem)
       end select
+      cursor%value%start = cursor%first
+      cursor%value%finish = cursor%next - 1
    end subroutine advance
 
    !> The name behind an &.
@@ -112,7 +118,7 @@ contains
       else if (.not. is_name(text(cursor%next:last))) then
          problem = excerpt(text(cursor%first:last))//': a group name is made of letters, digits and _'
       else if (scan(text(last + 1:last + 1), blanks//'/!') == 0) then
-         problem = text(cursor%first:last)//': a blank must follow the name of a group'
+         problem = excerpt(text(cursor%first:last))//': a blank must follow the name of a group'
       end if
       cursor%next = last + 1
    end subroutine take_group_name
@@ -302,6 +308,22 @@ contains
       end do
    end function lower_case
 
+   !> Line of a position in a text.
+   pure function line_of(text, position) result(line)
+      !> The text
+      character(*), intent(in) :: text
+      !> The position
+      integer, intent(in) :: position
+      integer :: line
+
+      integer :: i
+
+      line = 1
+      do i = 1, position - 1
+         if (text(i:i) == newline) line = line + 1
+      end do
+   end function line_of
+
    !> Characters first to last.
    pure function slice(text, first, last) result(part)
       !> The text
@@ -314,25 +336,5 @@ contains
 
       part = text(first:last)
    end function slice
-
-   !> The start of a text, fit for one line of a message: up to the end of its line, at most 40
-   !> characters, nothing that would upset a terminal.
-   pure function excerpt(text) result(short)
-      !> The text
-      character(*), intent(in) :: text
-      character(:), allocatable :: short
-
-      integer, parameter :: longest = 40
-      integer :: i, last
-
-      last = index(text, newline) - 1
-      if (last < 0) last = len(text)
-      last = len_trim(text(:last))
-      short = text(:min(last, longest))
-      do i = 1, len(short)
-         if (iachar(short(i:i)) < 32 .or. iachar(short(i:i)) == 127) short(i:i) = '?'
-      end do
-      if (last > longest) short = short//'...'
-   end function excerpt
 
 end module namelist_tokens

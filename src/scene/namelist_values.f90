@@ -4,6 +4,7 @@
 module namelist_values
    use kinds, only: i8, wp
    use namelist_tokens, only: lower_case
+   use number_text, only: to_text
    implicit none (type, external)
    private
    public :: read_integer, read_real, read_logical, read_text
@@ -43,13 +44,15 @@ contains
    end subroutine read_integer
 
    !> A real: digits with a point at most, then an exponent with e or d at most.
-   pure subroutine read_real(text, value, is_legal)
+   pure subroutine read_real(text, value, is_legal, reason)
       !> The value in words
       character(*), intent(in) :: text
       !> The number
       real(wp), intent(out) :: value
       !> It is a finite number, 0 or from 1e-300 to 1e300 in size
       logical, intent(out) :: is_legal
+      !> What it must be, where it is a number that lies too near to 0 or is too long to read
+      character(:), allocatable, intent(out), optional :: reason
 
       integer, parameter :: longest = 100
       character(longest) :: buffer
@@ -58,15 +61,13 @@ contains
 
       value = 0.0_wp
       is_legal = .false.
-      if (len(text) > longest) return
       first = 1 + sign_length(text)
       letter = scan(text, 'eEdD')
       exponent = 0
       if (letter > 0) then
-         call read_integer(text(letter + 1:), exponent, is_legal)
+         call read_exponent(text(letter + 1:), exponent, is_legal)
          if (.not. is_legal) return
          is_legal = .false.
-         exponent = max(-10*largest_exponent, min(10*largest_exponent, exponent))
       else
          letter = len(text) + 1
       end if
@@ -82,11 +83,35 @@ contains
       is_legal = leading == 0
       if (is_legal) return
       power = exponent + merge(point - leading - 1, point - leading, leading < point)
-      is_legal = abs(power) <= largest_exponent
-      if (.not. is_legal) return
+      is_legal = abs(power) <= largest_exponent .and. len(text) <= longest
+      if (.not. is_legal) then
+         if (.not. present(reason)) return
+         if (power < -largest_exponent) reason = 'must be 0, or at least 1e-'//to_text(largest_exponent)//' in size'
+         if (abs(power) <= largest_exponent) reason = 'must be written with at most '//to_text(longest)//' characters'
+         return
+      end if
       buffer = text
       read (buffer, '(bn, f100.0)') value
    end subroutine read_real
+
+   !> The exponent of a real, whatever its size; beyond that of any number it is cut.
+   pure subroutine read_exponent(text, exponent, is_legal)
+      !> What stands behind the letter
+      character(*), intent(in) :: text
+      !> The exponent
+      integer, intent(out) :: exponent
+      !> It is one
+      logical, intent(out) :: is_legal
+
+      integer, parameter :: limit = 10**8
+
+      call read_integer(text, exponent, is_legal)
+      if (.not. is_legal .and. len(text) > sign_length(text)) then
+         is_legal = verify(text(1 + sign_length(text):), digits) == 0
+         exponent = merge(-limit, limit, text(1:1) == '-')
+      end if
+      exponent = max(-limit, min(limit, exponent))
+   end subroutine read_exponent
 
    !> .true., .false. and their short forms.
    pure subroutine read_logical(text, value, is_legal)
@@ -117,15 +142,18 @@ contains
       character(1), intent(in) :: quote
       character(:), allocatable :: value
 
-      integer :: i
+      integer :: i, length
 
-      value = ''
+      allocate (character(len(text)) :: value)
+      length = 0
       i = 1
       do while (i <= len(text))
-         value = value//text(i:i)
+         length = length + 1
+         value(length:length) = text(i:i)
          if (text(i:i) == quote) i = i + 1
          i = i + 1
       end do
+      value = value(:length)
    end function read_text
 
    !> Length of the sign in front of a number: 0 or 1.

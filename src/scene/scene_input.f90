@@ -4,10 +4,11 @@ module scene_input
    use kinds, only: i8, wp
    use name_hints, only: group_hint, item_hint, known_name_t
    use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, &
-      value_count, value_text
-   use namelist_tokens, only: excerpt, lower_case, slice
+      value_count, value_source, value_text
+   use namelist_tokens, only: line_of, lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
+   use printable_text, only: character_count, excerpt
    use scene_types, only: name_length
    use value_rules, only: contains_value, one_of, range_t, range_text, role_t
    implicit none (type, external)
@@ -168,7 +169,6 @@ contains
 
       character(:), allocatable :: text
       integer :: item, first, i
-      logical :: is_printable
 
       call input%find_single(name, item)
       if (item == 0) return
@@ -179,15 +179,11 @@ contains
       end if
       i = input%namelist%values(first)%first - 1
       text = trim(read_text(value_text(input%namelist, first), slice(input%namelist%text, i, i)))
-      is_printable = .true.
-      do i = 1, len(text)
-         is_printable = is_printable .and. iachar(text(i:i)) >= 32 .and. iachar(text(i:i)) /= 127
-      end do
-      if (len(text) == 0 .or. len(text) > longest) then
+      if (len(text) > 0 .and. character_count(text) < 0) then
+         call input%reject(item, first, 'must be UTF-8 free of tabs and other control characters')
+      else if (len(text) == 0 .or. character_count(text) > longest) then
          call input%reject(item, first, 'must have 1 to '//to_text(longest)//' characters, this has ' &
-            //to_text(len(text)))
-      else if (.not. is_printable) then
-         call input%reject(item, first, 'must be free of tabs and other control characters')
+            //to_text(character_count(text)))
       else
          value = text
       end if
@@ -334,7 +330,8 @@ contains
       end if
    end subroutine complain
 
-   !> After the last call: report groups and names that no call asked for, and those given twice.
+   !> After the last call: report groups and names that no call asked for, and those given twice. Only the first of either
+   !> counts, and it stands behind no more good ones than there are names: the time grows with the text, not its square.
    subroutine finish(input)
       !> The input
       class(scene_input_t), intent(inout) :: input
@@ -351,7 +348,10 @@ contains
          else if (first < i) then
             call input%report(input%namelist%groups(i)%first, '&'//group//': given twice, first in line ' &
                //to_text(input%namelist%groups(first)%line))
+         else
+            cycle
          end if
+         exit
       end do
       do i = 1, input%namelist%item_count
          name = item_name(input%namelist, i)
@@ -386,7 +386,10 @@ contains
       !> What the user reads
       character(:), allocatable, intent(out) :: problem
 
-      if (allocated(input%problem)) problem = input%problem
+      if (.not. allocated(input%problem)) return
+      problem = input%file//': '//input%problem
+      if (input%problem_position > 0) &
+         problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
    end subroutine get_problem
 
    !> The item of this name in the open group, 0 if the file does not have it or should not.
@@ -462,6 +465,7 @@ contains
       real(wp), allocatable, intent(out) :: list(:)
 
       real(wp), allocatable :: values(:)
+      character(:), allocatable :: reason
       real(wp) :: number
       integer :: i, whole, count
       logical :: is_legal
@@ -478,13 +482,14 @@ contains
             call read_integer(value_text(input%namelist, i), whole, is_legal)
             number = real(whole, wp)
          else
-            call read_real(value_text(input%namelist, i), number, is_legal)
+            call read_real(value_text(input%namelist, i), number, is_legal, reason)
          end if
          is_legal = is_legal .and. .not. input%namelist%values(i)%is_quoted
          if (is_legal) is_legal = contains_value(range, number)
          if (.not. is_legal) then
-            call input%reject(item, i, 'must be a '//trim(merge('whole number', 'number      ', are_whole))//' ' &
-               //range_text(range))
+            if (.not. allocated(reason)) &
+               reason = 'must be a '//trim(merge('whole number', 'number      ', are_whole))//' '//range_text(range)
+            call input%reject(item, i, reason)
             return
          end if
          values(count + 1:count + input%namelist%values(i)%repeat) = number
@@ -541,13 +546,15 @@ contains
       character(:), allocatable :: subject
       integer :: position
 
-      subject = '&'//input%group//' '//item_name(input%namelist, item)//' = '
+      subject = '&'//input%group//' '//excerpt(item_name(input%namelist, item))//' = '
       associate (part => input%namelist%items(item))
          if (value > 0 .and. part%last_value > part%first_value) then
-            position = input%namelist%values(value)%first
-            subject = subject//excerpt(value_text(input%namelist, value))//' (value ' &
-               //to_text(value - part%first_value + 1)//' of ' &
-               //to_text(part%last_value - part%first_value + 1)//')'
+            position = input%namelist%values(value)%start
+            associate (values => input%namelist%values(part%first_value:value))
+               subject = subject//value_source(input%namelist, value)//' (value ' &
+                  //to_text(1_i8 + sum(int(values(:size(values) - 1)%repeat, i8)))//' of ' &
+                  //to_text(value_count(input%namelist, item))//')'
+            end associate
          else
             position = part%first
             subject = subject//item_text(input%namelist, item)
@@ -565,19 +572,9 @@ contains
       !> What is wrong, with the group and the name
       character(*), intent(in) :: problem
 
-      integer :: line, i
-
       if (position >= input%problem_position) return
       input%problem_position = position
-      if (position == 0) then
-         input%problem = input%file//': '//problem
-         return
-      end if
-      line = 1
-      do i = 1, position - 1
-         if (slice(input%namelist%text, i, i) == achar(10)) line = line + 1
-      end do
-      input%problem = input%file//':'//to_text(line)//': '//problem
+      input%problem = problem
    end subroutine report
 
 end module scene_input

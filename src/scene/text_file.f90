@@ -1,6 +1,7 @@
 !> A whole text file in one string.
 module text_file
    use, intrinsic :: iso_fortran_env, only: iostat_end
+   use number_text, only: to_text
    implicit none (type, external)
    private
    public :: load_text
@@ -10,7 +11,7 @@ module text_file
 
 contains
 
-   !> Read a file byte by byte up to its end; this also serves pipes, whose size is not known.
+   !> Read a file, or a pipe up to its end.
    subroutine load_text(file, text, problem)
       !> Name of the file
       character(*), intent(in) :: file
@@ -19,9 +20,7 @@ contains
       !> What went wrong; unallocated: nothing
       character(:), allocatable, intent(out) :: problem
 
-      character(:), allocatable :: larger
       character(256) :: reason
-      character(1) :: byte
       integer :: unit, status, length
       logical :: is_there, is_directory
 
@@ -46,12 +45,46 @@ contains
          problem = 'cannot be opened: '//trim(reason)
          return
       end if
+      inquire (unit=unit, size=length)
+      if (length > longest_file) then
+         problem = 'is too long for a scene: '//to_text(length)//' bytes, at most '//to_text(longest_file)//' are read'
+      else if (length > 0) then
+         allocate (character(length) :: text)
+         read (unit, iostat=status, iomsg=reason) text
+      else
+         call load_stream(unit, text, status, reason)
+         if (status == 0) problem = 'is too long for a scene: at most '//to_text(longest_file)//' bytes are read'
+      end if
+      close (unit)
+      if (allocated(problem)) return
+      if (status /= 0 .and. status /= iostat_end) then
+         problem = 'cannot be read: '//trim(reason)
+      else if (len(text) == 0) then
+         problem = 'the file is empty'
+      else if (index(text, achar(0)) > 0) then
+         problem = 'is not a text file'
+      end if
+   end subroutine load_text
+
+   !> Read byte by byte what has no size that is known: a pipe.
+   subroutine load_stream(unit, text, status, reason)
+      !> It is open
+      integer, intent(in) :: unit
+      !> What is in it
+      character(:), allocatable, intent(out) :: text
+      !> The end was met, or why the reading ended; 0: at the longest length
+      integer, intent(out) :: status
+      character(*), intent(inout) :: reason
+
+      character(:), allocatable :: larger
+      character(1) :: byte
+      integer :: length
+
       allocate (character(4096) :: text)
       length = 0
       do
          read (unit, iostat=status, iomsg=reason) byte
-         if (status /= 0) exit
-         if (length == longest_file) exit
+         if (status /= 0 .or. length == longest_file) exit
          if (length == len(text)) then
             allocate (character(2*length) :: larger)
             larger(:length) = text
@@ -60,17 +93,7 @@ contains
          length = length + 1
          text(length:length) = byte
       end do
-      close (unit)
       text = text(:length)
-      if (status == 0) then
-         problem = 'is too long for a scene'
-      else if (status /= iostat_end) then
-         problem = 'cannot be read: '//trim(reason)
-      else if (length == 0) then
-         problem = 'the file is empty'
-      else if (index(text, achar(0)) > 0) then
-         problem = 'is not a text file'
-      end if
-   end subroutine load_text
+   end subroutine load_stream
 
 end module text_file

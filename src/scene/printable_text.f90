@@ -1,0 +1,108 @@
+!> What of a text can be shown: characters of UTF-8 that do not upset a terminal.
+module printable_text
+   implicit none (type, external)
+   private
+   public :: character_bytes, character_count, excerpt
+
+contains
+
+   !> Bytes of the character that a text begins with; 0: it begins with a control character or with what is not UTF-8.
+   pure function character_bytes(text) result(bytes)
+      !> The text, not empty
+      character(*), intent(in) :: text
+      integer :: bytes
+
+      ! Codes of the bytes that follow the first; those of the second depend on it
+      integer, parameter :: least = 128, most = 191
+      integer :: second_least, second_most, i
+
+      second_least = least
+      second_most = most
+      select case (ichar(text(1:1)))
+      case (32:126)
+         bytes = 1
+      case (194)
+         ! The first 32 of these are control characters
+         bytes = 2
+         second_least = 160
+      case (195:223)
+         bytes = 2
+      case (224)
+         bytes = 3
+         second_least = 160
+      case (237)
+         bytes = 3
+         second_most = 159
+      case (225:236, 238:239)
+         bytes = 3
+      case (240)
+         bytes = 4
+         second_least = 144
+      case (244)
+         bytes = 4
+         second_most = 143
+      case (241:243)
+         bytes = 4
+      case default
+         bytes = 0
+      end select
+      if (bytes > len(text)) bytes = 0
+      do i = 2, bytes
+         associate (code => ichar(text(i:i)))
+            if (code < second_least .or. code > second_most) bytes = 0
+         end associate
+         second_least = least
+         second_most = most
+      end do
+   end function character_bytes
+
+   !> Number of characters; -1: some cannot be shown.
+   pure function character_count(text) result(count)
+      !> The text
+      character(*), intent(in) :: text
+      integer :: count
+
+      integer :: i, bytes
+
+      count = 0
+      i = 1
+      do while (i <= len(text))
+         bytes = character_bytes(text(i:))
+         if (bytes == 0) then
+            count = -1
+            return
+         end if
+         count = count + 1
+         i = i + bytes
+      end do
+   end function character_count
+
+   !> The start of a text, fit for one line of a message: up to the end of its line, at most 40 characters, a question
+   !> mark for each byte that cannot be shown.
+   pure function excerpt(text) result(short)
+      !> The text
+      character(*), intent(in) :: text
+      character(:), allocatable :: short
+
+      integer, parameter :: longest = 40
+      integer :: i, count, last, bytes
+
+      last = index(text, achar(10)) - 1
+      if (last < 0) last = len(text)
+      last = len_trim(text(:last))
+      short = ''
+      i = 1
+      do count = 1, longest
+         if (i > last) return
+         bytes = character_bytes(text(i:last))
+         if (bytes == 0) then
+            short = short//'?'
+         else
+            short = short//text(i:i + bytes - 1)
+         end if
+         i = i + max(bytes, 1)
+      end do
+      if (i <= last) short = short//'...'
+   end function excerpt
+
+end module printable_text
