@@ -12,15 +12,15 @@ module newmark_motion
    use newmark_recorder, only: record_sample, record_shapes
    use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, whole_step
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
-   use newmark_stepper, only: beam_dissipation, deepest_level, finish_step, make_factors, make_newmark_stepper, &
-                              make_start_state, predict_step, strain_energy
+   use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, make_factors, &
+                              make_newmark_stepper, make_start_state, predict_step, strain_energy
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
    use run_measures, only: start_tally
    use scene_types, only: law_three_element, output_settings_t, response_settings_t, stop_settings_t
    use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
-   use stop_models, only: branch_dissipation, contact_force_coefficients, make_three_element, stop_energy, three_element_t
+   use stop_models, only: contact_force, make_three_element, mean_force_coefficients, stop_energy
    implicit none (type, external)
    private
    public :: newmark_response, check_newmark
@@ -128,10 +128,15 @@ contains
          call divide_step(model, zeta, response_settings, run%parts, error)
          if (allocated(error)) return
          call make_newmark_stepper(model, zeta, beta, gamma, response_settings%step/real(run%parts, wp), run%stepper, error)
-         if (allocated(error)) return
       end associate
-      call make_start_state(model, run%stepper, 1.0_wp + stop_settings%preload, run%states(1), error)
-      if (allocated(error)) return
+      if (.not. allocated(error)) &
+         call make_start_state(model, run%stepper, 1.0_wp + stop_settings%preload, run%states(1), error)
+      if (.not. allocated(error)) call make_factors(run%stepper, 0, run%stop, error)
+      if (allocated(error)) then
+         error%message = 'on this mesh Newmark''s steps are lost in rounding ('//error%message// &
+                         '): take elements of more equal length, or method = ''exact'''
+         return
+      end if
       run%states(2) = run%states(1)
       run%flight_state = run%states(1)
       run%leaving = gap(run, run%states(1)) < -run%contact_tolerance
@@ -269,6 +274,7 @@ contains
       associate (old => run%states(run%now), new => run%states(3 - run%now), factors => run%stepper%factors(level), &
                  stepper => run%stepper, c => run%stepper%stop_dof)
          call predict_step(stepper, level, old, new)
+         run%stop_work = 0.0_wp
          select case (run%phase)
          case (phase_free)
             call finish_step(stepper, level, 0.0_wp, new)
@@ -287,17 +293,19 @@ contains
             new%velocity(c) = 0.0_wp
             new%acceleration(c) = 0.0_wp
          case (phase_contact)
-            ! P = slope u + rest at the end of the step, and u falls with P through A^-1
+            ! P = slope u + rest in the mean of the step, and u falls with the force at its end through A^-1
             associate (give => 0.25_wp*factors%step**2)
                free_displacement = new%displacement(c) + give*new%acceleration(c)
-               call contact_force_coefficients(run%stop, factors%decay, factors%gain, old%indentation, old%branch_force, &
-                                               slope, rest)
-               force = (slope*(run%settings%preload + run%contact_gap - free_displacement) + rest) &
-                       /(1.0_wp + slope*give*factors%column_at_stop)
+               call mean_force_coefficients(run%stop, factors%gain, factors%mean_gain, old%indentation, &
+                                            old%branch_force, slope, rest)
+               force = (2.0_wp*(slope*(run%settings%preload + run%contact_gap - free_displacement) + rest) - old%force) &
+                       /(1.0_wp + 2.0_wp*slope*give*factors%column_at_stop)
             end associate
             call finish_step(stepper, level, force, new)
             new%indentation = run%settings%preload + run%contact_gap - new%displacement(c)
-            new%branch_force = force - run%stop%stiffness*new%indentation
+            new%branch_force = factors%decay*old%branch_force + factors%gain*(new%indentation - old%indentation)
+            run%stop_work = (slope*new%indentation + rest)*(new%indentation - old%indentation)
+            call change_force(stepper, contact_force(run%stop, new%indentation, new%branch_force), new)
          end select
       end associate
    end subroutine try_step
@@ -333,14 +341,9 @@ contains
       associate (old => run%states(3 - run%now), new => run%states(run%now), ledger => run%progress%ledger)
          call beam_dissipation(run%stepper, step, old, new, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated
-         if (run%phase == phase_contact) then
-            ledger%dissipated_stop = ledger%dissipated_stop &
-                                     + branch_dissipation(run%stop, step, new%indentation - old%indentation, &
-                                                          old%branch_force, new%branch_force)
-         else if (old%indentation > 0.0_wp) then
-            ledger%dissipated_stop = ledger%dissipated_stop + stop_energy(run%stop, old%indentation, old%branch_force) &
-                                     - stop_energy(run%stop, new%indentation, new%branch_force)
-         end if
+         ledger%dissipated_stop = ledger%dissipated_stop + run%stop_work &
+                                  + stop_energy(run%stop, old%indentation, old%branch_force) &
+                                  - stop_energy(run%stop, new%indentation, new%branch_force)
       end associate
    end subroutine account_step
 

@@ -62,6 +62,8 @@ module newmark_run
       integer :: now = 1
       type(progress_t) :: progress
       integer :: phase = phase_free
+      !> Model B: what the beam gave the stop over the last step tried
+      real(wp) :: stop_work = 0.0_wp
       !> End of the last step taken back, as an offset, as long as it is ahead
       integer(i8) :: refused_end = nowhere
       !> The flight: does it end in capture if it stays low, how high did it rise, may it touch the stop? After leaving with a

@@ -24,11 +24,11 @@ module newmark_stepper
    use failures, only: failure_t
    use kinds, only: lambda1_power4, wp
    use skyline_matrix, only: combine, factorise, multiply, skyline_t, solve_factorised
-   use stop_models, only: branch_decay, branch_gain, surface_decay, three_element_t
+   use stop_models, only: branch_decay, branch_gain, branch_mean_gain, surface_decay, three_element_t
    implicit none (type, external)
    private
    public :: newmark_stepper_t, newmark_state_t, deepest_level
-   public :: make_newmark_stepper, make_start_state, make_factors, predict_step, finish_step
+   public :: make_newmark_stepper, make_start_state, make_factors, predict_step, finish_step, change_force
    public :: restart_acceleration, kinetic_energy, strain_energy, beam_dissipation, momentum_at_stop, copy_state
 
    !> A step may be halved this often.
@@ -61,9 +61,10 @@ module newmark_stepper
       !> A^-1 e_c, padded, [-2 : order + 3], and its entry at the stop point
       real(wp), allocatable :: column(:)
       real(wp) :: column_at_stop = 0.0_wp
-      !> Model B over this step: `branch_decay`, `branch_gain`, `surface_decay`
+      !> Model B over this step: `branch_decay`, `branch_gain`, `branch_mean_gain`, `surface_decay`
       real(wp) :: decay = 1.0_wp
       real(wp) :: gain = 0.0_wp
+      real(wp) :: mean_gain = 0.0_wp
       real(wp) :: surface = 1.0_wp
    end type newmark_factors_t
 
@@ -216,6 +217,7 @@ contains
          factors%column_at_stop = factors%column(stepper%stop_dof)
          factors%decay = branch_decay(stop, h)
          factors%gain = branch_gain(stop, h)
+         factors%mean_gain = branch_mean_gain(stop, h)
          factors%surface = surface_decay(stop, h)
          factors%made = .true.
       end associate
@@ -358,6 +360,21 @@ contains
          v(i) = v(i) + factor_v*a(i)
       end do
    end subroutine correct
+
+   !> Let the acceleration be that under another force.
+   pure subroutine change_force(stepper, force, state)
+      !> The beam
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> f
+      real(wp), intent(in) :: force
+      !> Acceleration and force change
+      type(newmark_state_t), intent(inout) :: state
+
+      associate (a => state%acceleration(1:stepper%order))
+         a = a + (force - state%force)*stepper%mass_column
+      end associate
+      state%force = force
+   end subroutine change_force
 
    !> The acceleration that the equation of motion gives, after velocities or forces have jumped. Without force, or
    !> with the stop point held: then the force is the reaction.

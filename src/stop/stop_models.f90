@@ -11,8 +11,8 @@ module stop_models
    implicit none (type, external)
    private
    public :: rebound_impulse, rebound_energy_change, nodal_impulse, nodal_energy_change
-   public :: three_element_t, make_three_element, branch_decay, branch_gain, surface_decay
-   public :: contact_force_coefficients, contact_force, unload_surface, stop_energy, branch_dissipation
+   public :: three_element_t, make_three_element, branch_decay, branch_gain, branch_mean_gain, surface_decay
+   public :: mean_force_coefficients, contact_force, unload_surface, stop_energy
 
    !> Model B.
    type :: three_element_t
@@ -145,6 +145,33 @@ contains
       end if
    end function branch_gain
 
+   !> beta k (1 - phi)/(rate step), phi as there: the mean of P2 over the step is phi P2(tau) + this (u(tau + step) - u(tau)).
+   elemental function branch_mean_gain(stop, step) result(gain)
+      !> Model B
+      type(three_element_t), intent(in) :: stop
+      !> Length of the step, tau
+      real(wp), intent(in) :: step
+      real(wp) :: gain
+
+      integer, parameter :: last = 20
+      real(wp) :: x, term
+      integer :: i
+
+      gain = 0.0_wp
+      if (stop%relaxation_rate >= huge(1.0_wp)) return
+      x = stop%relaxation_rate*step
+      if (x > 1.0_wp) then
+         gain = stop%branch_stiffness*(1.0_wp - (1.0_wp - exp(-x))/x)/x
+      else
+         ! 1/2 - x/6 + x^2/24 - ...
+         term = 0.5_wp*stop%branch_stiffness
+         do i = 3, last
+            gain = gain + term
+            term = -term*x/real(i, wp)
+         end do
+      end if
+   end function branch_mean_gain
+
    !> Factor by which the indentation of the free surface shrinks over a step; there P2 = -k u.
    elemental function surface_decay(stop, step) result(decay)
       !> Model B
@@ -170,14 +197,15 @@ contains
       if (rate < huge(1.0_wp)) decay = exp(-rate*step)
    end function decay_over
 
-   !> P(tau + step) = slope u(tau + step) + rest.
-   elemental subroutine contact_force_coefficients(stop, decay, gain, indentation, branch_force, slope, rest)
+   !> Mean of P over a step = slope u(tau + step) + rest, exact where u is linear in tau: then it gives the stop the energy that
+   !> its springs keep and its damper takes, no less.
+   elemental subroutine mean_force_coefficients(stop, gain, mean_gain, indentation, branch_force, slope, rest)
       !> Model B
       type(three_element_t), intent(in) :: stop
-      !> `branch_decay` of the step
-      real(wp), intent(in) :: decay
       !> `branch_gain` of the step
       real(wp), intent(in) :: gain
+      !> `branch_mean_gain` of the step
+      real(wp), intent(in) :: mean_gain
       !> u(tau)
       real(wp), intent(in) :: indentation
       !> P2(tau)
@@ -187,9 +215,10 @@ contains
       !> What the past contributes
       real(wp), intent(out) :: rest
 
-      slope = stop%stiffness + gain
-      rest = decay*branch_force - gain*indentation
-   end subroutine contact_force_coefficients
+      slope = 0.5_wp*stop%stiffness + mean_gain
+      rest = (0.5_wp*stop%stiffness - mean_gain)*indentation
+      if (stop%branch_stiffness > 0.0_wp) rest = rest + gain/stop%branch_stiffness*branch_force
+   end subroutine mean_force_coefficients
 
    !> P = k u + P2.
    elemental function contact_force(stop, indentation, branch_force) result(force)
@@ -234,41 +263,5 @@ contains
       energy = 0.5_wp*stop%stiffness*indentation**2
       if (stop%branch_stiffness > 0.0_wp) energy = energy + 0.5_wp*branch_force**2/stop%branch_stiffness
    end function stop_energy
-
-   !> Energy dissipated in the damper over a step, the integral of P2^2/c, exact where u is linear in tau
-   !> (where the branch hardly relaxes: to (rate step)^2).
-   elemental function branch_dissipation(stop, step, indentation_change, branch_before, branch_after) result(dissipated)
-      !> Model B
-      type(three_element_t), intent(in) :: stop
-      !> Length of the step, tau
-      real(wp), intent(in) :: step
-      !> u(tau + step) - u(tau)
-      real(wp), intent(in) :: indentation_change
-      !> P2 at both ends
-      real(wp), intent(in) :: branch_before
-      real(wp), intent(in) :: branch_after
-      real(wp) :: dissipated
-
-      ! where the terms of the closed form begin to cancel
-      real(wp), parameter :: small = 1.0e-3_wp
-      real(wp) :: x, steady, decaying, decay, time_constant
-
-      dissipated = 0.0_wp
-      if (stop%branch_stiffness <= 0.0_wp .or. stop%relaxation_rate <= 0.0_wp .or. step <= 0.0_wp) return
-      x = stop%relaxation_rate*step
-      if (x < small) then
-         dissipated = x/(3.0_wp*stop%branch_stiffness)* &
-                      (branch_before**2 + branch_before*branch_after + branch_after**2)
-      else
-         ! P2 = steady + decaying exp(-rate s), 1/c = rate / (beta k)
-         time_constant = 1.0_wp/stop%relaxation_rate
-         steady = stop%branch_stiffness*indentation_change/x
-         decaying = branch_before - steady
-         decay = exp(-x)
-         dissipated = stop%relaxation_rate/stop%branch_stiffness* &
-                      (steady**2*step + 2.0_wp*steady*decaying*time_constant*(1.0_wp - decay) &
-                       + 0.5_wp*decaying**2*time_constant*(1.0_wp - decay**2))
-      end if
-   end function branch_dissipation
 
 end module stop_models
