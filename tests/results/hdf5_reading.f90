@@ -1,16 +1,18 @@
 !> Reads HDF5 files for tests. What is not there is read as nothing: an empty list, an empty text.
 module hdf5_reading
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
    use h5ds, only: h5dsis_attached_f, h5dsis_scale_f
    use hdf5, only: h5aclose_f, h5aexists_by_name_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5dclose_f, &
-      & h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5eset_auto_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, &
-      & h5lexists_f, h5open_f, h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5t_native_double, &
-      & h5tclose_f, hid_t, hsize_t
+      & h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5eset_auto_f, h5f_acc_rdonly_f, h5fclose_f, &
+      & h5fopen_f, h5g_dataset_f, h5g_group_f, h5gget_obj_info_idx_f, h5gn_members_f, h5lexists_f, h5open_f, &
+      & h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5t_float_f, h5t_native_double, &
+      & h5tclose_f, h5tget_class_f, hid_t, hsize_t
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: opens, has_object, shape_of, read_reals, read_text, read_attribute, read_number_attribute
-   public :: is_scale, goes_along
+   public :: is_scale, goes_along, not_finite
 
    interface
       !> C: give memory back, here that of texts which HDF5 read.
@@ -257,6 +259,51 @@ contains
       end if
       call h5fclose_f(handle, status)
    end function goes_along
+
+   !> The datasets of a file that hold a number which is not finite, each path between blanks.
+   function not_finite(file) result(paths)
+      !> Name of the file
+      character(*), intent(in) :: file
+      character(:), allocatable :: paths
+
+      integer(hid_t) :: handle
+      integer :: status
+
+      paths = ' '
+      handle = open_file(file)
+      if (handle < 0_hid_t) return
+      call look_into_group(file, handle, '/', paths)
+      call h5fclose_f(handle, status)
+   end function not_finite
+
+   !> The same for one group and those in it.
+   recursive subroutine look_into_group(file, handle, group, paths)
+      !> Name of the file, and the open file
+      character(*), intent(in) :: file
+      integer(hid_t), intent(in) :: handle
+      !> Path of the group, ending in '/'
+      character(*), intent(in) :: group
+      !> Gets the paths
+      character(:), allocatable, intent(inout) :: paths
+
+      character(64) :: name
+      integer :: class, i, kind, members, status
+      integer(hid_t) :: dataset, type
+
+      call h5gn_members_f(handle, group, members, status)
+      do i = 0, members - 1
+         call h5gget_obj_info_idx_f(handle, group, i, name, kind, status)
+         if (kind == h5g_group_f) call look_into_group(file, handle, group//trim(name)//'/', paths)
+         if (kind /= h5g_dataset_f) cycle
+         call h5dopen_f(handle, group//trim(name), dataset, status)
+         call h5dget_type_f(dataset, type, status)
+         call h5tget_class_f(type, class, status)
+         call h5tclose_f(type, status)
+         call h5dclose_f(dataset, status)
+         if (class /= h5t_float_f) cycle
+         if (.not. all(ieee_is_finite(read_reals(file, group(2:)//trim(name))))) paths = paths//group(2:)//trim(name)//' '
+      end do
+   end subroutine look_into_group
 
    !> Open a file; negative: it cannot be opened.
    function open_file(file) result(handle)

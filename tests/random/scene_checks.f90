@@ -1,0 +1,500 @@
+!> A scene as a user runs it, from the namelist text to the results file, and all that must hold of what it leaves.
+module scene_checks
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t, status_bad_input, status_run_failed
+   use frequency_types, only: frequency_table_t
+   use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
+   use kinds, only: wp
+   use number_text, only: to_text
+   use response_types, only: event_contact, event_impact, response_t
+   use scene_draft, only: draft_t, drop, mend, put, save_text, text_of
+   use scene_drawing, only: place_of_parameter
+   use scene_names, only: name_t
+   use scene_reader, only: read_scene
+   use scene_run, only: compute_scene, run_scene
+   use scene_types, only: impulse_momentum, law_restitution, method_exact, scene_t
+   use cases_settings, only: case_parameter_names
+   use sweep_settings, only: measure_names, parameter_names
+   implicit none (type, external)
+   private
+   public :: open_folder, settle, complaint_of, tally_t, clean_up
+
+   !> Where the scenes and their results are.
+   character(*), parameter :: folder = 'random_scenes'
+   character(*), parameter :: scene_file = folder//'/scene.nml'
+   !> Share of the energy at the start, and of the greatest displacement, that rounding may take
+   real(wp), parameter :: rounding = 1.0e-11_wp
+
+   !> What was seen on the way.
+   type :: tally_t
+      integer :: done = 0
+      !> Failed in words, as it should
+      integer :: failed = 0
+      integer :: events = 0
+      integer :: rows = 0
+   end type tally_t
+
+   interface
+      !> C: end the process after some seconds; 0: never mind.
+      function c_alarm(seconds) result(left) bind(c, name='alarm')
+         use, intrinsic :: iso_c_binding, only: c_int
+         implicit none (type, external)
+         integer(c_int), value :: seconds
+         integer(c_int) :: left
+      end function c_alarm
+   end interface
+
+contains
+
+   !> Before the first scene.
+   subroutine open_folder()
+      call execute_command_line('mkdir -p '//folder)
+   end subroutine open_folder
+
+   !> Read a draft and drop what the reader refuses, until it does not.
+   subroutine settle(draft, scene, complaint)
+      !> The draft
+      type(draft_t), intent(inout) :: draft
+      !> The scene
+      type(scene_t), intent(out) :: scene
+      !> What is wrong with a refusal; empty: nothing
+      character(:), allocatable, intent(out) :: complaint
+
+      type(failure_t), allocatable :: error
+      logical :: is_mended
+
+      complaint = ''
+      do
+         call save_text(scene_file, text_of(draft))
+         call read_scene(scene_file, scene, error)
+         if (.not. allocated(error)) return
+         if (error%status /= status_bad_input .or. index(error%message, scene_file) /= 1 &
+             .or. index(error%message, new_line('a')) > 0) complaint = 'refused without file, or in two lines: '
+         call mend(draft, error%message(len(scene_file) + 1:), is_mended)
+         if (.not. is_mended) complaint = 'refused without group and name: '
+         if (complaint /= '') complaint = complaint//error%message
+         if (complaint /= '') return
+      end do
+   end subroutine settle
+
+   !> What goes wrong when a scene is run; empty: nothing.
+   function complaint_of(names, draft, scene, tally) result(complaint)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene in ratios
+      type(draft_t), intent(in) :: draft
+      !> The same, perhaps in units, as it was read
+      type(scene_t), intent(in) :: scene
+      !> What was seen
+      type(tally_t), intent(inout) :: tally
+      character(:), allocatable :: complaint
+
+      integer, parameter :: patience = 120
+      type(failure_t), allocatable :: error
+      character(:), allocatable :: file
+      integer :: left
+
+      file = folder//'/'//scene%name//'.h5'
+      call remove(file)
+      left = c_alarm(patience)
+      call run_scene(scene, folder, 1, .true., error)
+      if (allocated(error)) then
+         complaint = ''
+         tally%failed = tally%failed + 1
+         if (.not. is_legal(error%message)) complaint = 'fails: '//error%message
+         if (opens(file)) complaint = complaint//'; a file is left by a run that failed'
+      else
+         tally%done = tally%done + 1
+         complaint = complaint_of_file(file)
+         if (scene%wants_sweep) then
+            call compare_rows(names, draft, file, tally, complaint)
+         else if (scene%wants_cases) then
+            call compare_cases(names, draft, scene, file, tally, complaint)
+         else if (scene%wants_response) then
+            call look_closely(scene, file, tally, complaint)
+         end if
+      end if
+      left = c_alarm(0)
+   end function complaint_of
+
+   !> Does a run fail for a reason that its scene allows?
+   pure function is_legal(message) result(legal)
+      !> What is said
+      character(*), intent(in) :: message
+      logical :: legal
+
+      legal = index(message, 'event_limit') > 0 .or. index(message, 'is too long for this Newmark scheme') > 0 &
+              .or. index(message, 'the motion does not advance') > 0 .or. index(message, 'memory') > 0 &
+              .or. index(message, 'DSYGV: ') == 1 .or. index(message, 'Lanczos: ') == 1 &
+              .or. index(message, 'too uneven') > 0
+      legal = legal .and. index(message, new_line('a')) == 0
+   end function is_legal
+
+   !> Numbers that are none, where none may be.
+   function complaint_of_file(file) result(complaint)
+      !> Name of the file
+      character(*), intent(in) :: file
+      character(:), allocatable :: complaint
+
+      character(:), allocatable :: left
+      character(64) :: path
+
+      complaint = ''
+      if (.not. opens(file)) then
+         complaint = 'no results file; '
+         return
+      end if
+      left = adjustl(not_finite(file))
+      do while (left /= '')
+         path = left(:index(left, ' ') - 1)
+         left = adjustl(left(len_trim(path) + 1:))
+         ! what did not happen, or what a mesh does not have, is NaN by definition
+         if (index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 .or. index(path, 'best/') == 1 .or. &
+             index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 .or. &
+             (index(path, 'cases/') == 1 .and. index(path, '/', back=.true.) == 6)) cycle
+         complaint = complaint//trim(path)//' is not finite; '
+      end do
+   end function complaint_of_file
+
+   !> One run: everything that must hold of its motion, at its events, at many more instants than it asks for, and
+   !> just before and after each event.
+   subroutine look_closely(scene, file, tally, complaint)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its results
+      character(*), intent(in) :: file
+      !> What was seen
+      type(tally_t), intent(inout) :: tally
+      !> Gets what is wrong
+      character(:), allocatable, intent(inout) :: complaint
+
+      integer, parameter :: samples = 2000
+      type(scene_t) :: probe
+      type(beam_model_t) :: model
+      type(frequency_table_t), allocatable :: table
+      type(response_t), allocatable :: response
+      type(failure_t), allocatable :: error
+      real(wp), allocatable :: tau(:)
+
+      tau = read_reals(file, 'events/tau')
+      tally%events = tally%events + size(tau)
+      probe = scene
+      probe%wants_frequencies = .false.
+      associate (output => probe%output)
+         output%displacement_stop = .true.
+         output%displacement_tip = .true.
+         output%velocity_stop = .true.
+         output%contact_force = .true.
+         output%energy = .true.
+         output%shape_times = instants_near(tau, scene%response%duration)
+         output%shape_step = 0.0_wp
+      end associate
+      if (scene%response%method == method_exact) probe%response%step = scene%response%duration/real(samples, wp)
+      call compute_scene(probe, model, table, response, error)
+      if (allocated(error)) then
+         complaint = complaint//'fails with other outputs: '//error%message
+         return
+      end if
+      if (response%event_count /= size(tau)) then
+         complaint = complaint//'other events with other outputs; '
+      else if (any(abs(response%events(:size(tau))%tau - tau) > 0.0_wp)) then
+         complaint = complaint//'other instants with other outputs; '
+      end if
+      call check_motion(probe, model%mesh%stop_node, response, complaint)
+      call check_events(scene, response, complaint)
+   end subroutine look_closely
+
+   !> Instants around events, in the order of time.
+   pure function instants_near(tau, duration) result(instants)
+      !> The events
+      real(wp), intent(in) :: tau(:)
+      !> End of the run
+      real(wp), intent(in) :: duration
+      real(wp), allocatable :: instants(:)
+
+      integer, parameter :: most_events = 150
+      real(wp), parameter :: distances(*) = [1.0e-10_wp, 1.0e-8_wp, 1.0e-6_wp, 1.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp]
+      integer :: events, i
+
+      events = min(size(tau), most_events)
+      instants = [(tau(i) - distances, tau(i) + distances, i=1, events), &
+                  (tau(i) + [0.25_wp, 0.5_wp, 0.75_wp]*(tau(i + 1) - tau(i)), i=1, events - 1), 0.5_wp*duration]
+      instants = pack(instants, instants >= 0.0_wp .and. instants <= duration)
+   end function instants_near
+
+   !> What must hold at every instant.
+   subroutine check_motion(scene, stop_node, response, complaint)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Where the stop is
+      integer, intent(in) :: stop_node
+      !> Its motion, everything kept
+      type(response_t), intent(in) :: response
+      !> Gets what is wrong
+      character(:), allocatable, intent(inout) :: complaint
+
+      real(wp), allocatable :: total(:), at_work(:)
+      real(wp) :: unit, reach, deepest
+      integer :: i
+
+      if (.not. (all(ieee_is_finite(response%displacement_stop)) .and. all(ieee_is_finite(response%displacement_tip)) &
+                 .and. all(ieee_is_finite(response%velocity_stop)) .and. all(ieee_is_finite(response%contact_force)) &
+                 .and. all(ieee_is_finite(response%shape_displacement)) .and. all(ieee_is_finite(response%shape_velocity)))) &
+         complaint = complaint//'not finite; '
+      associate (e => response%energy)
+         at_work = e%kinetic + e%strain + e%stop
+         total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
+         unit = max(response%initial_energy, tiny(1.0_wp))
+         if (scene%response%method == method_exact) then
+            call limit('ledger open by', maxval(abs(total - response%initial_energy))/unit, rounding, complaint)
+            if (scene%stop%law /= law_restitution .or. scene%stop%impulse == impulse_momentum) then
+               call limit('energy created', maxval(e%created)/unit, rounding, complaint)
+               call limit('energy won', maxval([(at_work(i + 1) - at_work(i), i=1, size(at_work) - 1)])/unit, rounding, complaint)
+            end if
+         end if
+         call limit('a loss that is a gain', -min(minval(e%dissipated_beam), minval(e%dissipated_stop), &
+                                                minval(e%dissipated_impact), minval(e%created))/unit, rounding, complaint)
+      end associate
+      reach = 1.0_wp + abs(scene%stop%preload)
+      call limit('the stop pulls', -minval(response%contact_force)/max(maxval(response%contact_force), tiny(1.0_wp)), &
+                 rounding, complaint)
+      if (scene%stop%law /= law_restitution) return
+      deepest = max(-minval(response%displacement_stop), -minval(response%shape_displacement(stop_node, :)))
+      if (scene%response%method == method_exact) then
+         call limit('the beam enters the stop', deepest/reach, rounding, complaint)
+      else
+         call limit('the beam enters the stop', deepest, scene%response%contact_tolerance, complaint)
+      end if
+   end subroutine check_motion
+
+   !> What must hold at events.
+   subroutine check_events(scene, response, complaint)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> Its motion
+      type(response_t), intent(in) :: response
+      !> Gets what is wrong
+      character(:), allocatable, intent(inout) :: complaint
+
+      logical, allocatable :: arrives(:)
+      integer :: i
+
+      if (response%event_count == 0) return
+      associate (events => response%events(:response%event_count), unit => max(response%initial_energy, tiny(1.0_wp)))
+         if (any([(events(i + 1)%tau < events(i)%tau, i=1, size(events) - 1)])) complaint = complaint//'events out of order; '
+         if (events(1)%tau < 0.0_wp .or. events(size(events))%tau > scene%response%duration) &
+            complaint = complaint//'events outside the run; '
+         ! a rebound too low to count may be taken back
+         arrives = (events%kind == event_impact .or. events%kind == event_contact) .and. &
+                   [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) > scene%response%hop_tolerance &
+                             .or. .not. events(i + 1)%velocity_before > 0.0_wp, i=1, size(events) - 1)]
+         call limit('an impulse pulls', -minval(events%impulse, mask=arrives)/max(maxval(events%impulse), tiny(1.0_wp)), &
+                    rounding, complaint)
+         call limit('meets the stop while leaving it', &
+                    maxval(events%velocity_before, mask=arrives)/max(maxval(abs(events%velocity_before)), tiny(1.0_wp)), &
+                    rounding, complaint)
+         if (scene%response%method /= method_exact) return
+         if (scene%stop%law /= law_restitution) return
+         call limit('an event off the stop', maxval(abs(events%eta))/(1.0_wp + abs(scene%stop%preload)), rounding, complaint)
+         if (scene%stop%impulse == impulse_momentum) &
+            call limit('an event wins energy', maxval(events%energy_change)/unit, rounding, complaint)
+      end associate
+   end subroutine check_events
+
+   !> Complain if a number is too large, or none.
+   subroutine limit(what, value, most, complaint)
+      !> What it would mean
+      character(*), intent(in) :: what
+      !> The number, and the most it may be
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: most
+      !> Gets it
+      character(:), allocatable, intent(inout) :: complaint
+
+      if (.not. value <= most) complaint = complaint//what//' '//to_text(value)//'; '
+   end subroutine limit
+
+   !> The rows of a sweep against single runs.
+   subroutine compare_rows(names, draft, file, tally, complaint)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene with its sweep
+      type(draft_t), intent(in) :: draft
+      !> Its results
+      character(*), intent(in) :: file
+      !> What was seen
+      type(tally_t), intent(inout) :: tally
+      !> Gets what differs
+      character(:), allocatable, intent(inout) :: complaint
+
+      type(draft_t) :: single
+      type(scene_t) :: scene
+      type(failure_t), allocatable :: error
+      character(:), allocatable :: path, single_file
+      real(wp), allocatable :: column(:), status(:)
+      integer :: i, k
+
+      status = read_reals(file, 'sweep/status')
+      do i = 1, size(status)
+         tally%rows = tally%rows + 1
+         single = draft
+         call drop(single, 'sweep', '')
+         call drop(single, 'best', '')
+         do k = 1, size(parameter_names)
+            column = read_reals(file, 'sweep/'//trim(parameter_names(k)))
+            if (size(column) > 0) call put_parameter(names, trim(parameter_names(k)), column(i), file, single)
+         end do
+         call put(single, 'scene', 'name', '''single''')
+         call put(single, 'output', 'energy', '.true.')
+         call save_text(folder//'/single.nml', text_of(single))
+         call read_scene(folder//'/single.nml', scene, error)
+         if (.not. allocated(error)) call run_scene(scene, folder, 1, .true., error)
+         if (allocated(error) .neqv. status(i) > 0.0_wp) then
+            complaint = complaint//'row '//to_text(i)//' fails, or its single run does; '
+            if (allocated(error)) complaint = complaint//error%message
+         end if
+         if (allocated(error)) cycle
+         single_file = folder//'/single.h5'
+         do k = 1, size(measure_names)
+            path = path_of_measure(single_file, trim(measure_names(k)))
+            if (path == '') cycle
+            column = read_reals(file, 'sweep/'//trim(measure_names(k)))
+            call compare('row '//to_text(i)//' '//trim(measure_names(k)), column(i), read_reals(single_file, path), complaint)
+         end do
+      end do
+   end subroutine compare_rows
+
+   !> Give a parameter of a sweep its value in a scene without one.
+   subroutine put_parameter(names, parameter, value, file, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The parameter
+      character(*), intent(in) :: parameter
+      !> Its value
+      real(wp), intent(in) :: value
+      !> Results of the sweep
+      character(*), intent(in) :: file
+      !> Gets it
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group, name
+
+      call place_of_parameter(names, parameter, group, name)
+      if (name == 'taper') then
+         ! the mean height is kept
+         call drop(draft, 'beam', 'height_root')
+         call drop(draft, 'beam', 'height_tip')
+         call put(draft, 'beam', 'mean_height_ratio', to_text(read_number_attribute(file, 'scene/scales', 'height_ratio')))
+      end if
+      if (name == 'elements') then
+         call put(draft, group, name, to_text(nint(value)))
+      else
+         call put(draft, group, name, to_text(value))
+      end if
+   end subroutine put_parameter
+
+   !> Where the file of a single run holds a measure; empty: nowhere.
+   function path_of_measure(file, measure) result(path)
+      !> The file
+      character(*), intent(in) :: file
+      !> The measure
+      character(*), intent(in) :: measure
+      character(:), allocatable :: path
+
+      path = 'measures/'//measure
+      if (.not. has_object(file, path)) path = ''
+   end function path_of_measure
+
+   !> Two numbers that should be the same; NaN stands for nothing.
+   subroutine compare(what, value, other, complaint)
+      !> What they are
+      character(*), intent(in) :: what
+      !> One of them, and the other, perhaps absent
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: other(:)
+      !> Gets the difference
+      character(:), allocatable, intent(inout) :: complaint
+
+      real(wp), parameter :: same = 1.0e-10_wp
+
+      if (.not. ieee_is_finite(value)) then
+         if (size(other) == 0) return
+         if (.not. ieee_is_finite(other(1))) return
+      else if (size(other) > 0) then
+         if (abs(value - other(1)) <= same*max(1.0_wp, abs(value))) return
+      end if
+      complaint = complaint//what//' '//to_text(value)
+      if (size(other) > 0) complaint = complaint//' alone '//to_text(other(1))
+      complaint = complaint//'; '
+   end subroutine compare
+
+   !> The cases of a scene against single runs.
+   subroutine compare_cases(names, draft, scene, file, tally, complaint)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene with its cases
+      type(draft_t), intent(in) :: draft
+      !> The same as read
+      type(scene_t), intent(in) :: scene
+      !> Its results
+      character(*), intent(in) :: file
+      !> What was seen
+      type(tally_t), intent(inout) :: tally
+      !> Gets what differs
+      character(:), allocatable, intent(inout) :: complaint
+
+      character(*), parameter :: lists(*) = [character(24) :: 'events/tau', 'events/energy_change', 'response/eta_stop', &
+                                             'response/contact_force', 'energy/strain', 'measures/peak']
+      type(draft_t) :: single
+      type(scene_t) :: alone
+      type(failure_t), allocatable :: error
+      character(:), allocatable :: parameter
+      real(wp), allocatable :: here(:), there(:)
+      integer :: i, k
+
+      do i = 1, size(scene%cases%values)
+         tally%rows = tally%rows + 1
+         single = draft
+         parameter = trim(case_parameter_names(scene%cases%choice))
+         call put_parameter(names, parameter, scene%cases%values(i), file, single)
+         call drop(single, 'cases', '')
+         call put(single, 'scene', 'name', '''single''')
+         call save_text(folder//'/single.nml', text_of(single))
+         call read_scene(folder//'/single.nml', alone, error)
+         if (.not. allocated(error)) call run_scene(alone, folder, 1, .true., error)
+         if (allocated(error)) then
+            complaint = complaint//'case '//to_text(i)//' alone fails: '//error%message
+            return
+         end if
+         do k = 1, size(lists)
+            there = read_reals(folder//'/single.h5', trim(lists(k)))
+            here = read_reals(file, 'cases/case_'//to_text(i)//'/'//trim(lists(k)))
+            if (size(here) /= size(there)) then
+               complaint = complaint//'case '//to_text(i)//': '//trim(lists(k))//' is longer or shorter alone; '
+            else if (size(here) > 0) then
+               call limit('case '//to_text(i)//' alone: '//trim(lists(k))//' differs by', maxval(abs(here - there)), &
+                          1.0e-10_wp*max(1.0_wp, maxval(abs(there))), complaint)
+            end if
+         end do
+         call look_closely(alone, folder//'/single.h5', tally, complaint)
+      end do
+   end subroutine compare_cases
+
+   !> Remove a file that may be there.
+   subroutine remove(file)
+      !> Name of the file
+      character(*), intent(in) :: file
+
+      integer :: unit, code
+
+      open (newunit=unit, file=file, status='old', iostat=code)
+      if (code == 0) close (unit, status='delete')
+   end subroutine remove
+
+   !> After the last scene.
+   subroutine clean_up()
+      call execute_command_line('rm -rf '//folder)
+   end subroutine clean_up
+
+end module scene_checks

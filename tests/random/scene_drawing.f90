@@ -1,0 +1,553 @@
+!> Scenes drawn at random from the table of names: each number over its whole range, its ends, its default, special
+!> values and their neighbours, and, half of the time, where beams live. What makes a run long is kept small.
+module scene_drawing
+   use kinds, only: wp
+   use number_text, only: to_text
+   use random_numbers, only: next_random, random_t, start_random
+   use scene_draft, only: draft_t, drop, has_name, number_of, put, value_of
+   use scene_names, only: kind_logical, kind_number, kind_text, kind_words, name_t
+   use scene_types, only: scene_t
+   implicit none (type, external)
+   private
+   public :: draw_scene, give_units, take_ratios, place_of_parameter
+
+   !> Where a number mostly lies, and the most of it that a scene here can afford.
+   type :: usual_t
+      character(24) :: group
+      character(32) :: name
+      real(wp) :: least
+      real(wp) :: most
+      logical :: is_logarithmic
+      real(wp) :: affordable = huge(1.0_wp)
+   end type usual_t
+
+   type(usual_t), parameter :: usual(*) = [ &
+      usual_t('beam', 'taper', -0.15_wp, 0.15_wp, .false.), &
+      usual_t('mesh', 'elements', 1.0_wp, 16.0_wp, .true., 40.0_wp), usual_t('mesh', 'ratio', 0.8_wp, 1.4_wp, .false.), &
+      usual_t('damping', 'zeta', 1.0e-5_wp, 0.3_wp, .true.), usual_t('tip_mass', 'ratio', 0.01_wp, 5.0_wp, .true.), &
+      usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
+      usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
+      usual_t('stop', 'stiffness_ratio', 1.0_wp, 1.0e6_wp, .true.), &
+      usual_t('stop', 'branch_ratio', 0.01_wp, 1.0e3_wp, .true.), &
+      usual_t('stop', 'damper_ratio', 1.0e-3_wp, 1.0e3_wp, .true.), &
+      usual_t('response', 'duration', 0.5_wp, 40.0_wp, .true., 60.0_wp), &
+      usual_t('response', 'hop_tolerance', 1.0e-10_wp, 1.0e-2_wp, .true.), &
+      usual_t('response', 'event_limit', 10.0_wp, 3000.0_wp, .true., 3000.0_wp), &
+      usual_t('response', 'contact_tolerance', 1.0e-6_wp, 1.0e-2_wp, .true.), &
+      usual_t('response', 'release_tolerance', 1.0e-4_wp, 1.0_wp, .true.), &
+      usual_t('response', 'mode_tolerance', 1.0e-12_wp, 1.0e-2_wp, .true.), &
+      usual_t('frequencies', 'count', 1.0_wp, 12.0_wp, .false., 40.0_wp), &
+      usual_t('frequencies', 'mesh_elements', 1.0_wp, 40.0_wp, .true., 60.0_wp), &
+      usual_t('frequencies', 'mesh_ratios', 0.8_wp, 1.4_wp, .false.), usual_t('output', 'mode_shapes', 0.0_wp, 4.0_wp, .false.), &
+      usual_t('precision', 'duration', 0.1_wp, 4.0_wp, .true., 4.0_wp), usual_t('precision', 'steps', 0.01_wp, 0.1_wp, .true.), &
+      usual_t('precision', 'mesh_elements', 1.0_wp, 12.0_wp, .true., 12.0_wp), &
+      usual_t('precision', 'scaling_elements', 1.0_wp, 64.0_wp, .true., 64.0_wp), &
+      usual_t('precision', 'scaling_modes', 1.0_wp, 6.0_wp, .false., 6.0_wp), &
+      usual_t('precision', 'scaling_durations', 0.1_wp, 4.0_wp, .true., 4.0_wp), &
+      usual_t('precision', 'repetitions', 1.0_wp, 2.0_wp, .false., 2.0_wp), &
+      usual_t('precision', 'shortest_timing', 1.0e-4_wp, 1.0e-3_wp, .true., 1.0e-3_wp), &
+      usual_t('statements', 'elements', 1.0_wp, 8.0_wp, .false., 8.0_wp), &
+      usual_t('statements', 'fine_elements', 1.0_wp, 12.0_wp, .false., 12.0_wp), &
+      usual_t('statements', 'duration', 1.0_wp, 10.0_wp, .false., 10.0_wp), &
+      usual_t('sweep', 'count', 1.0_wp, 8.0_wp, .false., 8.0_wp), &
+      usual_t('best', 'evaluations', 1.0_wp, 30.0_wp, .false., 30.0_wp)]
+
+   !> The generator of the scene at hand
+   type(random_t), save :: random
+
+contains
+
+   !> Scene number `seed`, not yet read: what contradicts itself the reader will say.
+   subroutine draw_scene(names, seed, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> Which scene
+      integer, intent(in) :: seed
+      !> The scene
+      type(draft_t), intent(out) :: draft
+
+      real(wp) :: choice
+
+      call start_random(seed, 0, random)
+      call draw_group(names, 'scene', 0.2_wp, draft)
+      if (has_name(draft, 'scene', 'name')) call put(draft, 'scene', 'name', '''a_scene''')
+      call draw_group(names, 'mesh', 0.7_wp, draft)
+      call draw_group(names, 'damping', 0.7_wp, draft)
+      call draw_group(names, 'tip_mass', 0.4_wp, draft)
+      call draw_beam(names, draft)
+      choice = number()
+      if (choice < 0.95_wp) then
+         call put(draft, 'stop', '', '')
+         call draw_group(names, 'stop', 0.6_wp, draft)
+         call draw_response(names, draft)
+      end if
+      if (choice < 0.70_wp) then
+         call draw_group(names, 'output', 0.4_wp, draft)
+         call draw_instants(draft)
+         if (chance(0.15_wp)) call draw_group(names, 'frequencies', 0.5_wp, draft)
+      else if (choice < 0.85_wp) then
+         call draw_sweep(names, draft)
+      else if (choice < 0.95_wp) then
+         call draw_cases(names, draft)
+         if (chance(0.5_wp)) call draw_group(names, 'output', 0.4_wp, draft)
+      else if (choice < 0.99_wp) then
+         call put(draft, 'frequencies', '', '')
+         call draw_group(names, 'frequencies', 0.5_wp, draft)
+         call draw_group(names, 'output', 0.3_wp, draft)
+         if (chance(0.3_wp)) call draw_large_meshes(draft)
+      else if (choice < 0.995_wp) then
+         if (chance(0.7_wp)) call draw_group(names, 'stop', 0.5_wp, draft)
+         if (chance(0.5_wp)) call draw_group(names, 'frequencies', 0.5_wp, draft)
+         call draw_group(names, 'precision', 0.5_wp, draft)
+         call put(draft, 'precision', 'duration', to_text(1.0_wp + number()))
+         call put(draft, 'precision', 'repetitions', to_text(1 + int(2.0_wp*number())))
+         call put(draft, 'precision', 'shortest_timing', '1e-4')
+      else
+         draft%count = 0
+         call draw_group(names, 'statements', 1.0_wp, draft)
+      end if
+   end subroutine draw_scene
+
+   !> A number between 0 and 1.
+   function number() result(value)
+      real(wp) :: value
+
+      call next_random(random, value)
+   end function number
+
+   !> True in this share of all cases.
+   function chance(share) result(is_so)
+      real(wp), intent(in) :: share
+      logical :: is_so
+
+      is_so = number() < share
+   end function chance
+
+   !> Each name of a group in this share of all cases.
+   subroutine draw_group(names, group, share, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The group
+      character(*), intent(in) :: group
+      !> The share
+      real(wp), intent(in) :: share
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      integer :: i
+
+      do i = 1, size(names)
+         if (names(i)%group /= group) cycle
+         if (chance(merge(0.01_wp, share, names(i)%is_physical))) call put(draft, group, trim(names(i)%name), value_for(names(i)))
+      end do
+   end subroutine draw_group
+
+   !> A value that the table allows.
+   function value_for(name) result(value)
+      !> The name
+      type(name_t), intent(in) :: name
+      character(:), allocatable :: value
+
+      integer :: i, count
+
+      value = ''
+      select case (name%kind)
+      case (kind_text)
+         value = '''any text'''
+      case (kind_logical)
+         value = trim(merge('.true. ', '.false.', chance(0.5_wp)))
+      case (kind_words)
+         do i = 1, name%word_count
+            if (chance(0.5_wp) .and. name%is_list) value = value//', '''//trim(name%words(i))//''''
+         end do
+         if (value /= '') value = value(3:)
+         if (value == '') value = ''''//trim(name%words(1 + int(number()*real(name%word_count, wp))))//''''
+      case (kind_number)
+         count = 1
+         if (name%is_list) count = 1 + int(3.0_wp*number())
+         value = numbers_for(name, name%group, trim(name%name), count)
+      end select
+   end function value_for
+
+   !> A list of numbers.
+   function numbers_for(name, group, usual_name, count) result(text)
+      !> What is allowed
+      type(name_t), intent(in) :: name
+      !> Where else the same number stands
+      character(*), intent(in) :: group
+      character(*), intent(in) :: usual_name
+      !> How many
+      integer, intent(in) :: count
+      character(:), allocatable :: text
+
+      real(wp) :: value
+      integer :: i
+
+      text = ''
+      do i = 1, count
+         value = draw_number(name, group, usual_name)
+         if (i > 1) text = text//', '
+         if (name%is_whole) then
+            text = text//to_text(nint(value))
+         else
+            text = text//to_text(value)
+         end if
+      end do
+   end function numbers_for
+
+   !> A number within its range.
+   function draw_number(name, group, usual_name) result(value)
+      !> What is allowed
+      type(name_t), intent(in) :: name
+      !> Where it stands in the list of usual ones
+      character(*), intent(in) :: group
+      character(*), intent(in) :: usual_name
+      real(wp) :: value
+
+      real(wp), parameter :: special(*) = [0.0_wp, 1.0_wp, -1.0_wp, 0.5_wp, 0.25_wp, 1.0_wp/6.0_wp, 2.0_wp]
+      real(wp) :: choice, least, most
+      integer :: k
+
+      least = name%least
+      most = name%most
+      k = findloc(usual%group == group .and. usual%name == usual_name, .true., dim=1)
+      if (k > 0) most = min(most, usual(k)%affordable)
+      choice = number()
+      if (k > 0 .and. choice < 0.55_wp) then
+         value = between(usual(k)%least, usual(k)%most, usual(k)%is_logarithmic)
+      else if (choice < 0.65_wp) then
+         value = merge(least, most, chance(0.5_wp))
+      else if (choice < 0.70_wp) then
+         value = between(least, most, .false.)
+      else if (choice < 0.90_wp) then
+         value = special(1 + int(number()*real(size(special), wp)))
+         if (name%has_default .and. chance(0.3_wp)) value = name%default
+         if (chance(0.5_wp)) value = value + sign(10.0_wp**(-16.0_wp*number()), number() - 0.5_wp)
+      else if (least > 0.0_wp) then
+         value = between(least, most, .true.)
+      else
+         value = most*10.0_wp**(-20.0_wp*number())
+         if (least < 0.0_wp .and. chance(0.5_wp)) value = -value
+      end if
+      value = max(least, min(most, value))
+      if (name%is_whole) value = anint(value)
+      if (name%excludes_least .and. value <= least) value = least + (most - least)*10.0_wp**(-15.0_wp*number())
+   end function draw_number
+
+   !> Uniform, or uniform in the logarithm.
+   function between(least, most, is_logarithmic) result(value)
+      real(wp), intent(in) :: least
+      real(wp), intent(in) :: most
+      logical, intent(in) :: is_logarithmic
+      real(wp) :: value
+
+      value = least + (most - least)*number()
+      if (is_logarithmic) value = least*(most/least)**number()
+   end function between
+
+   !> A beam: heights, taper, tables, in any units.
+   subroutine draw_beam(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      real(wp) :: length, height, shape(5), places(5)
+      integer :: count, i
+
+      if (chance(0.4_wp)) return
+      if (chance(0.05_wp)) then
+         call draw_group(names, 'beam', 0.4_wp, draft)
+         return
+      end if
+      length = 1.0_wp
+      if (chance(0.3_wp)) then
+         length = between(1.0e-9_wp, 1.0e6_wp, .true.)
+         call put(draft, 'beam', 'length', to_text(length))
+         call put(draft, 'beam', 'width', to_text(between(1.0e-9_wp, 1.0e6_wp, .true.)))
+         call put(draft, 'beam', 'youngs_modulus', to_text(between(1.0e-15_wp, 1.0e15_wp, .true.)))
+         call put(draft, 'beam', 'density', to_text(between(1.0e-15_wp, 1.0e15_wp, .true.)))
+      end if
+      height = merge(0.075_wp, between(1.0e-6_wp, 0.5_wp, .true.), chance(0.6_wp))
+      count = 2 + int(4.0_wp*number())
+      shape = [(10.0_wp**(2.0_wp*number() - 1.0_wp), i=1, 5)]
+      if (chance(0.2_wp)) shape(count) = 0.0_wp
+      if (chance(0.1_wp)) shape(:count - 1) = 1.0_wp
+      places(:count) = [(real(i - 1, wp), i=1, count)]/real(count - 1, wp)
+      if (count > 2) places(2) = places(3)*number()
+      select case (int(5.0_wp*number()))
+      case (0)
+         call put(draft, 'beam', 'mean_height_ratio', to_text(height))
+         call put(draft, 'beam', 'taper', to_text(2.0_wp*height*merge(1.0_wp, 2.0_wp*number() - 1.0_wp, chance(0.2_wp))))
+      case (1)
+         call put(draft, 'beam', 'height_root', to_text(length*height))
+         if (chance(0.7_wp)) call put(draft, 'beam', 'height_tip', to_text(length*height*shape(count)))
+      case (2)
+         call put(draft, 'beam', 'station', list(length*places(:count)))
+         call put(draft, 'beam', 'height', list(length*height*shape(:count)))
+      case (3)
+         call drop(draft, 'beam', 'width')
+         call put(draft, 'beam', 'station', list(length*places(:count)))
+         call put(draft, 'beam', 'area', list(length**2*height*shape(:count)))
+         call put(draft, 'beam', 'inertia', list(length**4*height**3*shape(:count)**merge(3, 1, chance(0.5_wp))))
+      case (4)
+         call drop(draft, 'beam', 'width')
+         call put(draft, 'beam', 'area', to_text(length**2*height))
+         call put(draft, 'beam', 'inertia', to_text(length**4*height**3))
+      end select
+   end subroutine draw_beam
+
+   !> Numbers side by side.
+   function list(values) result(text)
+      real(wp), intent(in) :: values(:)
+      character(:), allocatable :: text
+
+      integer :: i
+
+      text = to_text(values(1))
+      do i = 2, size(values)
+         text = text//', '//to_text(values(i))
+      end do
+   end function list
+
+   !> &response: a duration, and a step that divides it into not too many.
+   subroutine draw_response(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      real(wp) :: duration
+      integer :: i
+
+      call put(draft, 'response', '', '')
+      call draw_group(names, 'response', 0.4_wp, draft)
+      ! an undamped beam never tires
+      if (.not. has_name(draft, 'response', 'event_limit')) call put(draft, 'response', 'event_limit', '3000')
+      do i = 1, size(names)
+         if (names(i)%group == 'response' .and. names(i)%name == 'duration') &
+            call put(draft, 'response', 'duration', value_for(names(i)))
+      end do
+      ! no step is shorter than 1e-9, no run shorter than a step
+      duration = max(1.0e-9_wp, number_of(draft, 'response', 'duration'))
+      call put(draft, 'response', 'duration', to_text(duration))
+      if (chance(0.1_wp) .and. .not. has_name(draft, 'response', 'newmark_beta')) then
+         ! one that dies away lets `exact` go on for long
+         duration = between(100.0_wp, 1.0e9_wp, .true.)
+         call put(draft, 'response', 'method', '''exact''')
+         call put(draft, 'response', 'duration', to_text(duration))
+         call put(draft, 'damping', 'zeta', to_text(between(1.0e-3_wp, 1.0_wp, .true.)))
+      end if
+      call put(draft, 'response', 'step', to_text(min(1.0e9_wp, max(1.0e-9_wp, duration/between(1.0_wp, 4000.0_wp, .true.)))))
+   end subroutine draw_response
+
+   !> Instants of shapes within the run.
+   subroutine draw_instants(draft)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      real(wp) :: duration
+      integer :: i
+
+      duration = number_of(draft, 'response', 'duration')
+      if (has_name(draft, 'output', 'shape_times')) &
+         call put(draft, 'output', 'shape_times', list([(duration*(real(i, wp) - number())/4.0_wp, i=1, 4)]))
+      if (has_name(draft, 'output', 'shape_step')) &
+         call put(draft, 'output', 'shape_step', to_text(duration*between(1.0e-3_wp, 2.0_wp, .true.)))
+   end subroutine draw_instants
+
+   !> Few modes of meshes as large as they may be.
+   subroutine draw_large_meshes(draft)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      integer :: elements
+
+      elements = nint(between(100.0_wp, 2.0e5_wp, .true.))
+      call put(draft, 'frequencies', 'count', to_text(1 + int(4.0_wp*number())))
+      call put(draft, 'frequencies', 'solver', trim(merge('''lanczos''', '''auto''   ', chance(0.5_wp))))
+      call drop(draft, 'frequencies', 'mesh_elements')
+      call drop(draft, 'frequencies', 'mesh_ratios')
+      call put(draft, 'mesh', 'elements', to_text(elements))
+      call put(draft, 'mesh', 'ratio', '1')
+   end subroutine draw_large_meshes
+
+   !> A sweep of a few cases.
+   subroutine draw_sweep(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group, name, parameter
+      integer :: i, count, length, wanted, design
+
+      call put(draft, 'sweep', '', '')
+      design = int(3.0_wp*number())
+      if (design == 1) call put(draft, 'sweep', 'design', '''paired''')
+      if (design == 2) call put(draft, 'sweep', 'design', '''latin_hypercube''')
+      call draw_group(names(pack([(i, i=1, size(names))], names%name == 'part_cases' .or. names%name == 'count' &
+                                 .or. names%name == 'seed' .or. names%name == 'design')), 'sweep', 0.2_wp, draft)
+      if (design == 2) call put(draft, 'sweep', 'count', to_text(1 + int(8.0_wp*number())))
+      length = 1 + int(3.0_wp*number())
+      wanted = 1 + int(2.0_wp*number())
+      count = 0
+      do while (count < wanted)
+         i = 1 + int(number()*real(size(names), wp))
+         if (names(i)%group /= 'sweep' .or. .not. names(i)%is_list) cycle
+         parameter = names(i)%name(:base_length(names(i)%name))
+         call place_of_parameter(names, parameter, group, name)
+         if (parameter /= names(i)%name) then
+            call put(draft, 'sweep', trim(names(i)%name), ascending_pair(numbers_for(names(i), group, name, 2)))
+            if (design == 0) call put(draft, 'sweep', parameter//'_points', &
+                                      to_text(2 + int(2.0_wp*number())))
+         else
+            call put(draft, 'sweep', trim(names(i)%name), numbers_for(names(i), group, name, length))
+         end if
+         count = count + 1
+      end do
+      if (.not. chance(0.3_wp)) return
+      call put(draft, 'best', '', '')
+      call draw_group(names, 'best', 0.5_wp, draft)
+      if (value_of(draft, 'best', 'refine') == '.true.' .and. .not. has_name(draft, 'best', 'evaluations')) &
+         call put(draft, 'best', 'evaluations', '20')
+   end subroutine draw_sweep
+
+   !> Length of the name of a parameter, without `_range` or `_log_range`.
+   pure function base_length(name) result(length)
+      character(*), intent(in) :: name
+      integer :: length
+
+      length = index(name, '_log_range') - 1
+      if (length < 0) length = index(name, '_range') - 1
+      if (length < 0) length = len_trim(name)
+   end function base_length
+
+   !> Where a parameter of a sweep stands in a scene without one: under its name, or group and name are its name.
+   pure subroutine place_of_parameter(names, parameter, group, name)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> What &sweep or &cases calls it
+      character(*), intent(in) :: parameter
+      !> Where it stands
+      character(:), allocatable, intent(out) :: group
+      character(:), allocatable, intent(out) :: name
+
+      integer :: i
+
+      do i = 1, size(names)
+         group = trim(names(i)%group)
+         name = trim(names(i)%name)
+         if (name == parameter .or. group//'_'//name == parameter) return
+      end do
+   end subroutine place_of_parameter
+
+   !> Two numbers, the smaller first.
+   function ascending_pair(text) result(pair)
+      character(*), intent(in) :: text
+      character(:), allocatable :: pair
+
+      real(wp) :: values(2)
+
+      read (text, *) values
+      pair = list([minval(values), maxval(values)])
+   end function ascending_pair
+
+   !> Several cases of one scene.
+   subroutine draw_cases(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group, name, parameter
+      integer :: i
+
+      do i = 1, size(names)
+         if (names(i)%group == 'cases' .and. names(i)%name == 'parameter') exit
+      end do
+      parameter = value_for(names(i))
+      call put(draft, 'cases', 'parameter', parameter)
+      call place_of_parameter(names, parameter(2:len(parameter) - 1), group, name)
+      do i = 1, size(names)
+         if (names(i)%group == group .and. names(i)%name == name) exit
+      end do
+      call put(draft, 'cases', 'values', numbers_for(names(i), group, name, 1 + int(3.0_wp*number())))
+   end subroutine draw_cases
+
+   !> Give some of the ratios in the units of the scene instead.
+   subroutine give_units(scene, draft)
+      !> The scene as read from the draft
+      type(scene_t), intent(in) :: scene
+      !> The draft
+      type(draft_t), intent(inout) :: draft
+
+      real(wp) :: stiffness, lift, time
+
+      associate (scales => scene%scales)
+         stiffness = 3.0_wp*scales%bending_stiffness/scales%length**3
+         time = 1.0_wp/scales%omega1
+         lift = scales%length*10.0_wp**(-1.0_wp - 5.0_wp*number())/(1.0_wp + abs(scene%stop%preload))
+         call instead('damping', 'zeta', 'stiffness_coefficient', 2.0_wp*scene%zeta*time)
+         call instead('tip_mass', 'ratio', 'mass', scene%tip_mass_ratio*scales%beam_mass)
+         call instead('stop', 'stiffness_ratio', 'stiffness', scene%stop%stiffness_ratio*stiffness)
+         call instead('stop', 'branch_ratio', 'branch_stiffness', &
+                      scene%stop%branch_ratio*scene%stop%stiffness_ratio*stiffness)
+         call instead('stop', 'damper_ratio', 'damper', scene%stop%damper_ratio*stiffness*time)
+         call instead('response', 'duration', 'duration_time', scene%response%duration*time)
+         call instead('response', 'step', 'step_time', scene%response%step*time)
+         call instead('stop', 'preload', 'surface_height', scene%stop%preload*lift)
+         if (has_name(draft, 'stop', 'surface_height')) &
+            call put(draft, 'stop', 'initial_height', to_text((1.0_wp + scene%stop%preload)*lift))
+      end associate
+
+   contains
+
+      !> One of them, most of the time.
+      subroutine instead(group, ratio, quantity, value)
+         !> Where it stands
+         character(*), intent(in) :: group
+         character(*), intent(in) :: ratio
+         !> What stands for it, and its value
+         character(*), intent(in) :: quantity
+         real(wp), intent(in) :: value
+
+         if (.not. has_name(draft, group, ratio) .or. chance(0.3_wp)) return
+         call drop(draft, group, ratio)
+         call put(draft, group, quantity, to_text(value))
+      end subroutine instead
+
+   end subroutine give_units
+
+   !> The ratios that a scene in units was given, to the last bit.
+   subroutine take_ratios(scene, draft)
+      !> The scene as read in units
+      type(scene_t), intent(in) :: scene
+      !> The draft in ratios
+      type(draft_t), intent(inout) :: draft
+
+      call take('damping', 'zeta', scene%zeta)
+      call take('tip_mass', 'ratio', scene%tip_mass_ratio)
+      call take('stop', 'stiffness_ratio', scene%stop%stiffness_ratio)
+      call take('stop', 'branch_ratio', scene%stop%branch_ratio)
+      call take('stop', 'damper_ratio', scene%stop%damper_ratio)
+      call take('stop', 'preload', scene%stop%preload)
+      call take('response', 'duration', scene%response%duration)
+      call take('response', 'step', scene%response%step)
+
+   contains
+
+      !> One of them.
+      subroutine take(group, ratio, value)
+         !> Where it stands
+         character(*), intent(in) :: group
+         character(*), intent(in) :: ratio
+         !> Its value
+         real(wp), intent(in) :: value
+
+         if (has_name(draft, group, ratio)) call put(draft, group, ratio, to_text(value))
+      end subroutine take
+
+   end subroutine take_ratios
+
+end module scene_drawing
