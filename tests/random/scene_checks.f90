@@ -150,8 +150,8 @@ contains
          path = left(:index(left, ' ') - 1)
          left = adjustl(left(len_trim(path) + 1:))
          ! what did not happen, or what a mesh does not have, is NaN by definition
-         if (index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 .or. index(path, 'best/') == 1 .or. &
-             index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 .or. &
+         if (index(path, 'measures/') > 0 .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
+             .or. index(path, 'best/') == 1 .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 .or. &
              (index(path, 'cases/') == 1 .and. index(path, '/', back=.true.) == 6)) cycle
          complaint = complaint//trim(path)//' is not finite; '
       end do
@@ -201,6 +201,7 @@ contains
       else if (any(abs(response%events(:size(tau))%tau - tau) > 0.0_wp)) then
          complaint = complaint//'other instants with other outputs; '
       end if
+      if (scene%response%method == method_exact) call check_shares(file, response, complaint)
       call check_motion(probe, model%mesh%stop_node, response, complaint)
       call check_events(scene, response, complaint)
    end subroutine look_closely
@@ -222,6 +223,25 @@ contains
                   (tau(i) + [0.25_wp, 0.5_wp, 0.75_wp]*(tau(i + 1) - tau(i)), i=1, events - 1), 0.5_wp*duration]
       instants = pack(instants, instants >= 0.0_wp .and. instants <= duration)
    end function instants_near
+
+   !> Where the energy went adds up to all of it.
+   subroutine check_shares(file, response, complaint)
+      !> Results
+      character(*), intent(in) :: file
+      !> The motion
+      type(response_t), intent(in) :: response
+      !> Gets what is wrong
+      character(:), allocatable, intent(inout) :: complaint
+
+      real(wp) :: shares(5)
+
+      shares = [read_reals(file, 'measures/lost_beam'), read_reals(file, 'measures/lost_stop'), &
+                read_reals(file, 'measures/lost_impact'), -read_reals(file, 'measures/created'), &
+                read_reals(file, 'measures/left')]
+      if (response%measures%start_energy > response%measures%rest_energy) &
+         call limit('shares of the energy miss 1 by', abs(sum(shares) - 1.0_wp), rounding*response%measures%start_energy &
+                    /(response%measures%start_energy - response%measures%rest_energy), complaint)
+   end subroutine check_shares
 
    !> What must hold at every instant.
    subroutine check_motion(scene, stop_node, response, complaint)
