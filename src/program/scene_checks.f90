@@ -9,7 +9,7 @@ module scene_checks
    use scene_reader, only: complain_of_scene
    use scene_types, only: method_newmark, scene_t
    use sweep_plan, only: set_parameter
-   use sweep_settings, only: is_of_beam, is_swept, parameter_branch, parameter_count, parameter_stiffness, parameter_zeta
+   use sweep_settings, only: is_of_beam, is_swept, parameter_count, parameter_zeta
    implicit none (type, external)
    private
    public :: check_scene
@@ -77,7 +77,7 @@ contains
       integer, intent(in) :: parameter
       logical :: changes
 
-      changes = is_of_beam(parameter) .or. any(parameter == [parameter_zeta, parameter_stiffness, parameter_branch])
+      changes = is_of_beam(parameter) .or. parameter == parameter_zeta
    end function changes_step
 
 end module scene_checks
