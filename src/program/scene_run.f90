@@ -20,7 +20,8 @@ module scene_run
    use process, only: open_text, print_text, text_of
    use progress_line, only: start_progress, stop_progress
    use response_types, only: response_t
-   use results_file, only: write_results
+   use results_claim, only: claim_results, claim_t, release_results
+   use results_file, only: results_name, write_results
    use scene_beam_model, only: model_of
    use scene_checks, only: check_scene
    use scene_reader, only: read_scene
@@ -28,7 +29,7 @@ module scene_run
    use statements_file, only: write_statements
    use statements_study, only: judge_statements, study_t
    use statements_tables, only: print_statements
-   use sweep_ranks, only: is_first_rank
+   use sweep_ranks, only: agree, is_first_rank
    use sweep_study, only: run_sweep
    implicit none (type, external)
    private
@@ -110,18 +111,31 @@ contains
       !> Set when the run fails, its file cannot be written or its table not be printed
       type(failure_t), allocatable, intent(out) :: error
 
+      type(claim_t) :: claim
       character(:), allocatable :: text
-      integer :: unit
+      integer :: unit, trouble
+      logical :: has_unit
 
       call open_text(unit, error)
-      if (allocated(error)) return
-      if (scene%wants_sweep) then
+      has_unit = .not. allocated(error)
+      ! what cannot be written is better known before a long run than after it
+      if (has_unit .and. is_first_rank()) then
+         call make_folder(folder, error)
+         if (.not. allocated(error)) call claim_results(folder, results_name(scene), claim, error)
+      end if
+      trouble = 0
+      if (allocated(error)) trouble = error%status
+      trouble = agree(trouble)
+      if (trouble > 0) then
+         call fail(error, trouble, '')
+      else if (scene%wants_sweep) then
          call run_sweep(scene, folder, program_version, threads, quiet, unit, error)
       else if (is_first_rank()) then
          ! what processes cannot share the first one does
          call run_alone(scene, folder, quiet, unit, error)
       end if
-      call text_of(unit, text, error)
+      call release_results(claim)
+      if (has_unit) call text_of(unit, text, error)
       if (.not. allocated(error)) call print_text(text, error)
    end subroutine run_scene
 
@@ -142,9 +156,6 @@ contains
       type(frequency_table_t), allocatable :: table
       type(response_t), allocatable :: response
 
-      ! a folder that cannot be made is better known before a long run than after it
-      call make_folder(folder, error)
-      if (allocated(error)) return
       if (scene%wants_precision) then
          call run_precision_scene(scene, folder, quiet, unit, error)
          return

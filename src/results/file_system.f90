@@ -1,14 +1,27 @@
 !> Folders and files: a file appears under its name whole or not at all.
 module file_system
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
    use failures, only: fail, failure_t, status_run_failed
    implicit none (type, external)
    private
-   public :: make_folder, replace_file, move_file, remove_folder, partial_name, is_terminal, standard_error_descriptor, &
-      reason
+   public :: make_folder, make_new_folder, remove_empty_folder, folder_entries, remove_entries, entry_length
+   public :: kind_of, kind_nothing, kind_file, kind_folder, kind_link
+   public :: load_file, replace_file, move_file, partial_name, final_name, reason
+   public :: is_terminal, standard_error_descriptor
 
    !> File descriptor of standard error.
    integer(c_int), parameter :: standard_error_descriptor = 2_c_int
+
+   !> Between the name of an incomplete file and the number of the process that writes it.
+   character(*), parameter :: part_mark = '.part-'
+   !> Longest name in a folder.
+   integer, parameter :: entry_length = 255
+
+   !> What can have a name; there are others.
+   integer, parameter :: kind_nothing = 0
+   integer, parameter :: kind_file = 1
+   integer, parameter :: kind_folder = 2
+   integer, parameter :: kind_link = 3
 
    interface
       !> POSIX: the number of this process.
@@ -59,11 +72,64 @@ module file_system
          integer(c_int) :: code
       end function impactbeam_rename
 
-      subroutine impactbeam_remove_folder(path) bind(c)
-         import :: c_char
+      function impactbeam_make_new_folder(path) bind(c) result(code)
+         import :: c_char, c_int
          implicit none (type, external)
          character(kind=c_char), intent(in) :: path(*)
-      end subroutine impactbeam_remove_folder
+         integer(c_int) :: code
+      end function impactbeam_make_new_folder
+
+      function impactbeam_remove_empty_folder(path) bind(c) result(code)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int) :: code
+      end function impactbeam_remove_empty_folder
+
+      function impactbeam_kind_of(path) bind(c) result(kind)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         integer(c_int) :: kind
+      end function impactbeam_kind_of
+
+      function impactbeam_read_bytes(path, bytes, count) bind(c) result(code)
+         import :: c_char, c_int, c_size_t
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         character(kind=c_char), intent(inout), optional :: bytes(*)
+         integer(c_size_t), intent(inout) :: count
+         integer(c_int) :: code
+      end function impactbeam_read_bytes
+
+      function impactbeam_open_folder(path) bind(c) result(entries)
+         import :: c_char, c_ptr
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: path(*)
+         type(c_ptr) :: entries
+      end function impactbeam_open_folder
+
+      function impactbeam_next_entry(entries, name, size) bind(c) result(is_there)
+         import :: c_char, c_int, c_ptr, c_size_t
+         implicit none (type, external)
+         type(c_ptr), value :: entries
+         character(kind=c_char), intent(out) :: name(*)
+         integer(c_size_t), value :: size
+         integer(c_int) :: is_there
+      end function impactbeam_next_entry
+
+      subroutine impactbeam_remove_entry(entries, name) bind(c)
+         import :: c_char, c_ptr
+         implicit none (type, external)
+         type(c_ptr), value :: entries
+         character(kind=c_char), intent(in) :: name(*)
+      end subroutine impactbeam_remove_entry
+
+      subroutine impactbeam_close_folder(entries) bind(c)
+         import :: c_ptr
+         implicit none (type, external)
+         type(c_ptr), value :: entries
+      end subroutine impactbeam_close_folder
 
       subroutine impactbeam_remove_leftovers(folder, prefix) bind(c)
          import :: c_char
@@ -149,13 +215,103 @@ contains
       if (code /= 0) call fail(error, status_run_failed, "cannot write '"//trim(to)//"': "//reason(code))
    end subroutine move_file
 
-   !> Remove a folder and the files in it, as far as that can be done.
-   subroutine remove_folder(path)
-      !> The folder; those in it stay, and it with them
+   !> Make a folder that is not there, in one that is.
+   subroutine make_new_folder(path, error)
+      !> The folder
       character(*), intent(in) :: path
+      !> Why it could not be made
+      type(failure_t), allocatable, intent(inout) :: error
 
-      call impactbeam_remove_folder(trim(path)//c_null_char)
-   end subroutine remove_folder
+      integer(c_int) :: code
+
+      code = impactbeam_make_new_folder(trim(path)//c_null_char)
+      if (code /= 0) call fail(error, status_run_failed, "cannot make the folder '"//trim(path)//"': "//reason(code))
+   end subroutine make_new_folder
+
+   !> Remove a folder if there is nothing in it.
+   subroutine remove_empty_folder(path, is_gone)
+      !> The folder
+      character(*), intent(in) :: path
+      !> It was empty
+      logical, intent(out) :: is_gone
+
+      is_gone = impactbeam_remove_empty_folder(trim(path)//c_null_char) == 0
+   end subroutine remove_empty_folder
+
+   !> What has a name; a link is told as one, not followed.
+   function kind_of(path) result(kind)
+      !> The name
+      character(*), intent(in) :: path
+      integer :: kind
+
+      kind = impactbeam_kind_of(trim(path)//c_null_char)
+   end function kind_of
+
+   !> What is in a folder; nothing where it cannot be read or is a link.
+   subroutine folder_entries(path, entries)
+      !> The folder
+      character(*), intent(in) :: path
+      !> Their names, in no order
+      character(entry_length), allocatable, intent(out) :: entries(:)
+
+      character(entry_length), allocatable :: longer(:)
+      character(entry_length + 1, kind=c_char) :: name
+      integer :: count
+      type(c_ptr) :: folder
+
+      allocate (entries(16))
+      count = 0
+      folder = impactbeam_open_folder(trim(path)//c_null_char)
+      do while (c_associated(folder))
+         if (impactbeam_next_entry(folder, name, len(name, kind=c_size_t)) == 0) exit
+         if (count == size(entries)) then
+            allocate (longer(2*count))
+            longer(:count) = entries
+            call move_alloc(longer, entries)
+         end if
+         count = count + 1
+         entries(count) = name(:index(name, c_null_char) - 1)
+      end do
+      if (c_associated(folder)) call impactbeam_close_folder(folder)
+      entries = entries(:count)
+   end subroutine folder_entries
+
+   !> Remove files of a folder that is no link; what is no file stays.
+   subroutine remove_entries(path, entries)
+      !> The folder
+      character(*), intent(in) :: path
+      !> Names in it
+      character(*), intent(in) :: entries(:)
+
+      integer :: i
+      type(c_ptr) :: folder
+
+      folder = impactbeam_open_folder(trim(path)//c_null_char)
+      if (.not. c_associated(folder)) return
+      do i = 1, size(entries)
+         call impactbeam_remove_entry(folder, trim(entries(i))//c_null_char)
+      end do
+      call impactbeam_close_folder(folder)
+   end subroutine remove_entries
+
+   !> The bytes of a file; a link is not followed.
+   subroutine load_file(path, bytes, error)
+      !> The file
+      character(*), intent(in) :: path
+      !> What it holds
+      character(kind=c_char), allocatable, target, intent(out) :: bytes(:)
+      !> Why it could not be read
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer(c_int) :: code
+      integer(c_size_t) :: count
+
+      count = 0_c_size_t
+      code = impactbeam_read_bytes(trim(path)//c_null_char, count=count)
+      allocate (bytes(count))
+      if (code == 0 .and. count > 0_c_size_t) code = impactbeam_read_bytes(trim(path)//c_null_char, bytes, count)
+      if (code /= 0) call fail(error, status_run_failed, "cannot read '"//trim(path)//"': "//reason(code))
+   end subroutine load_file
 
    !> The name under which a process writes a file before it is complete: hidden, and no result by its ending.
    pure function partial_name(name, process) result(partial)
@@ -171,13 +327,27 @@ contains
       partial = partial_prefix(name)//trim(digits)
    end function partial_name
 
+   !> The final name of a file from that of an incomplete form; any other name is its own.
+   pure function final_name(name) result(final)
+      !> The name
+      character(*), intent(in) :: name
+      character(:), allocatable :: final
+
+      integer :: place
+
+      final = name
+      place = index(name, part_mark, back=.true.)
+      if (index(name, '.') /= 1 .or. place <= 2) return
+      if (verify(name(place + len(part_mark):), '0123456789') == 0) final = name(2:place - 1)
+   end function final_name
+
    !> What the names of a file's incomplete forms begin with.
    pure function partial_prefix(name) result(prefix)
       !> The file's final name
       character(*), intent(in) :: name
       character(:), allocatable :: prefix
 
-      prefix = '.'//trim(name)//'.part-'
+      prefix = '.'//trim(name)//part_mark
    end function partial_prefix
 
    !> Does somebody watch what is written there?

@@ -28,8 +28,9 @@ int impactbeam_make_folder(const char *path)
       struct stat status;
       if (stat(partial, &status) == 0) {
          if (!S_ISDIR(status.st_mode)) code = ENOTDIR;
-      } else if (mkdir(partial, 0777) != 0 && errno != EEXIST) {
-         code = errno;
+      } else if (mkdir(partial, 0777) != 0) {
+         /* another process made it just now, or a link leads nowhere */
+         code = errno == EEXIST && stat(partial, &status) == 0 ? 0 : errno;
       }
       *end = separator;
       if (separator == '\0') break;
@@ -38,11 +39,48 @@ int impactbeam_make_folder(const char *path)
    return code;
 }
 
-/* Write a file whole under its name, which must not be that of a link; a file of that name is emptied first. */
+/* Make a folder that is not there. */
+int impactbeam_make_new_folder(const char *path)
+{
+   return mkdir(path, 0777) == 0 ? 0 : errno;
+}
+
+/* What has this name: 0 nothing, 1 a file, 2 a folder, 3 a link, 4 something else; where that cannot be known, 4. */
+int impactbeam_kind_of(const char *path)
+{
+   struct stat status;
+   if (lstat(path, &status) != 0) return errno == ENOENT ? 0 : 4;
+   if (S_ISREG(status.st_mode)) return 1;
+   if (S_ISDIR(status.st_mode)) return 2;
+   return S_ISLNK(status.st_mode) ? 3 : 4;
+}
+
+/* The size of a file, and its bytes; a link, or what is no file, is not read. */
+int impactbeam_read_bytes(const char *path, char *bytes, size_t *count)
+{
+   struct stat status;
+   const int file = open(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+   if (file < 0) return errno;
+   int code = fstat(file, &status) != 0 ? errno : S_ISREG(status.st_mode) ? 0 : EINVAL;
+   if (code == 0 && bytes == NULL) *count = (size_t)status.st_size;
+   size_t done = 0;
+   while (code == 0 && bytes != NULL && done < *count) {
+      const ssize_t got = read(file, bytes + done, *count - done);
+      if (got > 0) done += (size_t)got;
+      else if (got == 0) code = EIO;
+      else if (errno != EINTR) code = errno;
+   }
+   close(file);
+   return code;
+}
+
+/* Write a file whole under its name. Nobody else writes under this name: what has it was left by a process that is
+ * gone, and it is replaced rather than written into, since it may have other names. */
 int impactbeam_write_bytes(const char *path, const char *bytes, size_t count)
 {
    impactbeam_note_unfinished(path);
-   const int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0666);
+   unlink(path);
+   const int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0666);
    if (file < 0) return errno;
    /* Past a limit on the size of files write() shall fail, not end the program. */
    void (*const former)(int) = signal(SIGXFSZ, SIG_IGN);
@@ -74,17 +112,43 @@ void impactbeam_remove_leftovers(const char *folder, const char *prefix)
    closedir(entries);
 }
 
-/* Remove a folder and the files in it; where one cannot be removed the folder stays. */
-void impactbeam_remove_folder(const char *path)
+/* The entries of a folder that is no link. NULL: it cannot be read. */
+void *impactbeam_open_folder(const char *path)
 {
-   DIR *const entries = opendir(path);
-   if (entries == NULL) return;
-   for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries)) {
-      if (strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0) continue;
-      unlinkat(dirfd(entries), entry->d_name, 0);
-   }
+   const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
+   if (folder < 0) return NULL;
+   DIR *const entries = fdopendir(folder);
+   if (entries == NULL) close(folder);
+   return entries;
+}
+
+/* The name of the next entry; 0: there are no more. A name that is too long is cut. */
+int impactbeam_next_entry(void *entries, char *name, size_t size)
+{
+   const struct dirent *entry;
+   do {
+      entry = readdir(entries);
+      if (entry == NULL) return 0;
+   } while (strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0);
+   snprintf(name, size, "%s", entry->d_name);
+   return 1;
+}
+
+/* Remove a file of the folder; a folder in it stays. */
+void impactbeam_remove_entry(void *entries, const char *name)
+{
+   unlinkat(dirfd((DIR *)entries), name, 0);
+}
+
+void impactbeam_close_folder(void *entries)
+{
    closedir(entries);
-   rmdir(path);
+}
+
+/* Remove a folder that is empty. */
+int impactbeam_remove_empty_folder(const char *path)
+{
+   return rmdir(path) == 0 ? 0 : errno;
 }
 
 /* The words for an errno, cut to fit. */

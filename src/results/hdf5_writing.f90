@@ -8,7 +8,7 @@
 !> nothing, so the caller asks once, at the end. Object times are off: the same content gives the same
 !> bytes.
 module hdf5_writing
-   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: fail, failure_t, status_run_failed
    use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
    use hdf5, only: &
@@ -24,8 +24,10 @@ module hdf5_writing
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: hdf5_group_t, open_hdf5
+   public :: hdf5_group_t, open_hdf5, program_name
 
+   !> Attribute `program` of the files of this program.
+   character(*), parameter :: program_name = 'impactbeam'
    !> Up to so many attributes are kept with their object, where HDF5 finds them fastest.
    integer, parameter :: compact_attributes = 64
    !> The extent of a scalar, and the scales of what goes along none.
@@ -65,6 +67,18 @@ module hdf5_writing
    !> The library has been started: each further start would leave copies of its types behind.
    logical :: is_open = .false.
 
+   interface
+      !> POSIX: set an environment variable; without `overwrite` one that is set stays.
+      function posix_setenv(name, value, overwrite) bind(c, name='setenv') result(status)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: name(*)
+         character(kind=c_char), intent(in) :: value(*)
+         integer(c_int), value :: overwrite
+         integer(c_int) :: status
+      end function posix_setenv
+   end interface
+
 contains
 
    !> Start the library, at the first call.
@@ -75,10 +89,11 @@ contains
       integer :: quiet_status
 
       status = 0
-      if (is_open) return
-      call h5open_f(status)
+      ! The program has a lock of its own, and HDF5's keeps files from being opened on disks that have none.
+      if (.not. is_open) quiet_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
+      if (.not. is_open) call h5open_f(status)
       is_open = status == 0
-      ! what fails is told by who asked
+      ! What fails is told by who asked. Each thread has a setting of its own, so each that comes here is silenced.
       call h5eset_auto_f(0, quiet_status)
    end subroutine open_hdf5
 

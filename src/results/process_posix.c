@@ -10,23 +10,38 @@
 
 enum { longest_path = 8192 };
 
-static char unfinished[longest_path];
-static volatile sig_atomic_t has_unfinished;
+/* What goes if a signal ends the process: the file that is being written, and the lock. */
+enum { unfinished_file, held_lock, kinds_to_remove };
+static char to_remove[kinds_to_remove][longest_path];
+static volatile sig_atomic_t is_to_be_removed[kinds_to_remove];
 
-/* The file that goes if a signal ends the process; once it has its final name there is none of this name. */
+static void note(int kind, const char *path)
+{
+   is_to_be_removed[kind] = 0;
+   const size_t length = strlen(path);
+   if (length >= longest_path) return;
+   memcpy(to_remove[kind], path, length + 1);
+   is_to_be_removed[kind] = length > 0;
+}
+
+/* The file that is being written; once it has its final name there is none of this name. */
 void impactbeam_note_unfinished(const char *path)
 {
-   has_unfinished = 0;
-   const size_t length = strlen(path);
-   if (length >= sizeof unfinished) return;
-   memcpy(unfinished, path, length + 1);
-   has_unfinished = 1;
+   note(unfinished_file, path);
+}
+
+/* The lock that is held; none: "". */
+void impactbeam_note_lock(const char *path)
+{
+   note(held_lock, path);
 }
 
 /* End as the signal would have ended the process: whoever waits for it sees the signal. */
 static void end_by_signal(int number)
 {
-   if (has_unfinished) unlink(unfinished);
+   for (int kind = 0; kind < kinds_to_remove; ++kind) {
+      if (is_to_be_removed[kind]) unlink(to_remove[kind]);
+   }
    signal(number, SIG_DFL);
    raise(number);
 }

@@ -8,7 +8,7 @@ module results_file
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
    use frequency_types, only: frequency_table_t
-   use hdf5_writing, only: hdf5_group_t
+   use hdf5_writing, only: hdf5_group_t, program_name
    use kinds, only: lambda1, lambda1_power4, wp
    use measure_rows, only: row_of, write_columns
    use response_types, only: event_name, event_separation, response_t, run_measures_t
@@ -200,7 +200,7 @@ contains
          call group%note('title', scene%name)
       end if
       call group%note('name', scene%name)
-      call group%note('program', 'impactbeam')
+      call group%note('program', program_name)
       call group%note('version', version)
       call group%note('conventions', conventions)
    end subroutine write_root

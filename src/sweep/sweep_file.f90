@@ -3,7 +3,7 @@
 module sweep_file
    use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_ptr
    use failures, only: fail, failure_t, status_run_failed
-   use file_system, only: move_file, remove_folder, replace_file
+   use file_system, only: move_file, replace_file
    use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
    use hdf5, only: h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dget_space_f, h5dopen_f, h5dwrite_f, &
       h5f_acc_rdwr_f, h5fclose_f, h5fopen_f, h5gclose_f, h5gopen_f, h5p_dataset_create_f, &
@@ -15,7 +15,7 @@ module sweep_file
    use results_file, only: begin_results, results_name
    use scene_types, only: scene_t
    use sweep_best, only: best_t, consider, refined_t, start_best
-   use sweep_parts, only: part_t, read_part, reason_room
+   use sweep_parts, only: assembled_file, leave_folder, part_name, part_t, read_part, reason_room
    use sweep_plan, only: first_of_part, plan_t
    use sweep_settings, only: design_names, goal_names, measure_count, measure_is_whole, measure_meanings, &
       measure_names, measure_units, parameter_elements, parameter_meanings, parameter_names
@@ -23,7 +23,6 @@ module sweep_file
    private
    public :: survey_t, survey_parts, write_sweep
 
-   character(*), parameter :: assembled_file = 'assembled.h5'
    !> So many failures are told with their reasons; the status of each is in its row.
    integer, parameter :: most_reasons = 10000
 
@@ -92,11 +91,8 @@ contains
       !> What to say
       type(failure_t), allocatable, intent(inout) :: error
 
-      character(16) :: digits
-
-      write (digits, '(i0.6)') number
-      call fail(error, status_run_failed, "'"//path//'/'//trim(digits)//".h5' cannot be read as a part of this sweep; " &
-                //'remove it and give the same command again')
+      call fail(error, status_run_failed, "'"//path//'/'//part_name(number)//"' was spoilt since it was written; " &
+                //'give the same command again, and its cases are computed again')
    end subroutine complain
 
    !> Put the results file together and its parts away.
@@ -132,7 +128,7 @@ contains
       if (allocated(error)) return
       call move_file(path//'/'//assembled_file, folder//'/'//results_name(scene), error)
       if (allocated(error)) return
-      call remove_folder(path)
+      call leave_folder(path)
    end subroutine write_sweep
 
    !> /sweep but for its columns.

@@ -1,5 +1,7 @@
 !> The cases of a sweep: how many, their parameters, the parts in which they reach the disk.
 module sweep_plan
+   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
+   use checksums, only: checksum
    use kinds, only: i8, wp
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, shuffle, start_random
@@ -11,7 +13,7 @@ module sweep_plan
       parameter_stiffness, parameter_taper, parameter_tip_mass, parameter_zeta, swept_t
    implicit none (type, external)
    private
-   public :: plan_t, axis_t, make_plan, case_values, set_parameter, first_of_part, last_of_part, plan_text, checksum
+   public :: plan_t, axis_t, make_plan, case_values, set_parameter, first_of_part, last_of_part, plan_text
 
    !> The values of one parameter.
    type :: axis_t
@@ -294,7 +296,7 @@ contains
       character(:), allocatable :: text
 
       integer, parameter :: most_listed = 100
-      character(:), allocatable :: all
+      character(kind=c_char), allocatable :: bytes(:)
       integer :: i
 
       if (size(numbers) <= most_listed) then
@@ -304,25 +306,10 @@ contains
          end do
          return
       end if
-      allocate (character(size(numbers)*storage_size(1.0_wp)/8) :: all)
-      all = transfer(numbers, all)
+      allocate (bytes(size(numbers)*storage_size(1.0_wp)/8))
+      bytes(:) = transfer(numbers, bytes)
       text = ' '//to_text(numbers(1))//' ... '//to_text(numbers(size(numbers)))//', '//to_text(size(numbers)) &
-             //' values, checksum '//to_text(checksum(all))
+             //' values, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
    end function listed
-
-   !> A number that another text hardly has: the text as digits in base 257, modulo a prime.
-   pure function checksum(text) result(sum)
-      !> The text
-      character(*), intent(in) :: text
-      integer(i8) :: sum
-
-      integer(i8), parameter :: prime = 35184372088777_i8
-      integer :: i
-
-      sum = 1_i8
-      do i = 1, len(text)
-         sum = modulo(sum*257_i8 + int(iachar(text(i:i)), i8) + 1_i8, prime)
-      end do
-   end function checksum
 
 end module sweep_plan

@@ -1,10 +1,11 @@
 !> All cases of a sweep: threads and processes take parts until there are no more. Each case depends on its own
 !> parameters alone, so who runs it, and beside what, leaves no trace in its row.
 module sweep_run
+   use, intrinsic :: iso_fortran_env, only: error_unit
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use sweep_case, only: run_case, runner_t, start_runner
-   use sweep_parts, only: part_is_done, part_t, reason_room, write_part
+   use sweep_parts, only: part_is_done, part_name, part_t, read_part, reason_room, write_part
    use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
    use sweep_ranks, only: abandon_deal, agree, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, serve_deal, &
@@ -51,7 +52,7 @@ contains
       integer, allocatable :: missing(:)
       integer :: i
 
-      missing = pack([(i, i=1, plan%parts)], [(.not. part_is_done(path, i), i=1, plan%parts)])
+      call find_missing(plan, text, path, label, missing)
       fresh = 0
       do i = 1, size(missing)
          fresh = fresh + last_of_part(plan, missing(i)) - first_of_part(plan, missing(i)) + 1
@@ -72,6 +73,37 @@ contains
          call fail(error, status_run_failed, 'another process could not write its part')
       end if
    end subroutine run_parts
+
+   !> The parts that are to be computed; the first process knows.
+   subroutine find_missing(plan, text, path, label, missing)
+      !> The plan, and the same in words
+      type(plan_t), intent(in) :: plan
+      character(*), intent(in) :: text
+      !> Folder of the parts
+      character(*), intent(in) :: path
+      !> What the sweep is called
+      character(*), intent(in) :: label
+      !> Their numbers
+      integer, allocatable, intent(out) :: missing(:)
+
+      type(part_t) :: part
+      logical, allocatable :: is_missing(:)
+      logical :: is_good
+      integer :: i
+
+      allocate (is_missing(plan%parts), source=.false.)
+      if (is_first_rank()) then
+         do i = 1, plan%parts
+            is_missing(i) = .not. part_is_done(path, i)
+            if (is_missing(i)) cycle
+            call read_part(path, plan, text, i, part, is_good)
+            is_missing(i) = .not. is_good
+            if (.not. is_good) write (error_unit, '(a)') 'impactbeam: '//label//": '"//path//'/'//part_name(i)// &
+               "' was spoilt since it was written; its cases are computed again"
+         end do
+      end if
+      missing = pack([(i, i=1, plan%parts)], is_missing)
+   end subroutine find_missing
 
    !> What one thread does: a part after another, until there are no more.
    subroutine take_parts(scene, plan, text, path, shared)

@@ -1,8 +1,7 @@
 !> A sweep from its scene to its file and tables.
 module sweep_study
    !$ use omp_lib, only: omp_get_max_threads
-   use failures, only: fail, failure_t, status_run_failed
-   use file_system, only: make_folder
+   use failures, only: fail, failure_t
    use kinds, only: i8, wp
    use number_text, only: to_text
    use scene_types, only: scene_t
@@ -23,7 +22,7 @@ contains
    subroutine run_sweep(scene, folder, version, threads, quiet, unit, error)
       !> The scene; it has &sweep
       type(scene_t), intent(in) :: scene
-      !> Folder of the results
+      !> Folder of the results, which is there; the results file in it is claimed
       character(*), intent(in) :: folder
       !> Version of the program
       character(*), intent(in) :: version
@@ -40,7 +39,7 @@ contains
       type(survey_t) :: survey
       type(refined_t) :: refined
       character(:), allocatable :: path, text
-      integer :: workers, fresh
+      integer :: workers, fresh, trouble
       integer(i8) :: start, finish, rate
 
       workers = threads
@@ -51,12 +50,12 @@ contains
       call make_plan(scene, plan)
       call plan_text(scene, plan, version, text)
       path = parts_folder(folder, scene%name)
-      if (is_first_rank()) then
-         call make_folder(folder, error)
-         if (.not. allocated(error)) call enter_folder(path, text, error)
-      end if
-      if (agree(merge(1, 0, allocated(error))) > 0) then
-         if (.not. is_first_rank()) call fail(error, status_run_failed, '')
+      trouble = 0
+      if (is_first_rank()) call enter_folder(path, text, error)
+      if (allocated(error)) trouble = error%status
+      trouble = agree(trouble)
+      if (trouble > 0) then
+         call fail(error, trouble, '')
          return
       end if
       call system_clock(start, rate)

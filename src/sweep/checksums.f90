@@ -1,0 +1,35 @@
+!> zlib's checksum, CRC-32: it tells any change of up to 32 neighbouring bits, and of others all but one in four thousand
+!> million.
+module checksums
+   use, intrinsic :: iso_c_binding, only: c_char, c_long, c_size_t
+   use kinds, only: i8
+   implicit none (type, external)
+   private
+   public :: checksum
+
+   interface
+      !> zlib: the checksum of bytes that follow others, whose checksum is `before`.
+      pure function crc32_z(before, bytes, count) bind(c) result(sum)
+         import :: c_char, c_long, c_size_t
+         implicit none (type, external)
+         integer(c_long), value :: before
+         character(kind=c_char), intent(in) :: bytes(*)
+         integer(c_size_t), value :: count
+         integer(c_long) :: sum
+      end function crc32_z
+   end interface
+
+contains
+
+   !> The checksum of some bytes.
+   pure function checksum(bytes, count) result(sum)
+      !> A text, or a list of bytes
+      character(kind=c_char), intent(in) :: bytes(*)
+      !> How many
+      integer(c_size_t), intent(in) :: count
+      integer(i8) :: sum
+
+      sum = int(crc32_z(0_c_long, bytes, count), i8)
+   end function checksum
+
+end module checksums
