@@ -3,7 +3,7 @@ module statements_file
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use failures, only: failure_t
-   use file_system, only: make_folder, replace_file
+   use file_system, only: kind_nothing, kind_of, load_file, make_folder, replace_file
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use number_text, only: to_text
@@ -12,6 +12,7 @@ module statements_file
    use paper_outcomes, only: definition_count, end_levels, end_shares, never
    use paper_series, only: series_names, series_t
    use process, only: open_text, text_of
+   use results_claim, only: refuse_foreign
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
    use statement_types, only: statements_t, verdict_in_words
@@ -19,9 +20,11 @@ module statements_file
    use statements_tables, only: print_outcomes, print_statements
    implicit none (type, external)
    private
-   public :: write_statements
+   public :: write_statements, check_text
 
    integer, parameter :: text_room = 500
+   !> What the text begins with: the number of its first statement.
+   character(*), parameter :: text_begin = '1a  '
 
 contains
 
@@ -55,6 +58,28 @@ contains
       if (allocated(error)) return
       call write_text(folder, scene%name//'.txt', study, error)
    end subroutine write_statements
+
+   !> Refuse to write the text where there is another that is not of statements.
+   subroutine check_text(folder, scene, error)
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      !> The refusal
+      type(failure_t), allocatable, intent(out) :: error
+
+      character(:), allocatable :: path
+      character(kind=c_char), allocatable :: bytes(:)
+      type(failure_t), allocatable :: unreadable
+
+      path = folder//'/'//scene%name//'.txt'
+      if (kind_of(path) == kind_nothing) return
+      call load_file(path, bytes, unreadable)
+      if (size(bytes) >= len(text_begin)) then
+         if (transfer(bytes(:len(text_begin)), text_begin) == text_begin) return
+      end if
+      call refuse_foreign(path, 'a table of statements', error)
+   end subroutine check_text
 
    !> The statements, with their verdicts.
    subroutine write_verdicts(group, ways, list)

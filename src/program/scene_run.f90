@@ -26,7 +26,7 @@ module scene_run
    use scene_checks, only: check_scene
    use scene_reader, only: read_scene
    use scene_types, only: method_exact, output_settings_t, scene_t
-   use statements_file, only: write_statements
+   use statements_file, only: check_text, write_statements
    use statements_study, only: judge_statements, study_t
    use statements_tables, only: print_statements
    use sweep_ranks, only: agree, is_first_rank
@@ -249,6 +249,8 @@ contains
       type(study_t) :: study
       type(way_t) :: ways(way_count)
 
+      call check_text(folder, scene, error)
+      if (allocated(error)) return
       if (.not. quiet) call start_progress('impactbeam: '//scene%name)
       call make_ways(scene%statements%elements, scene%statements%fine_elements, ways)
       call judge_statements(ways, scene%statements%duration, study, error)

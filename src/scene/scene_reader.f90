@@ -5,8 +5,8 @@ module scene_reader
    use number_text, only: to_text
    use scene_groups, only: physical_t, walk_scene
    use scene_input, only: scene_input_t
-   use scene_resolve, only: letters_and_digits, name_characters, resolve_scene
-   use scene_types, only: name_length, scene_t
+   use scene_resolve, only: resolve_scene
+   use scene_types, only: scene_t
    use scene_walk, only: scene_walk_t
    use text_file, only: load_text
    implicit none (type, external)
@@ -97,7 +97,7 @@ contains
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene
 
-   !> Name of a file without folders and ending, made a legal name of a scene.
+   !> Name of a file without folders and ending.
    pure function name_of_file(file) result(name)
       !> Name of the file
       character(*), intent(in) :: file
@@ -108,11 +108,6 @@ contains
       name = file(index(file, '/', back=.true.) + 1:)
       i = index(name, '.', back=.true.)
       if (i > 1) name = name(:i - 1)
-      name = name(:min(len(name), name_length))
-      do i = 1, len(name)
-         if (verify(name(i:i), name_characters) > 0) name(i:i) = '_'
-      end do
-      if (verify(name(:min(1, len(name))), letters_and_digits) > 0 .or. len(name) == 0) name = 'scene'
    end function name_of_file
 
 end module scene_reader

@@ -4,6 +4,7 @@ module scene_resolve
    use cases_groups, only: resolve_cases
    use kinds, only: lambda1, wp
    use number_text, only: to_text
+   use printable_text, only: character_count, excerpt
    use scene_beam, only: mean_section, resolve_beam
    use scene_groups, only: physical_t, scheme_average_acceleration, scheme_explicit, scheme_linear_acceleration
    use scene_input, only: scene_input_t
@@ -17,12 +18,15 @@ module scene_resolve
    use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
-   public :: resolve_scene, letters_and_digits, name_characters
+   public :: resolve_scene
 
    !> What the name of a scene begins with, and what it is made of.
    character(*), parameter :: letters_and_digits = &
       'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789'
    character(*), parameter :: name_characters = letters_and_digits//'._-'
+
+   !> Most bytes of a file's name that can name results: with what is hung to it it stays below 255.
+   integer, parameter :: longest_stem = 200
 
    !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
@@ -78,7 +82,11 @@ contains
       !> As read
       type(scene_t), intent(inout) :: scene
 
-      if (verify(scene%name, name_characters) > 0 .or. verify(scene%name(1:1), letters_and_digits) > 0) then
+      if (.not. input%has('scene', 'name')) then
+         if (.not. can_name_a_file(scene%name)) call input%complain('', '', 'the results cannot have the name of the file, ' &
+            //excerpt(scene%name)//'; that must be 1 to '//to_text(longest_stem)//' bytes before the ending, UTF-8 without ' &
+            //'control characters, beginning with neither . nor - nor a blank; give &scene name')
+      else if (verify(scene%name, name_characters) > 0 .or. verify(scene%name(1:1), letters_and_digits) > 0) then
          call input%complain('scene', 'name', &
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
@@ -96,6 +104,17 @@ contains
          call input%complain('response', '', 'needs a stop; add &stop / (with or without names in it)')
       end if
    end subroutine check_requests
+
+   !> Can the name of a scene file without its ending name its results, as it stands? Made to fit, two names could
+   !> become one.
+   pure function can_name_a_file(name) result(answer)
+      !> The name
+      character(*), intent(in) :: name
+      logical :: answer
+
+      answer = len(name) >= 1 .and. len(name) <= longest_stem
+      if (answer) answer = scan(name(1:1), '.- ') == 0 .and. len_trim(name) == len(name) .and. character_count(name) > 0
+   end function can_name_a_file
 
    !> A study with runs of its own refuses groups that would ask for others.
    subroutine refuse_others(input, study, others, reason)
