@@ -8,7 +8,7 @@ module newmark_events
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
                              event_t, response_t
    use scene_types, only: impulse_nodal, law_three_element
-   use step_measures, only: measure_event
+   use step_measures, only: greatest_in, measure_event, piece_t
    use stop_models, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse, stop_energy, &
                           unload_surface
    implicit none (type, external)
@@ -37,7 +37,8 @@ contains
             distance = gap(run, new)
             rate = gap_rate(run, new)
             if (run%judged) then
-               run%peak = max(run%peak, distance, greatest_within(gap(run, old), gap_rate(run, old), distance, rate, step))
+               run%peak = max(run%peak, greatest_in(piece_t(0.0_wp, step, [gap(run, old), distance], &
+                                                            [gap_rate(run, old), rate])))
                if (run%peak > run%hop_height) run%judged = .false.
             end if
             run%leaving = distance < -run%contact_tolerance
@@ -87,35 +88,6 @@ contains
          call separate(run, response, error)
       end select
    end subroutine give_way
-
-   !> Greatest value of the cubic through both ends if it turns within the step, else the greater end.
-   elemental function greatest_within(value_0, rate_0, value_1, rate_1, step) result(greatest)
-      !> Value and rate at the beginning
-      real(wp), intent(in) :: value_0
-      real(wp), intent(in) :: rate_0
-      !> Value and rate at the end
-      real(wp), intent(in) :: value_1
-      real(wp), intent(in) :: rate_1
-      !> Length of the step
-      real(wp), intent(in) :: step
-      real(wp) :: greatest
-
-      real(wp) :: a1, a2, a3, root, s
-
-      greatest = max(value_0, value_1)
-      if (.not. (rate_0 > 0.0_wp .and. rate_1 < 0.0_wp)) return
-      a1 = step*rate_0
-      a2 = 3.0_wp*(value_1 - value_0) - step*(2.0_wp*rate_0 + rate_1)
-      a3 = step*(rate_0 + rate_1) - 2.0_wp*(value_1 - value_0)
-      ! the zero of a1 + 2 a2 s + 3 a3 s^2 in the step, without cancellation
-      root = sqrt(max(0.0_wp, a2**2 - 3.0_wp*a3*a1))
-      if (a2 <= 0.0_wp) then
-         s = a1/(root - a2)
-      else
-         s = (a2 + root)/(-3.0_wp*a3)
-      end if
-      greatest = max(greatest, value_0 + s*(a1 + s*(a2 + s*a3)))
-   end function greatest_within
 
    !> Model A: the free stop point has come to the stop. A flight that stayed low ends where it began, in capture.
    pure subroutine strike(run, response, error)

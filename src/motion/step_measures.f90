@@ -10,7 +10,7 @@ module step_measures
                            take_impulse, tally_t
    implicit none (type, external)
    private
-   public :: step_measurer_t, piece_t, measure_motion, measure_contact, measure_energy, measure_event, finish_steps
+   public :: step_measurer_t, piece_t, greatest_in, measure_motion, measure_contact, measure_energy, measure_event, finish_steps
 
    !> eta of the stop point in a step
    type :: piece_t
@@ -172,6 +172,23 @@ contains
       measures%quiet_tau = last_loud_time(measurer%loud)
       allocate (response%measures, source=measures)
    end subroutine finish_steps
+
+   !> The greatest value in a step.
+   pure function greatest_in(piece) result(greatest)
+      !> The step
+      type(piece_t), intent(in) :: piece
+      real(wp) :: greatest
+
+      real(wp) :: cubic(0:3), turn(2)
+      integer :: k, turns
+
+      cubic = cubic_of(piece)
+      call find_turns(cubic, turns, turn)
+      greatest = maxval(piece%eta)
+      do k = 1, turns
+         greatest = max(greatest, cubic_value(cubic, turn(k)))
+      end do
+   end function greatest_in
 
    !> When |eta_c| last exceeds the quiet level in a step in which it does.
    pure function last_loud_time(piece) result(tau)

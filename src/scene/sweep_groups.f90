@@ -118,7 +118,9 @@ contains
       integer :: chosen
 
       chosen = best%measure - column_impacts + 1
-      call walk%choice('measure', chosen, 'measure by which cases are compared', measure_names(column_impacts:))
+      call walk%choice('measure', chosen, 'measure by which cases are compared; with restitution greatest_force is the mean ' &
+                       //'over the first 0.1 of tau of an episode, as the peak has no limit in the mesh', &
+                       measure_names(column_impacts:))
       best%measure = chosen + column_impacts - 1
       call walk%choice('goal', best%goal, 'which of its values is the best', goal_names)
       call walk%item('count', best%count, 'cases in the table of the best', within(1, 10000))
