@@ -53,10 +53,14 @@ class Unplottable(Exception):
     """A file that holds nothing to plot, with the reason."""
 
 
+OPENED = []
+
+
 def open_results(path):
     """The open results file; the reason if it is none."""
     if not path.is_file():
-        raise Unplottable(f"{path}: no such file")
+        raise Unplottable(f"{path}: " + ("is a folder, no results file" if path.is_dir() else "no such file"))
+    OPENED.append(path)
     try:
         return h5py.File(path, "r")
     except OSError:
@@ -66,18 +70,36 @@ def open_results(path):
 def group_of(file, name, request):
     """A group of the file; if it is not there, what the scene would have had to ask for."""
     if name not in file:
-        raise Unplottable(f"{file.filename}: has no /{name}: its scene has no {request}")
+        foreign = "" if isinstance(file, h5py.Group) and "scene" in file.file else " (no results file of impactbeam?)"
+        raise Unplottable(f"{file.file.filename}: has no /{name}: its scene has no {request}{foreign}")
     return file[name]
 
 
 def text_of(value):
     """A text of the file."""
-    return value.decode() if isinstance(value, bytes) else str(value)
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
+
+
+def texts_of(dataset):
+    """A list of texts of the file, without the blanks at their ends."""
+    return [text_of(value).strip() for value in dataset[()]]
+
+
+def as_it_is(text):
+    """A text that matplotlib draws letter by letter: a dollar sign would begin a formula."""
+    return text.replace("$", r"\$")
 
 
 def title_of(file):
     """The heading of a scene."""
-    return text_of(file.attrs.get("title", "")) or Path(file.filename).stem
+    return as_it_is(text_of(file.attrs.get("title", "")) or Path(file.filename).stem)
+
+
+def legend_of_titles(axes, titles, **options):
+    """A legend of the curves of a panel; matplotlib would leave out titles that begin with an underscore."""
+    legend = axes.legend(axes.get_lines()[: len(titles)], [str(number) for number in range(len(titles))], **options)
+    for shown, title in zip(legend.get_texts(), titles):
+        shown.set_text(title)
 
 
 def save(figure, path):
@@ -92,9 +114,16 @@ def save(figure, path):
 
 
 def run(main):
-    """Run a script's main program; what cannot be plotted ends it with one line and status 1."""
+    """Run a script's main program; what cannot be plotted ends it with one line and status 2, as bad input does."""
     try:
         with matplotlib.rc_context(STYLE):
             main()
+        return
     except Unplottable as reason:
-        sys.exit(f"{Path(sys.argv[0]).name}: {reason}")
+        problem = str(reason)
+    except Exception as error:
+        files = ", ".join(dict.fromkeys(map(str, OPENED)))
+        cause = str(error).strip("\"'") or type(error).__name__
+        problem = f"{files}: cannot be drawn: damaged, or no results file of impactbeam ({cause})" if files else cause
+    print(f"{Path(sys.argv[0]).name}: {' '.join(problem.split())}", file=sys.stderr)
+    sys.exit(2)

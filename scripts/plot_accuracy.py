@@ -5,13 +5,9 @@ one beam (inputs/accuracy_frequencies.nml, accuracy_large_meshes.nml); computes 
 |lambda / exact - 1|."""
 
 import argparse
-import sys
 from pathlib import Path
 
-import h5py
-import matplotlib
-
-matplotlib.use("Agg")
+import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -19,20 +15,15 @@ STYLES = {"dsygv": ("--", "x"), "natural": ("-", "o"), "lanczos": (":", "s"), "a
 ROUNDING = 2.0**-53
 
 
-def text(value):
-    """A name from the file, without the blanks at its end."""
-    return value.decode().strip() if isinstance(value, bytes) else str(value).strip()
-
-
 def read(path):
     """Solver, elements, ratio and relative errors (modes) of each column of one file; exact values."""
-    with h5py.File(path) as file:
-        group = file["frequencies"]
+    with plots.open_results(path) as file:
+        group = plots.group_of(file, "frequencies", "&frequencies")
         if "lambda_exact" not in group:
-            sys.exit(f"{path} has no exact values: &frequencies reference = 'exact'")
+            raise plots.Unplottable(f"{path}: has no exact values: &frequencies reference was not 'exact'")
         exact = group["lambda_exact"][:]
         values = group["lambda"][:]
-        names = [text(name) for name in group["column_solver"][:]]
+        names = plots.texts_of(group["column_solver"])
         if values.shape != (len(names), len(exact)):
             values = values.T
         columns = zip(names, group["column_elements"][:], group["column_ratio"][:], np.abs(values / exact - 1.0))
@@ -51,7 +42,10 @@ def main():
     for path in arguments.files:
         found, exact = read(path)
         columns += found
-    modes = [mode for mode in arguments.modes if mode <= min(len(errors) for *_, errors in columns)]
+    most = min(len(errors) for *_, errors in columns)
+    modes = [mode for mode in arguments.modes if 1 <= mode <= most]
+    if not modes:
+        raise plots.Unplottable(f"--modes: all files have modes 1 to {most}, none of those asked for")
     solvers = list(dict.fromkeys(solver for solver, *_ in columns))
     ratios = sorted({ratio for _, _, ratio, _ in columns})
 
@@ -66,7 +60,7 @@ def main():
                     [max(error, ROUNDING) for _, error in points],
                     line,
                     marker=marker,
-                    color=f"C{number}",
+                    color=plots.COLOURS[number % len(plots.COLOURS)],
                     markersize=9 if solver == "lanczos" else 5,
                     fillstyle="none" if solver == "lanczos" else "full",
                     label=f"{solver}, r = {ratio:g}",
@@ -83,10 +77,8 @@ def main():
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=len(ratios), fontsize=8, frameon=False)
     figure.tight_layout(rect=(0.0, 0.03 + 0.035 * len(solvers), 1.0, 1.0))
-    picture = arguments.out or arguments.files[0].with_suffix(".png")
-    figure.savefig(picture, dpi=150)
-    print(picture)
+    plots.save(figure, arguments.out or arguments.files[0].with_suffix(".png"))
 
 
 if __name__ == "__main__":
-    main()
+    plots.run(main)

@@ -15,7 +15,7 @@ import impactbeam_plots as plots
 
 def column_labels(group):
     """What stands beside each curve: n, r, and the solver if there are several."""
-    solvers = [plots.text_of(name) for name in group["column_solver"][()]]
+    solvers = plots.texts_of(group["column_solver"])
     labels = []
     for solver, elements, ratio in zip(solvers, group["column_elements"][()], group["column_ratio"][()]):
         label = f"$n$ = {elements}, $r$ = {ratio:g}"

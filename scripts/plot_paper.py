@@ -249,10 +249,10 @@ class Verdicts:
         with plots.open_results(path) as file:
             group = file["statements"]
             self.title = plots.title_of(file)
-            self.ways = [plots.text_of(name) for name in group["way_name"][()]]
-            self.labels = [plots.text_of(label) for label in group["label"][()]]
-            self.texts = [plots.text_of(text) for text in group["text"][()]]
-            self.verdicts = [plots.text_of(verdict) for verdict in group["verdict"][()]]
+            self.ways = plots.texts_of(group["way_name"])
+            self.labels = plots.texts_of(group["label"])
+            self.texts = [plots.as_it_is(text) for text in plots.texts_of(group["text"])]
+            self.verdicts = [plots.as_it_is(verdict) for verdict in plots.texts_of(group["verdict"])]
             self.holds = [group[f"holds_{number + 1}"][()] for number in range(len(self.ways))]
             self.definitions = [group[f"definitions_{number + 1}"][()] for number in range(len(self.ways))]
             self.has_end = group["has_end"][()]
@@ -305,7 +305,7 @@ def draw_sheet(pictures):
     for axes, picture, image in zip(grid.flat, pictures, images):
         axes.imshow(image, interpolation="lanczos")
         axes.set_anchor("N")
-        axes.set_title(picture.stem, fontsize=10)
+        axes.set_title(plots.as_it_is(picture.stem), fontsize=10)
     return figure
 
 

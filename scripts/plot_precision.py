@@ -27,15 +27,10 @@ ERRORS = {
 ROUNDING = 2.0**-53
 
 
-def texts(dataset):
-    """A list of texts of the file."""
-    return np.array([plots.text_of(value).strip() for value in dataset[:]])
-
-
 def draw_motion(panel, study, error, hop):
     """The curves of one study."""
     group = study["motion"]
-    methods, varied = texts(group["method"]), texts(group["varied"])
+    methods, varied = (np.array(plots.texts_of(group[name])) for name in ("method", "varied"))
     seconds, errors = group["seconds"][:], group[f"error_{error}"][:]
     for number, (method, name) in enumerate(NAMES.items()):
         mine = (methods == method) & ((varied == "step") | (varied == hop)) & (seconds > 0.0)
@@ -67,7 +62,7 @@ def draw_solvers(panel, studies):
     columns = []
     for group in studies:
         columns += zip(
-            texts(group["solver"]), group["ratio"][:], group["elements"][:], group["seconds"][:], group["error_first"][:]
+            plots.texts_of(group["solver"]), group["ratio"][:], group["elements"][:], group["seconds"][:], group["error_first"][:]
         )
     solvers = list(dict.fromkeys(solver for solver, *_ in columns))
     ratios = sorted({ratio for _, ratio, *_ in columns})
@@ -152,7 +147,7 @@ def draw_skips(files, studies):
         panel.semilogx(without, places, "o", color=plots.COLOURS[1], markerfacecolor="white")
         panel.semilogx(used, places, "o", color=plots.COLOURS[2])
         panel.set_ylim(len(places) - 0.4, -0.6)
-        panel.set_yticks(places, texts(group["name"]))
+        panel.set_yticks(places, plots.texts_of(group["name"]))
         panel.tick_params(axis="y", which="both", length=0)
         panel.set_title(plots.title_of(file))
         panel.annotate("difference", (1.03, 1.0), (0, 6), xycoords="axes fraction", textcoords="offset points")
@@ -188,7 +183,7 @@ def main():
             1, len(motions), figsize=(max(plots.WIDTH, 3.2 * len(motions)), 3.9), sharey=True, squeeze=False
         )
         for panel, (file, study) in zip(panels[0], motions):
-            varied = texts(study["motion/varied"])
+            varied = np.array(plots.texts_of(study["motion/varied"]))
             modes = (varied == "hop_tolerance").sum() <= 1 and (varied == "mode_tolerance").any()
             draw_motion(panel, study, arguments.error, "mode_tolerance" if modes else "hop_tolerance")
             if np.ptp(np.log10(panel.xaxis.get_data_interval())) < 1.0:

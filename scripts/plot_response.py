@@ -19,6 +19,8 @@ PANELS = {
     "velocity": ("velocity_stop", r"velocity $\mathrm{d}\eta/\mathrm{d}\tau$", r"velocity $\mathrm{d}y/\mathrm{d}t$"),
     "force": ("contact_force", r"contact force $\bar{P}$", r"contact force $P$"),
 }
+RECORDS = ("eta_stop", "eta_tip", "velocity_stop", "contact_force")
+NOTHING_RECORDED = "no history was recorded: see &output histories"
 IMPACTS = ("impact", "contact")
 
 
@@ -29,14 +31,19 @@ class Response:
         with plots.open_results(path) as file:
             if "cases" in file:
                 raise plots.Unplottable(f"{path}: holds several cases: draw it with plot_paper.py")
+            if "sweep" in file:
+                raise plots.Unplottable(f"{path}: holds a sweep: draw it with plot_sweep.py")
+            if "response" not in file and "events" in file:
+                raise plots.Unplottable(f"{path}: {NOTHING_RECORDED}")
             group = plots.group_of(file, "response", "&response")
             self.path = path
             self.title = plots.title_of(file)
             self.in_scene_units = in_scene_units
+            recorded = [name for name in RECORDS if name in group]
+            if not recorded:
+                raise plots.Unplottable(f"{path}: {NOTHING_RECORDED}")
             self.tau = self.values(group["tau"])
-            self.curves = {name: self.values(group[name]) for name in group if name != "tau"}
-            if not self.curves:
-                raise plots.Unplottable(f"{path}: no history was recorded: see &output histories")
+            self.curves = {name: self.values(group[name]) for name in recorded}
             self.impacts = self.read_impacts(file["events"]) if "events" in file else []
             self.contacts = self.read_contacts(file["measures"]) if "measures" in file else []
 
@@ -58,6 +65,10 @@ class Response:
     def read_contacts(self, measures):
         """Begin and end of each contact."""
         return list(zip(self.values(measures["contact_start"]), self.values(measures["contact_end"])))
+
+    def has(self, panel):
+        """Was something recorded for this panel?"""
+        return PANELS[panel][0] in self.curves or (panel == "displacement" and "eta_tip" in self.curves)
 
     def tip_differs(self):
         """Is the tip another point than the stop?"""
@@ -133,16 +144,20 @@ def label_time(axes, responses, in_scene_units):
 
 def draw_one(response, panels):
     """A picture of one response: panels over each other."""
-    drawn = [panel for panel in panels if panel == "displacement" or PANELS[panel][0] in response.curves]
+    drawn = [panel for panel in panels if response.has(panel)]
+    if not drawn:
+        others = " ".join(panel for panel in PANELS if response.has(panel))
+        raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded; draw it with --panels {others}")
     heights = [2.6 if panel == "displacement" else 1.4 for panel in drawn]
     figure, grid = plt.subplots(len(drawn), 1, sharex=True, squeeze=False, figsize=(plots.WIDTH, sum(heights) + 0.5),
                                 gridspec_kw={"height_ratios": heights, "hspace": 0.09})
     for axes, panel in zip(grid[:, 0], drawn):
         shade_contacts(axes, response)
         label_panel(axes, panel, response.in_scene_units)
+        if axes is grid[0, 0]:
+            axes.set_title(response.title, pad=19 if panel == "displacement" else None)
         if panel == "displacement":
             handles = draw_displacement(axes, response) + legend_of_signs(response)
-            axes.set_title(response.title, pad=19)
             put_legend_above(axes, handles)
         else:
             axes.plot(response.tau, response.curves[PANELS[panel][0]], color="black", linewidth=0.8)
@@ -160,6 +175,8 @@ def draw_stack(responses):
         label_panel(axes, "displacement", response.in_scene_units)
         axes.set_ylabel(r"$y - d$" if response.in_scene_units else r"$\eta$")
         set_ticks(axes.yaxis, 4)
+        if not response.has("displacement"):
+            raise plots.Unplottable(f"{response.path}: no displacement was recorded")
         handles = draw_displacement(axes, response) + legend_of_signs(response)
         if response is max(responses, key=Response.signs):
             put_legend_above(grid[0, 0], handles)
@@ -175,10 +192,10 @@ def draw_overlay(responses):
     for number, response in enumerate(responses):
         if "eta_stop" not in response.curves:
             raise plots.Unplottable(f"{response.path}: the displacement at the stop was not recorded")
-        axes.plot(response.tau, response.curves["eta_stop"], label=response.title,
+        axes.plot(response.tau, response.curves["eta_stop"],
                   color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
     label_panel(axes, "displacement", responses[0].in_scene_units)
-    axes.legend(loc="upper right")
+    plots.legend_of_titles(axes, [response.title for response in responses], loc="upper right")
     label_time(axes, responses, responses[0].in_scene_units)
     return figure
 

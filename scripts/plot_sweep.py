@@ -60,6 +60,9 @@ class Sweep:
             self.values = {name: group[name][:] for name in self.names}
             self.column = group[self.measure][:].astype(float)
             self.column[group["status"][:] > 0] = np.nan
+            if not np.isfinite(self.column).any():
+                others = ", ".join(name for name in known if name != self.measure)
+                raise plots.Unplottable(f"{path}: {self.measure} has no value in any case; --measure takes another of {others}")
             spacings = plots.text_of(group.attrs["spacings"]).split(",")
             self.logarithmic = {name: spacing.strip() == "logarithmic" for name, spacing in zip(self.names, spacings)}
             # the first of these is the best case of the sweep, the last the best of all
@@ -70,7 +73,7 @@ class Sweep:
                 source = best["refinement"] if "refinement" in best else None
                 if source is not None:
                     self.path = {name: source[name][:] for name in [*self.names, self.measure]}
-            elif np.isfinite(self.column).any():
+            else:
                 self.best = int(np.nanargmin(self.column))
 
     def label(self, name):
@@ -95,8 +98,6 @@ class Sweep:
 def colour_scale(values):
     """Colours for a measure: by its logarithm if it spans more than a decade."""
     finite = values[np.isfinite(values)]
-    if not finite.size:
-        raise plots.Unplottable("the measure has no value in any case")
     least, most = finite.min(), finite.max()
     if least > 0.0 and most > 10.0 * least:
         return LogNorm(least, most)
@@ -231,8 +232,6 @@ def draw_parallel(sweep):
     columns = [*sweep.names, sweep.measure]
     data = np.array([sweep.values[name] for name in sweep.names] + [sweep.column])
     known = np.isfinite(sweep.column)
-    if not known.any():
-        raise plots.Unplottable("the measure has no value in any case")
     norm = colour_scale(sweep.column)
     logarithmic = [sweep.logarithmic[name] for name in sweep.names] + [isinstance(norm, LogNorm)]
     limits = [(row[known].min(), row[known].max()) for row in data]
