@@ -91,15 +91,21 @@ contains
          call fail(error, status_run_failed, lapack_message('DSYGV', info, order))
          return
       end if
-      ! written so that a NaN is refused too
-      if (.not. all(eigenvalue(:count) > 0.0_wp)) then
-         call fail(error, status_run_failed, 'DSYGV: an eigenvalue of this mesh came out zero or negative; '// &
+      ! all comparisons are written so that a NaN is refused too
+      if (.not. all(eigenvalue(:count) > 0.0_wp .and. eigenvalue(:count) <= huge(1.0_wp))) then
+         call fail(error, status_run_failed, 'DSYGV: an eigenvalue of this mesh came out zero, negative or not finite; '// &
                    'rounding has taken over, use another solver')
          return
       end if
+      if (job == 'V') then
+         if (.not. all(abs(vectors(:, :count)) <= huge(1.0_wp))) then
+            call fail(error, status_run_failed, 'DSYGV: a mode shape of this mesh is not finite; use another solver')
+            return
+         end if
+      end if
       allocate (lambda, source=sqrt(sqrt(eigenvalue(:count))))
       if (count == 0) return
-      if (abs(lambda(1)/lowest_lambda(model) - 1.0_wp) > tolerated) then
+      if (.not. abs(lambda(1)/lowest_lambda(model) - 1.0_wp) <= tolerated) then
          deallocate (lambda)
          call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
                    'rounding, use another solver')

@@ -257,7 +257,7 @@ contains
       call group%note('in_scene_units', units%length, 'element_length')
    end subroutine write_mesh
 
-   !> The table of frequencies; where a mesh has no such mode stands NaN.
+   !> The table of frequencies; where a mesh has no such mode, or its solver failed, stands NaN.
    subroutine write_frequencies(group, table, units)
       !> Its group
       type(hdf5_group_t), intent(in) :: group
@@ -267,7 +267,9 @@ contains
       type(units_t), intent(in) :: units
 
       character(*), parameter :: of_columns = 'column_solver column_elements column_ratio'
+      integer, parameter :: longest_failure = 200
       character(name_length) :: solver(size(table%columns))
+      character(longest_failure) :: failure(size(table%columns))
       integer :: column, columns, elements(size(table%columns)), i, modes, rows
       real(wp) :: nan, ratio(size(table%columns))
       real(wp), allocatable :: error(:, :), lambda(:, :), omega(:, :)
@@ -282,6 +284,8 @@ contains
       allocate (lambda(columns, rows), omega(columns, rows), error(columns, rows), source=nan)
       do column = 1, columns
          solver(column) = table%columns(column)%solver
+         failure(column) = ''
+         if (allocated(table%columns(column)%failure)) failure(column) = table%columns(column)%failure
          elements(column) = table%columns(column)%elements
          ratio(column) = table%columns(column)%ratio
          modes = size(table%columns(column)%lambda)
@@ -297,6 +301,7 @@ contains
       call group%add('column_solver', solver, 'none', 'solver', along='column')
       call group%add('column_elements', elements, '1', 'number of elements n', along='column')
       call group%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1)', along='column')
+      call group%add('column_failure', failure, 'none', 'why the solver gave no values; empty: it gave some', along='column')
       call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', ['column', 'mode  '])
       call group%note('coordinates', of_columns, 'lambda')
       call group%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '])
