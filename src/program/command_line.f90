@@ -150,8 +150,8 @@ contains
              'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
              next// &
              '  --out DIR   folder of the results (default: results)'//next// &
-             '  --check     read and check the scenes, compute nothing'//next// &
-             '  --threads N threads of a sweep (default: one a core)'//next// &
+             '  --check     read and check the scenes and the memory they need, compute nothing'//next// &
+             '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
              '  --quiet     no tables'//next// &
              '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &
              '  --version   print the version'//next// &

@@ -4,12 +4,13 @@ module program_run
    use, intrinsic :: iso_fortran_env, only: error_unit
    use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, program_version, usage
-   use failures, only: failure_t
+   use failures, only: fail, failure_t, status_bad_input
    use process, only: prepare_process, print_text
    use scene_echo, only: reference_table
+   use scene_needs, only: check_needs
    use scene_run, only: read_scenes, run_scene
    use scene_types, only: scene_t
-   use sweep_ranks, only: is_first_rank, start_ranks, stop_ranks
+   use sweep_ranks, only: agree, is_first_rank, start_ranks, stop_ranks
    implicit none (type, external)
    private
    public :: run_program
@@ -52,6 +53,7 @@ contains
          return
       end if
       call read_scenes(command%scenes, scenes, error)
+      if (.not. allocated(error)) call check_all_needs(scenes, command%threads, error)
       if (allocated(error)) then
          call report(error%message, error%status, status)
          return
@@ -65,6 +67,28 @@ contains
          if (allocated(error)) call report(scenes(i)%file//': '//error%message, error%status, status)
       end do
    end subroutine run_command_line
+
+   !> Is there room for each scene? Processes may see different rooms: the first one decides.
+   subroutine check_all_needs(scenes, threads, error)
+      !> The scenes
+      type(scene_t), intent(in) :: scenes(:)
+      !> Threads of a sweep; 0: as many as there are cores
+      integer, intent(in) :: threads
+      !> Set by the first scene that does not fit
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(failure_t), allocatable :: refusal
+      integer :: i
+
+      do i = 1, size(scenes)
+         if (.not. is_first_rank()) exit
+         call check_needs(scenes(i), threads, refusal)
+         if (.not. allocated(refusal)) cycle
+         call fail(error, refusal%status, scenes(i)%file//': '//refusal%message)
+         exit
+      end do
+      if (agree(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
+   end subroutine check_all_needs
 
    !> Print what the command line asks about the program.
    subroutine print_answers(command, error)

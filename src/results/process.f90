@@ -19,6 +19,10 @@ module process
          implicit none (type, external)
       end subroutine impactbeam_take_signals
 
+      subroutine impactbeam_widen_stacks() bind(c)
+         implicit none (type, external)
+      end subroutine impactbeam_widen_stacks
+
       function impactbeam_write_all(descriptor, bytes, count) bind(c) result(code)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)
@@ -35,6 +39,7 @@ contains
    subroutine prepare_process()
       call impactbeam_hold_streams()
       call impactbeam_take_signals()
+      call impactbeam_widen_stacks()
    end subroutine prepare_process
 
    !> Open a unit for a text that is to be read back.

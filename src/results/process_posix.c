@@ -1,16 +1,20 @@
-/* The process as the system sees it: its streams, its signals, the address space left. Fortran's side is process.f90. */
+/* The process as the system sees it: its streams, its signals, its stacks, and the end of its memory. Fortran's side is
+ * process.f90. */
+#define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 enum { longest_path = 8192 };
 
-/* What goes if a signal ends the process: the file that is being written, and the lock. */
+/* What goes if a signal or want of memory ends the process: the file that is being written, and the lock. */
 enum { unfinished_file, held_lock, kinds_to_remove };
 static char to_remove[kinds_to_remove][longest_path];
 static volatile sig_atomic_t is_to_be_removed[kinds_to_remove];
@@ -36,12 +40,17 @@ void impactbeam_note_lock(const char *path)
    note(held_lock, path);
 }
 
-/* End as the signal would have ended the process: whoever waits for it sees the signal. */
-static void end_by_signal(int number)
+static void remove_unfinished(void)
 {
    for (int kind = 0; kind < kinds_to_remove; ++kind) {
       if (is_to_be_removed[kind]) unlink(to_remove[kind]);
    }
+}
+
+/* End as the signal would have ended the process: whoever waits for it sees the signal. */
+static void end_by_signal(int number)
+{
+   remove_unfinished();
    signal(number, SIG_DFL);
    raise(number);
 }
@@ -84,4 +93,69 @@ int impactbeam_write_all(int descriptor, const char *bytes, size_t count)
       }
    }
    return 0;
+}
+
+/* Where the user's limit leaves less (ulimit -s), the stack of this thread may grow to what is usual, and those of threads to
+ * come have it. */
+void impactbeam_widen_stacks(void)
+{
+   static const rlim_t usual = (rlim_t)8 << 20;
+   struct rlimit limit;
+   if (getrlimit(RLIMIT_STACK, &limit) == 0 && limit.rlim_cur < usual) {
+      limit.rlim_cur = usual;
+      if (limit.rlim_max < usual) limit.rlim_max = usual;
+      if (setrlimit(RLIMIT_STACK, &limit) != 0 && getrlimit(RLIMIT_STACK, &limit) == 0) {
+         limit.rlim_cur = limit.rlim_max;
+         setrlimit(RLIMIT_STACK, &limit);
+      }
+   }
+#ifdef __GLIBC__
+   pthread_attr_t attributes;
+   size_t size;
+   if (pthread_getattr_default_np(&attributes) != 0) return;
+   if (pthread_attr_getstacksize(&attributes, &size) == 0 && size < usual &&
+       pthread_attr_setstacksize(&attributes, usual) == 0)
+      pthread_setattr_default_np(&attributes);
+   pthread_attr_destroy(&attributes);
+#endif
+}
+
+/* libgfortran calls one of these where an allocation without a status fails, and would print a backtrace: the program's own
+ * goes before it. What is not finished goes, status 1. */
+void _gfortran_os_error(const char *message) __attribute__((weak, noreturn));
+void _gfortran_os_error_at(const char *place, const char *message, ...) __attribute__((weak, noreturn));
+
+static void end_without_memory(const char *message, va_list arguments) __attribute__((noreturn));
+
+static void end_without_memory(const char *message, va_list arguments)
+{
+   char text[256], what[160];
+   vsnprintf(what, sizeof what, message, arguments);
+   const int length = snprintf(text, sizeof text, "impactbeam: memory has run out (%s); give the scene less to do, or the "
+                               "program more memory\n", what);
+   remove_unfinished();
+   if (length > 0) (void)impactbeam_write_all(STDERR_FILENO, text, (size_t)length);
+   _exit(1);
+}
+
+void _gfortran_os_error_at(const char *place, const char *message, ...)
+{
+   (void)place;
+   va_list arguments;
+   va_start(arguments, message);
+   end_without_memory(message, arguments);
+}
+
+static void end_plainly(const char *message, ...) __attribute__((noreturn));
+
+static void end_plainly(const char *message, ...)
+{
+   va_list arguments;
+   va_start(arguments, message);
+   end_without_memory(message, arguments);
+}
+
+void _gfortran_os_error(const char *message)
+{
+   end_plainly("%s", message);
 }

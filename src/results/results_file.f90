@@ -153,12 +153,17 @@ contains
       type(response_t), intent(in), optional :: response
       integer(c_size_t) :: bytes
 
-      integer(c_size_t), parameter :: histories = 12_c_size_t, event_parts = 8_c_size_t, shape_parts = 4_c_size_t
-      integer(c_size_t), parameter :: overhead = 65536_c_size_t
+      integer(c_size_t), parameter :: event_parts = 8_c_size_t, shape_parts = 4_c_size_t, overhead = 262144_c_size_t
+      integer :: histories
 
       bytes = 0_c_size_t
       if (present(response)) then
-         if (allocated(response%tau)) bytes = bytes + histories*size(response%tau, kind=c_size_t)
+         histories = count([allocated(response%tau), allocated(response%displacement_stop), &
+                            allocated(response%displacement_tip), allocated(response%velocity_stop), &
+                            allocated(response%contact_force)])
+         ! the ledger has an axis of its own
+         if (allocated(response%energy)) histories = histories + 8
+         if (allocated(response%tau)) bytes = bytes + int(histories, c_size_t)*size(response%tau, kind=c_size_t)
          bytes = bytes + event_parts*int(response%event_count, c_size_t)
          if (allocated(response%shape_displacement)) &
             bytes = bytes + shape_parts*size(response%shape_displacement, kind=c_size_t)

@@ -15,7 +15,7 @@ module frequency_study
    use scene_types, only: reference_exact, scene_t, solver_dsygv, solver_lanczos, solver_names, solver_natural
    implicit none (type, external)
    private
-   public :: frequency_table, has_exact_frequencies
+   public :: frequency_table, has_exact_frequencies, meshes_and_solvers, default_count
 
    !> Modes of a table whose scene gives no number.
    integer, parameter :: default_count = 12

@@ -50,6 +50,7 @@ contains
 
       integer, parameter :: parts_aimed_at = 400, least_part = 10, most_part = 16384
       type(axis_t), allocatable :: axes(:)
+      real(wp), allocatable :: values(:)
       integer :: k, count, i
 
       associate (sweep => scene%sweep)
@@ -85,7 +86,10 @@ contains
          end do
          allocate (plan%axes(count))
          do i = 1, count
+            ! many cases have many values: they are moved
+            call move_alloc(axes(i)%values, values)
             plan%axes(i) = axes(i)
+            call move_alloc(values, plan%axes(i)%values)
          end do
          plan%part_cases = sweep%part_cases
          if (plan%part_cases == 0) &

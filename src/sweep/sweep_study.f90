@@ -1,8 +1,10 @@
 !> A sweep from its scene to its file and tables.
 module sweep_study
-   !$ use omp_lib, only: omp_get_max_threads
+   !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
+   use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t
    use kinds, only: i8, wp
+   use machine_memory, only: free_addresses
    use number_text, only: to_text
    use scene_types, only: scene_t
    use sweep_best, only: refine, refined_t
@@ -11,10 +13,11 @@ module sweep_study
    use sweep_plan, only: make_plan, plan_t, plan_text
    use sweep_ranks, only: agree, is_first_rank, ranks_in_words
    use sweep_run, only: run_parts
+   use sweep_settings, only: design_grid, design_latin_hypercube, sweep_settings_t
    use sweep_tables, only: print_sweep
    implicit none (type, external)
    private
-   public :: run_sweep
+   public :: run_sweep, threads_for, cases_of
 
 contains
 
@@ -42,11 +45,7 @@ contains
       integer :: workers, fresh, trouble
       integer(i8) :: start, finish, rate
 
-      workers = threads
-      if (workers == 0) then
-         workers = 1
-         !$ workers = omp_get_max_threads()
-      end if
+      workers = threads_for(threads, cases_of(scene%sweep))
       call make_plan(scene, plan)
       call plan_text(scene, plan, version, text)
       path = parts_folder(folder, scene%name)
@@ -70,6 +69,45 @@ contains
       call print_sweep(unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
                        in_words(workers, ranks_in_words()))
    end subroutine run_sweep
+
+   !> Threads that a sweep takes: as many as asked for, but no more than it has cases, than four a core, and than there is
+   !> address space for.
+   function threads_for(asked, cases) result(threads)
+      !> Number asked for; 0: OpenMP's, one a core unless OMP_NUM_THREADS says otherwise
+      integer, intent(in) :: asked
+      !> Number of cases
+      real(wp), intent(in) :: cases
+      integer :: threads
+
+      ! a thread's stack, and what the C library reserves for its memory, bytes
+      real(wp), parameter :: space_of_a_thread = 8.4e6_wp + 1.35e8_wp
+      real(wp) :: room
+
+      threads = max(asked, 1)
+      !$ if (asked == 0) threads = omp_get_max_threads()
+      !$ threads = min(threads, 4*omp_get_num_procs())
+      threads = int(min(real(threads, wp), max(cases, 1.0_wp)))
+      room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
+      threads = int(min(real(threads, wp), 1.0_wp + room))
+   end function threads_for
+
+   !> Number of cases of a checked sweep.
+   pure function cases_of(sweep) result(cases)
+      !> Its settings
+      type(sweep_settings_t), intent(in) :: sweep
+      real(wp) :: cases
+
+      integer :: k, values
+
+      cases = 1.0_wp
+      if (sweep%design == design_latin_hypercube) cases = real(sweep%count, wp)
+      do k = 1, size(sweep%swept)
+         values = max(sweep%swept(k)%points, 1)
+         if (allocated(sweep%swept(k)%list)) values = size(sweep%swept(k)%list)
+         if (sweep%design == design_grid) cases = cases*real(values, wp)
+         if (sweep%design /= design_latin_hypercube) cases = max(cases, real(values, wp))
+      end do
+   end function cases_of
 
    !> Such as '2 threads' and '2 threads in each of 4 processes'.
    pure function in_words(threads, processes) result(words)

@@ -1,0 +1,47 @@
+!> How much memory this process can still have (machine_memory_posix.c), and numbers of bytes in words.
+module machine_memory
+   use, intrinsic :: iso_c_binding, only: c_double
+   use kinds, only: wp
+   use number_text, only: to_text
+   implicit none (type, external)
+   private
+   public :: free_memory, free_addresses, in_bytes
+
+   interface
+      !> Memory and swap that are free for this process, control groups included, bytes; huge: not known.
+      function free_memory() bind(c, name='impactbeam_free_memory') result(bytes)
+         import :: c_double
+         implicit none (type, external)
+         real(c_double) :: bytes
+      end function free_memory
+
+      !> Address space left where it is limited (ulimit -v), bytes; infinite: it is not.
+      function free_addresses() bind(c, name='impactbeam_free_addresses') result(bytes)
+         import :: c_double
+         implicit none (type, external)
+         real(c_double) :: bytes
+      end function free_addresses
+   end interface
+
+contains
+
+   !> Such as '12.3 GB'.
+   pure function in_bytes(bytes) result(words)
+      !> Number of bytes
+      real(wp), intent(in) :: bytes
+      character(:), allocatable :: words
+
+      real(wp), parameter :: megabyte = 1.0e6_wp, gigabyte = 1.0e9_wp, most = 1.0e9_wp
+      character(16) :: digits
+
+      if (bytes < gigabyte) then
+         words = to_text(nint(bytes/megabyte))//' MB'
+      else if (bytes < 100.0_wp*gigabyte) then
+         write (digits, '(f0.1)') bytes/gigabyte
+         words = trim(digits)//' GB'
+      else
+         words = to_text(nint(min(bytes/gigabyte, most)))//' GB'
+      end if
+   end function in_bytes
+
+end module machine_memory

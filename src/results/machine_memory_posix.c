@@ -1,0 +1,89 @@
+/* How much memory this process can still have. Fortran's side is machine_memory.f90. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+enum { longest_line = 1024, longest_path = 2048 };
+
+/* The number after a word at the beginning of a line of a file, or the one in a file of one number where the word is
+ * empty; negative: there is none. */
+static double number_in(const char *path, const char *word)
+{
+   char line[longest_line];
+   double number = -1.0, found;
+   FILE *const file = fopen(path, "r");
+   if (file == NULL) return number;
+   while (number < 0.0 && fgets(line, sizeof line, file) != NULL) {
+      if (strncmp(line, word, strlen(word)) == 0 && sscanf(line + strlen(word), "%lf", &found) == 1) number = found;
+   }
+   fclose(file);
+   return number;
+}
+
+/* What a control group and those above it leave; memory of files that are not in use counts as free. */
+static double room_in_group(const char *root, char *group, const char *limit, const char *usage, const char *cached)
+{
+   char folder[longest_path], path[longest_path + 64];
+   double room = HUGE_VAL;
+   for (;;) {
+      snprintf(folder, sizeof folder, "%s%s", root, group);
+      snprintf(path, sizeof path, "%s/%s", folder, limit);
+      const double most = number_in(path, "");
+      snprintf(path, sizeof path, "%s/%s", folder, usage);
+      const double used = number_in(path, "");
+      snprintf(path, sizeof path, "%s/memory.stat", folder);
+      const double files = number_in(path, cached);
+      if (most >= 0.0 && used >= 0.0) room = fmin(room, fmax(most - used + fmax(files, 0.0), 0.0));
+      char *const end = strrchr(group, '/');
+      if (end == NULL) return room;
+      *end = '\0';
+   }
+}
+
+/* Bytes of memory and swap that are free for this process, as far as Linux tells; else infinite. */
+double impactbeam_free_memory(void)
+{
+   const double kilobyte = 1024.0;
+   const double available = number_in("/proc/meminfo", "MemAvailable:"), swap = number_in("/proc/meminfo", "SwapFree:");
+   double room = HUGE_VAL;
+   if (available >= 0.0) room = kilobyte*(available + fmax(swap, 0.0));
+   char line[longest_line];
+   FILE *const groups = fopen("/proc/self/cgroup", "r");
+   if (groups == NULL) return room;
+   while (fgets(line, sizeof line, groups) != NULL) {
+      line[strcspn(line, "\n")] = '\0';
+      char *const names = strchr(line, ':'), *const group = names == NULL ? NULL : strchr(names + 1, ':');
+      if (group == NULL) continue;
+      *group = '\0';
+      if (names[1] == '\0') {
+         room = fmin(room, room_in_group("/sys/fs/cgroup", group + 1, "memory.max", "memory.current", "inactive_file "));
+      } else if (strcmp(names + 1, "memory") == 0) {
+         room = fmin(room, room_in_group("/sys/fs/cgroup/memory", group + 1, "memory.limit_in_bytes",
+                                         "memory.usage_in_bytes", "total_inactive_file "));
+      }
+   }
+   fclose(groups);
+   return room;
+}
+
+/* Bytes of address space left where that is limited (ulimit -v), found by asking for them; else infinite. */
+double impactbeam_free_addresses(void)
+{
+   struct rlimit limit;
+   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return HUGE_VAL;
+   const size_t page = 65536;
+   size_t fits = 0, too_many = (size_t)limit.rlim_cur/page + 1;
+   while (too_many - fits > 1) {
+      const size_t pages = fits + (too_many - fits)/2;
+      void *const room = mmap(NULL, pages*page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+      if (room == MAP_FAILED) {
+         too_many = pages;
+      } else {
+         munmap(room, pages*page);
+         fits = pages;
+      }
+   }
+   return (double)fits*(double)page;
+}
