@@ -3,7 +3,8 @@
 module exact_restitution
    use certified_search, only: certified_signal_t, first_zero, found_never_left, found_none, found_zero, local_t, search_t
    use damped_oscillators, only: elastic_and_viscous, propagate
-   use failures, only: fail, failure_t, status_run_failed
+   use event_watch, only: event_watch_t, watch_events
+   use failures, only: failure_t
    use flight_measures, only: measure_flight, measure_held_contact, measure_impulse
    use kinds, only: i8, wp
    use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t, to_free, to_pinned
@@ -56,21 +57,20 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer, parameter :: standstill_cap = 1000
       type(pinned_beam_t), target :: pinned
       type(steps_t) :: free_steps, pinned_steps
       type(modal_signal_t) :: gap
       type(search_t) :: search
+      type(event_watch_t) :: watch
       real(wp), dimension(beam%count) :: q, v
       real(wp) :: t, before
       logical :: after_rebound, held, touching
-      integer :: order, standstill
+      integer :: order
 
       t = 0.0_wp
       q = start
       v = 0.0_wp
       after_rebound = .false.
-      standstill = 0
       call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
       touching = .false.
       if (sum(gap%weight*q) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*q)) + abs(gap%offset))) then
@@ -125,16 +125,8 @@ contains
          after_rebound = order == 1
          touching = order == 0
          gap%start_order = order
-         if (response%event_count > run%event_limit) then
-            call fail(error, status_run_failed, 'more events than event_limit allows; the run was given up')
-            return
-         end if
-         standstill = merge(0, standstill + 1, t > before)
-         if (standstill > standstill_cap) then
-            call fail(error, status_run_failed, 'the motion does not advance: events follow each other within the '// &
-                      'rounding error of time; damping or a more even mesh ends that')
-            return
-         end if
+         call watch_events(watch, response%event_count, run%event_limit, before, t, error)
+         if (allocated(error)) return
       end do
    end subroutine run_exact_restitution
 

@@ -6,7 +6,8 @@ module exact_three_element
    use contact_modes, only: contact_amplitudes, contact_modes_t, contact_state, make_contact_modes
    use damped_oscillators, only: propagate
    use exponential_signal, only: exponential_signal_t
-   use failures, only: fail, failure_t, status_run_failed
+   use event_watch, only: event_watch_t, watch_events
+   use failures, only: failure_t
    use flight_measures, only: measure_flight, measure_spring_contact
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
@@ -51,23 +52,22 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer, parameter :: standstill_cap = 1000
       type(contact_modes_t) :: modes
       type(contact_losses_t) :: losses
       type(steps_t) :: steps
       type(modal_signal_t) :: gap
       type(search_t) :: search
+      type(event_watch_t) :: watch
       type(event_t) :: event
       real(wp), dimension(beam%count) :: q, v
       real(wp) :: t, before, branch_force
-      integer :: force_order, standstill
+      integer :: force_order
       logical :: touching
 
       t = 0.0_wp
       q = start
       v = 0.0_wp
       branch_force = 0.0_wp
-      standstill = 0
       call make_modal_signal(beam%oscillators, -run%surface, beam%stop_value, gap)
       if (run%spring%branch_stiffness > 0.0_wp) gap%rate = run%spring%surface_rate
       touching = .false.
@@ -117,16 +117,8 @@ contains
             gap%start_order = 2
             force_order = 2
          end if
-         if (response%event_count > run%event_limit) then
-            call fail(error, status_run_failed, 'more events than event_limit allows; the run was given up')
-            return
-         end if
-         standstill = merge(0, standstill + 1, t > before)
-         if (standstill > standstill_cap) then
-            call fail(error, status_run_failed, 'the motion does not advance: events follow each other within the '// &
-                      'rounding error of time; damping or a more even mesh ends that')
-            return
-         end if
+         call watch_events(watch, response%event_count, run%event_limit, before, t, error)
+         if (allocated(error)) return
       end do
    end subroutine run_exact_three_element
 
