@@ -9,13 +9,14 @@ module exact_motion
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
    use modal_recorder, only: make_recorder, recorder_t
+   use mode_choice, only: agreement, check_output, check_settings, compare_modes, modes_that_matter, next_count
    use response_records, only: count_samples, open_records
-   use response_types, only: response_t
+   use response_types, only: mode_check_t, response_t
    use scene_types, only: impulse_nodal, law_three_element, output_settings_t, response_settings_t, stop_settings_t
    use stop_models, only: make_three_element
    implicit none (type, external)
    private
-   public :: exact_response, exact_response_in_modes, modes_that_matter
+   public :: exact_response, exact_response_in_modes
 
 contains
 
@@ -47,9 +48,7 @@ contains
       response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
-   !> Run from rest, the stop point pulled to eta = 1 by a point force, to the end.
-   !>
-   !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are.
+   !> Run with the modes that the mode tolerance asks for.
    subroutine exact_response_in_modes(modes, zeta, stop_settings, response_settings, output_settings, height_ratio, &
                                       response, error)
       !> The modes of the free beam, which other runs may share
@@ -69,15 +68,96 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
 
+      type(mode_check_t) :: check
+
+      check%kept = size(modes%lambda)
+      if (.not. response_settings%keep_all_modes .and. stop_settings%impulse /= impulse_nodal) &
+         call choose_modes(modes, zeta, stop_settings, response_settings, height_ratio, check)
+      call run_in_modes(modes, check%kept, zeta, stop_settings, response_settings, output_settings, height_ratio, response, &
+                        error)
+      response%evaluations = response%evaluations + check%evaluations
+      response%mode_check = check
+   end subroutine exact_response_in_modes
+
+   !> The modes to keep: those that can matter at all, then more of them until more change nothing.
+   !>
+   !> That what is left out moves the stop point by little does not say that the others move as if it were there: it makes
+   !> the beam more yielding where it hits. So a run is compared with one of more modes, and that one is kept if both
+   !> agree far within the tolerance, up to the third rebound: chatter lets any difference grow without end.
+   subroutine choose_modes(modes, zeta, stop_settings, response_settings, height_ratio, check)
+      !> The modes of the free beam
+      type(free_modes_t), intent(in) :: modes
+      !> zeta = gamma omega1 / 2
+      real(wp), intent(in) :: zeta
+      !> The stop
+      type(stop_settings_t), intent(in) :: stop_settings
+      !> Duration, tolerances
+      type(response_settings_t), intent(in) :: response_settings
+      !> hbar/L
+      real(wp), intent(in) :: height_ratio
+      !> How many to keep, and how that was found
+      type(mode_check_t), intent(inout) :: check
+
+      type(response_settings_t) :: settings
+      type(response_t) :: fewer, more
+      type(failure_t), allocatable :: error
+      integer :: all
+
+      all = size(modes%lambda)
+      associate (b => modes%mode(modes%stop_dof, :), tolerance => response_settings%mode_tolerance)
+         check%kept = modes_that_matter(modes%square, b, 1.0_wp + stop_settings%preload, tolerance, &
+                                        stop_settings%law /= law_three_element)
+         if (check%kept == all) return
+         settings = check_settings(response_settings, modes%lambda(1))
+         do
+            check%compared = check%kept
+            check%kept = next_count(modes%square, b, check%compared)
+            if (check%kept == all) exit
+            if (.not. allocated(fewer%tau)) then
+               call run_in_modes(modes, check%compared, zeta, stop_settings, settings, check_output(), height_ratio, fewer, &
+                                 error)
+               if (allocated(error)) exit
+               check%evaluations = check%evaluations + fewer%evaluations
+            end if
+            call run_in_modes(modes, check%kept, zeta, stop_settings, settings, check_output(), height_ratio, more, error)
+            if (allocated(error)) exit
+            check%evaluations = check%evaluations + more%evaluations
+            call compare_modes(fewer, more, settings%duration, check)
+            if (check%difference <= agreement*tolerance) return
+            fewer = more
+         end do
+      end associate
+      check = mode_check_t(kept=all, evaluations=check%evaluations)
+   end subroutine choose_modes
+
+   !> Run from rest, the stop point pulled to eta = 1 by a point force, to the end.
+   !>
+   !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are.
+   subroutine run_in_modes(modes, kept, zeta, stop_settings, response_settings, output_settings, height_ratio, response, error)
+      !> The modes of the free beam, which other runs may share
+      type(free_modes_t), intent(in) :: modes
+      !> Only the first of them are used
+      integer, intent(in) :: kept
+      !> zeta = gamma omega1 / 2
+      real(wp), intent(in) :: zeta
+      !> The stop
+      type(stop_settings_t), intent(in) :: stop_settings
+      !> Duration, samples, tolerances
+      type(response_settings_t), intent(in) :: response_settings
+      !> What to keep
+      type(output_settings_t), intent(in) :: output_settings
+      !> hbar/L
+      real(wp), intent(in) :: height_ratio
+      !> Events and histories
+      type(response_t), intent(out) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(out) :: error
+
       type(modal_beam_t), target :: beam
       type(recorder_t) :: recorder
       real(wp), allocatable :: start(:)
-      integer :: i, kept, samples
+      integer :: i, samples
 
-      kept = size(modes%lambda)
-      if (.not. response_settings%keep_all_modes .and. stop_settings%impulse /= impulse_nodal) &
-         kept = modes_that_matter(modes%square, modes%mode(modes%stop_dof, :), 1.0_wp + stop_settings%preload, &
-                                  response_settings%mode_tolerance, stop_settings%law /= law_three_element)
       call make_modal_beam(modes%square(:kept), modes%mode(modes%stop_dof, :kept), modes%mode(modes%tip_dof, :kept), &
                            zeta, beam)
       samples = count_samples(response_settings%duration, response_settings%step)
@@ -86,7 +166,6 @@ contains
       allocate (start, source=(1.0_wp + stop_settings%preload)*beam%stop_value &
                 /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
-      response%modes_kept = beam%count
       call start_measures(output_settings%measures, output_settings%most_peaks, stop_settings, response%initial_energy, &
                           height_ratio, recorder%measurer)
       if (stop_settings%law == law_three_element) then
@@ -136,37 +215,6 @@ contains
          run%force_scale = height_ratio
       end function three_element_run
 
-   end subroutine exact_response_in_modes
-
-   !> How many of the lowest modes can matter. No energy is ever won, so at any time sum W_i^2 q_i^2 <= 2 E(0),
-   !> and the modes left out move the stop point by |sum b_i q_i| <= sqrt(2 E(0) sum b_i^2/W_i^2). Where impulses
-   !> act, the mass that takes part in them counts as well, 1/sum b_i^2, which high modes hold as much of as low ones.
-   pure function modes_that_matter(square, stop_value, pull, tolerance, impulsive) result(kept)
-      !> W_i^2, ascending
-      real(wp), intent(in) :: square(:)
-      !> b_i
-      real(wp), intent(in) :: stop_value(:)
-      !> y_c(0), where the run starts
-      real(wp), intent(in) :: pull
-      !> What they may contribute together
-      real(wp), intent(in) :: tolerance
-      !> Impulses act on the stop point
-      logical, intent(in) :: impulsive
-      integer :: kept
-
-      real(wp) :: twice_energy, tail, mobility, lost
-
-      twice_energy = pull**2/sum(stop_value**2/square)
-      mobility = sum(stop_value**2)
-      tail = 0.0_wp
-      lost = 0.0_wp
-      ! a pinned beam needs two free modes
-      do kept = size(square), 3, -1
-         tail = tail + stop_value(kept)**2/square(kept)
-         lost = lost + stop_value(kept)**2
-         if (sqrt(twice_energy*tail) > tolerance) return
-         if (impulsive .and. lost > tolerance*mobility) return
-      end do
-   end function modes_that_matter
+   end subroutine run_in_modes
 
 end module exact_motion

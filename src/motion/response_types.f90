@@ -11,7 +11,7 @@ module response_types
    public :: response_t, event_t, energy_t, append_event, event_name
    public :: event_impact, event_capture, event_release, event_contact, event_separation
    public :: is_contact_start, is_contact_end
-   public :: run_measures_t, quiet_level, quiet_energy
+   public :: mode_check_t, run_measures_t, quiet_level, quiet_energy
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -105,6 +105,19 @@ module response_types
       real(wp) :: left = 0.0_wp
    end type run_measures_t
 
+   !> How many modes a run kept, and what a run of fewer of them told.
+   type :: mode_check_t
+      !> Kept
+      integer :: kept = 0
+      !> Of so many fewer was the other run; 0: none, as no mode was left out
+      integer :: compared = 0
+      !> Up to here both were compared, tau, and their greatest difference in eta of stop and tip
+      real(wp) :: horizon = 0.0_wp
+      real(wp) :: difference = 0.0_wp
+      !> Sums evaluated in such runs
+      integer(i8) :: evaluations = 0_i8
+   end type mode_check_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are meant
       type(event_t), allocatable :: events(:)
@@ -131,11 +144,12 @@ module response_types
       !> In contact at the end of the run
       logical :: ends_in_contact = .false.
       !> Work done: steps taken (newmark) or modal sums evaluated (exact), steps taken back,
-      !> factorisations or eigen-solves, modes kept
+      !> factorisations or eigen-solves
       integer(i8) :: evaluations = 0_i8
       integer(i8) :: rejected = 0_i8
       integer :: factorisations = 0
-      integer :: modes_kept = 0
+      !> Modes kept (exact)
+      type(mode_check_t) :: mode_check
    end type response_t
 
 contains

@@ -235,7 +235,7 @@ contains
          call seconds_of(job, task_motion, with_samples)
          if (allocated(error)) return
          motion = [motion, events_only]
-         modes = [modes, real(job%response%modes_kept, wp)]
+         modes = [modes, real(job%response%mode_check%kept, wp)]
          sample = [sample, (with_samples - events_only)/real(size(job%response%tau), wp)]
          job%output = no_output()
       end subroutine add_motion

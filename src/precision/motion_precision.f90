@@ -268,7 +268,7 @@ contains
          call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%motion, error)
       end if
       entry%event_count = task%response%event_count
-      entry%modes_kept = task%response%modes_kept
+      entry%modes_kept = task%response%mode_check%kept
       entry%evaluations = task%response%evaluations
       if (allocated(error)) entry%failure = error%message
    end subroutine measure_entry

@@ -70,7 +70,8 @@ contains
                         along=along)
          call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', along=along)
          call group%add('hop_tolerance', entries%hop_tolerance, '1', 'eta that a flight must exceed to be no rest', along=along)
-         call group%add('mode_tolerance', entries%mode_tolerance, '1', 'eta that modes left out may contribute', along=along)
+         call group%add('mode_tolerance', entries%mode_tolerance, '1', 'eta by which leaving out modes may change the motion', &
+                        along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
          call group%add('seconds', entries%whole%median, 's', 'whole run from the assembled beam, events only: median', &
                         along=along)

@@ -5,7 +5,7 @@ module scene_run
    use cases_file, only: write_cases
    use cases_tables, only: print_cases
    use command_line, only: argument_t, program_version
-   use console_tables, only: print_frequency_table, print_measures, print_model
+   use console_tables, only: print_frequency_table, print_measures, print_model, print_modes
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use file_system, only: make_folder
@@ -180,6 +180,7 @@ contains
       end if
       if (allocated(error) .or. quiet) return
       call print_model(unit, scene)
+      if (allocated(response)) call print_modes(unit, response%mode_check)
       if (allocated(table)) call print_frequency_table(unit, table)
       if (allocated(response)) call print_measures(unit, response%measures)
    end subroutine run_alone

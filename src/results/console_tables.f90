@@ -3,11 +3,11 @@ module console_tables
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: wp
    use number_text, only: to_text
-   use response_types, only: quiet_level, run_measures_t
+   use response_types, only: mode_check_t, quiet_level, run_measures_t
    use scene_types, only: impulse_names, law_names, law_restitution, method_names, method_newmark, scene_t, shape_taper
    implicit none (type, external)
    private
-   public :: print_model, print_first_frequencies, print_frequency_table, print_measures
+   public :: print_model, print_first_frequencies, print_frequency_table, print_measures, print_modes
 
    !> Width of the labels at the left, and of a column of numbers.
    integer, parameter :: label_width = 20
@@ -257,6 +257,18 @@ contains
       end do
       call print_cells(unit, 'solver', cells)
    end subroutine print_heading
+
+   !> What leaving out modes does; nothing, if none was left out.
+   subroutine print_modes(unit, check)
+      !> Where to
+      integer, intent(in) :: unit
+      !> The modes kept, and those compared
+      type(mode_check_t), intent(in) :: check
+
+      if (check%compared == 0) return
+      call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)//' eta differs by '// &
+                      rounded(check%difference)//' until tau = '//rounded(check%horizon))
+   end subroutine print_modes
 
    !> The measures of a run.
    subroutine print_measures(unit, measures)

@@ -354,7 +354,14 @@ contains
       call group%note('evaluations', real(response%evaluations, wp))
       call group%note('rejected', real(response%rejected, wp))
       call group%note('factorisations', real(response%factorisations, wp))
-      call group%note('modes_kept', real(response%modes_kept, wp))
+      associate (check => response%mode_check)
+         call group%note('modes_kept', real(check%kept, wp))
+         if (check%compared > 0) then
+            call group%note('modes_compared', real(check%compared, wp))
+            call group%note('mode_difference', check%difference)
+            call group%note('mode_horizon', check%horizon)
+         end if
+      end associate
       if (.not. allocated(response%tau)) return
       call write_times(group, response%tau, 'time tau', units)
       call write_along_tau(group, 'eta_stop', response%displacement_stop, &

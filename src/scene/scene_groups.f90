@@ -263,7 +263,7 @@ contains
          hop_range)
       call walk%item('event_limit', response%event_limit, 'events after which the run fails', &
          within(1, 1000000000))
-      call walk%item('mode_tolerance', response%mode_tolerance, 'eta that modes left out may contribute', &
+      call walk%item('mode_tolerance', response%mode_tolerance, 'eta by which leaving out modes may change the motion', &
          within(0.0_wp, 0.1_wp), role_t(is_exact, exact))
       call walk%item('keep_all_modes', response%keep_all_modes, 'leave out no mode', role_t(is_exact, exact))
    end subroutine walk_response

@@ -147,7 +147,7 @@ module scene_types
       real(wp) :: hop_tolerance = 1.0e-8_wp
       !> Events after which the run fails
       integer :: event_limit = 10000000
-      !> `exact`: eta of the stop point that the modes left out together may contribute
+      !> `exact`: eta of stop and tip by which leaving out modes may change the motion, up to the third rebound
       real(wp) :: mode_tolerance = 1.0e-9_wp
       !> `exact`: keep all modes, whatever they contribute
       logical :: keep_all_modes = .false.

@@ -1,0 +1,144 @@
+!> Which modes of the beam a run can do without, and how far that may be trusted.
+module mode_choice
+   use kinds, only: lambda1, pi, wp
+   use response_types, only: mode_check_t, quiet_level, response_t
+   use scene_types, only: output_settings_t, response_settings_t
+   implicit none (type, external)
+   private
+   public :: agreement, check_output, check_settings, compare_modes, modes_that_matter, next_count
+
+   !> Two runs that differ by no more than this share of the mode tolerance agree: the rest is for what more modes yet would
+   !> change, which falls with their number.
+   real(wp), parameter :: agreement = 0.03_wp
+   !> The modes left out of the run of more modes yield at the stop by this share of what those of the other do.
+   real(wp), parameter :: growth = 0.5_wp
+   !> Runs are compared until the peak of this rebound, and over so many periods of the lowest mode at most.
+   integer, parameter :: last_rebound = 3, most_periods = 4
+   !> Samples in such a period.
+   integer, parameter :: samples = 256
+
+contains
+
+   !> How many of the lowest modes can matter. No energy is ever won, so at any time sum W_i^2 q_i^2 <= 2 E(0),
+   !> and the modes left out move the stop point by |sum b_i q_i| <= sqrt(2 E(0) sum b_i^2/W_i^2). Where impulses
+   !> act, the mass that takes part in them counts as well, 1/sum b_i^2, which high modes hold as much of as low ones.
+   pure function modes_that_matter(square, stop_value, pull, tolerance, impulsive) result(kept)
+      !> W_i^2, ascending
+      real(wp), intent(in) :: square(:)
+      !> b_i
+      real(wp), intent(in) :: stop_value(:)
+      !> y_c(0), where the run starts
+      real(wp), intent(in) :: pull
+      !> What they may contribute together
+      real(wp), intent(in) :: tolerance
+      !> Impulses act on the stop point
+      logical, intent(in) :: impulsive
+      integer :: kept
+
+      real(wp) :: twice_energy, tail, mobility, lost
+
+      twice_energy = pull**2/sum(stop_value**2/square)
+      mobility = sum(stop_value**2)
+      tail = 0.0_wp
+      lost = 0.0_wp
+      ! a pinned beam needs two free modes
+      do kept = size(square), 3, -1
+         tail = tail + stop_value(kept)**2/square(kept)
+         lost = lost + stop_value(kept)**2
+         if (sqrt(twice_energy*tail) > tolerance) return
+         if (impulsive .and. lost > tolerance*mobility) return
+      end do
+   end function modes_that_matter
+
+   !> More modes than a number, so many that those left out yield much less at the stop; all, if no fewer do.
+   pure function next_count(square, stop_value, count) result(more)
+      !> W_i^2, ascending
+      real(wp), intent(in) :: square(:)
+      !> b_i
+      real(wp), intent(in) :: stop_value(:)
+      !> The number
+      integer, intent(in) :: count
+      integer :: more
+
+      real(wp) :: tail
+
+      tail = sum(stop_value(count + 1:)**2/square(count + 1:))
+      do more = count + 1, size(square) - 1
+         if (sum(stop_value(more + 1:)**2/square(more + 1:)) <= growth*tail) return
+      end do
+   end function next_count
+
+   !> A run to compare: no longer than it may be trusted, with samples of its own.
+   pure function check_settings(asked, lowest) result(settings)
+      !> Of the run itself
+      type(response_settings_t), intent(in) :: asked
+      !> lambda of the lowest mode
+      real(wp), intent(in) :: lowest
+      type(response_settings_t) :: settings
+
+      real(wp) :: period
+
+      settings = asked
+      period = 2.0_wp*pi*(lambda1/lowest)**2
+      settings%duration = min(asked%duration, real(most_periods, wp)*period)
+      settings%step = min(settings%duration, period)/real(samples, wp)
+   end function check_settings
+
+   !> What it keeps.
+   pure function check_output() result(output)
+      type(output_settings_t) :: output
+
+      output%displacement_stop = .true.
+      output%displacement_tip = .true.
+      output%velocity_stop = .false.
+      output%contact_force = .false.
+   end function check_output
+
+   !> The greatest difference of two runs in eta of stop and tip, up to the peak of the third rebound of either.
+   pure subroutine compare_modes(fewer, more, duration, check)
+      !> The runs, sampled alike
+      type(response_t), intent(in) :: fewer
+      type(response_t), intent(in) :: more
+      !> Their length
+      real(wp), intent(in) :: duration
+      !> Gets difference and horizon
+      type(mode_check_t), intent(inout) :: check
+
+      integer :: last
+
+      check%horizon = min(horizon_of(fewer, duration), horizon_of(more, duration))
+      last = count(more%tau <= check%horizon)
+      check%difference = max(maxval(abs(fewer%displacement_stop(:last) - more%displacement_stop(:last))), &
+                             maxval(abs(fewer%displacement_tip(:last) - more%displacement_tip(:last))))
+   end subroutine compare_modes
+
+   !> The sample at the peak of the third rebound, a flight that rises above the quiet level; the end if there are fewer.
+   pure function horizon_of(response, duration) result(horizon)
+      !> The run
+      type(response_t), intent(in) :: response
+      !> Its length
+      real(wp), intent(in) :: duration
+      real(wp) :: horizon
+
+      real(wp) :: highest
+      integer :: event, rebounds, i
+
+      horizon = duration
+      event = 0
+      rebounds = 0
+      do i = 1, size(response%tau)
+         do while (event < response%event_count)
+            if (response%events(event + 1)%tau > response%tau(i)) exit
+            event = event + 1
+            highest = quiet_level
+         end do
+         if (event == 0) cycle
+         if (response%displacement_stop(i) <= highest) cycle
+         if (highest <= quiet_level) rebounds = rebounds + 1
+         if (rebounds > last_rebound) return
+         if (rebounds == last_rebound) horizon = response%tau(i)
+         highest = response%displacement_stop(i)
+      end do
+   end function horizon_of
+
+end module mode_choice
