@@ -24,7 +24,7 @@ module hdf5_writing
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: hdf5_group_t, open_hdf5, program_name
+   public :: hdf5_group_t, open_hdf5, program_name, c_free
 
    !> Attribute `program` of the files of this program.
    character(*), parameter :: program_name = 'impactbeam'
@@ -77,6 +77,13 @@ module hdf5_writing
          integer(c_int), value :: overwrite
          integer(c_int) :: status
       end function posix_setenv
+
+      !> C: give memory back, here that of a text which HDF5 read.
+      subroutine c_free(address) bind(c, name='free')
+         import :: c_ptr
+         implicit none (type, external)
+         type(c_ptr), value :: address
+      end subroutine c_free
    end interface
 
 contains
@@ -90,8 +97,10 @@ contains
 
       status = 0
       ! The program has a lock of its own, and HDF5's keeps files from being opened on disks that have none.
-      if (.not. is_open) quiet_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
-      if (.not. is_open) call h5open_f(status)
+      if (.not. is_open) then
+         quiet_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
+         call h5open_f(status)
+      end if
       is_open = status == 0
       ! What fails is told by who asked. Each thread has a setting of its own, so each that comes here is silenced.
       call h5eset_auto_f(0, quiet_status)

@@ -5,7 +5,7 @@ module results_claim
    use file_system, only: kind_file, kind_folder, kind_link, kind_nothing, kind_of, reason
    use hdf5, only: h5aclose_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, &
       h5tclose_f, h5tis_variable_str_f, hid_t
-   use hdf5_writing, only: open_hdf5, program_name
+   use hdf5_writing, only: c_free, open_hdf5, program_name
    implicit none (type, external)
    private
    public :: claim_t, claim_results, release_results, refuse_foreign, what_is_there
@@ -45,13 +45,6 @@ module results_claim
          character(kind=c_char), intent(in) :: text(*)
          integer(c_int) :: order
       end function c_strcmp
-
-      !> C: give memory back, here that of a text which HDF5 read.
-      subroutine c_free(address) bind(c, name='free')
-         import :: c_ptr
-         implicit none (type, external)
-         type(c_ptr), value :: address
-      end subroutine c_free
    end interface
 
 contains
@@ -83,8 +76,8 @@ contains
          if (.not. is_result(path)) call refuse_foreign(path, 'a results file', error)
          if (allocated(error)) call release_results(claim)
       case (is_held)
-         call fail(error, status_run_failed, "'"//path//"' is being computed by "//owner(:index(owner, c_null_char) - 1)// &
-                   '; wait for it, or give another name or --out')
+         call fail(error, status_run_failed, "'"//path//"' is being computed by "// &
+                   owner(:index(owner, c_null_char) - 1)//'; wait for it, or give another name or --out')
       case (is_foreign)
          call refuse_foreign(lock, 'a lock', error)
       case default

@@ -1,4 +1,5 @@
-/* A lock that its owner loses by ending, however it ends, and that says who has it. Fortran's side is results_claim.f90. */
+/* A lock that its owner loses by ending, however it ends, and that says who has it.
+ * Fortran's side is results_claim.f90. */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>

@@ -83,9 +83,10 @@ contains
       type(scene_t), intent(inout) :: scene
 
       if (.not. input%has('scene', 'name')) then
-         if (.not. can_name_a_file(scene%name)) call input%complain('', '', 'the results cannot have the name of the file, ' &
-            //excerpt(scene%name)//'; that must be 1 to '//to_text(longest_stem)//' bytes before the ending, UTF-8 without ' &
-            //'control characters, beginning with neither . nor - nor a blank; give &scene name')
+         if (.not. can_name_a_file(scene%name)) call input%complain('', '', &
+            'the results cannot have the name of the file, '//excerpt(scene%name)//'; that must be 1 to ' &
+            //to_text(longest_stem)//' bytes before the ending, UTF-8 without control characters, beginning with ' &
+            //'neither . nor - nor a blank; give &scene name')
       else if (verify(scene%name, name_characters) > 0 .or. verify(scene%name(1:1), letters_and_digits) > 0) then
          call input%complain('scene', 'name', &
             'must be letters, digits, . _ - and begin with a letter or a digit')

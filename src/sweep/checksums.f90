@@ -1,5 +1,5 @@
-!> zlib's checksum, CRC-32: it tells any change of up to 32 neighbouring bits, and of others all but one in four thousand
-!> million.
+!> zlib's checksum, CRC-32: it tells any change of up to 32 neighbouring bits, and of others all but one in four
+!> thousand million.
 module checksums
    use, intrinsic :: iso_c_binding, only: c_char, c_long, c_size_t
    use kinds, only: i8

@@ -11,15 +11,15 @@ module sweep_parts
       h5p_file_access_f, h5pclose_f, h5pcreate_f, h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, &
       h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, h5t_native_integer, h5t_string, h5tclose_f, &
       h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
-   use hdf5_writing, only: hdf5_group_t, open_hdf5, program_name
+   use hdf5_writing, only: c_free, hdf5_group_t, open_hdf5, program_name
    use kinds, only: i8, wp
    use results_claim, only: refuse_foreign
    use sweep_plan, only: first_of_part, last_of_part, plan_t
    use sweep_settings, only: column_status, measure_count, measure_names, parameter_names
    implicit none (type, external)
    private
-   public :: part_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part, reason_room
-   public :: assembled_file
+   public :: part_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
+   public :: reason_room, assembled_file
 
    !> Reasons of failure are cut to this.
    integer, parameter :: reason_room = 200
@@ -39,15 +39,6 @@ module sweep_parts
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
    end type part_t
-
-   interface
-      !> C: give memory back, here that of texts which HDF5 read.
-      subroutine c_free(address) bind(c, name='free')
-         import :: c_ptr
-         implicit none (type, external)
-         type(c_ptr), value :: address
-      end subroutine c_free
-   end interface
 
 contains
 
@@ -97,8 +88,8 @@ contains
                call refuse_foreign(path, wanted, error)
             else if (present /= text) then
                call fail(error, status_bad_input, "'"//path//"' holds the parts of another sweep: there "// &
-                         difference(present, text)//'; let that one finish with the scene as it was, remove the folder, ' &
-                         //'or give another name or --out')
+                         difference(present, text)//'; let that one finish with the scene as it was, remove the ' &
+                         //'folder, or give another name or --out')
             end if
             return
          end if
@@ -125,7 +116,8 @@ contains
       call remove_entries(path, pack(entries, entries /= plan_file))
       call remove_entries(path, [plan_file])
       call remove_empty_folder(path, is_gone)
-      if (.not. is_gone) write (error_unit, '(a)') "impactbeam: '"//path//"' stays: it holds what impactbeam did not write"
+      if (.not. is_gone) write (error_unit, '(a)') &
+         "impactbeam: '"//path//"' stays: it holds what impactbeam did not write"
    end subroutine leave_folder
 
    !> Is a file in the folder of the parts the program's, by its name?
