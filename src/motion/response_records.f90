@@ -62,10 +62,7 @@ contains
       if (allocated(settings%shape_times)) listed = ascending(settings%shape_times)
       even = -1
       if (settings%shape_step > 0.0_wp) even = count_samples(duration, settings%shape_step)
-      allocate (times(size(listed) + even + 1))
-      times(:size(listed)) = listed
-      times(size(listed) + 1:) = [(real(i, wp)*settings%shape_step, i=0, even)]
-      times = ascending(times)
+      times = merged(listed, [(real(i, wp)*settings%shape_step, i=0, even)])
       instants = pack(times, times >= 0.0_wp .and. times <= duration .and. &
                       [.true., (times(i) > times(i - 1), i=2, size(times))])
    end subroutine find_instants
@@ -80,20 +77,46 @@ contains
               settings%contact_force .or. settings%energy
    end function samples_asked_for
 
-   !> In ascending order, by insertion.
+   !> In ascending order, by insertion from the end: a list in order costs one look at each value.
    pure function ascending(values) result(sorted)
-      !> Few values
+      !> The values
       real(wp), intent(in) :: values(:)
       real(wp) :: sorted(size(values))
 
       integer :: i, place
 
       do i = 1, size(values)
-         place = count(sorted(:i - 1) <= values(i)) + 1
-         sorted(place + 1:i) = sorted(place:i - 1)
+         do place = i, 2, -1
+            if (sorted(place - 1) <= values(i)) exit
+            sorted(place) = sorted(place - 1)
+         end do
          sorted(place) = values(i)
       end do
    end function ascending
+
+   !> Two ascending lists as one.
+   pure function merged(first, second) result(values)
+      !> The lists
+      real(wp), intent(in) :: first(:)
+      real(wp), intent(in) :: second(:)
+      real(wp), allocatable :: values(:)
+
+      integer :: i, k
+      logical :: takes_first
+
+      allocate (values(size(first) + size(second)))
+      i = 0
+      do k = 1, size(values)
+         takes_first = k - i > size(second)
+         if (i < size(first) .and. .not. takes_first) takes_first = first(i + 1) <= second(k - i)
+         if (takes_first) then
+            i = i + 1
+            values(k) = first(i)
+         else
+            values(k) = second(k - i)
+         end if
+      end do
+   end function merged
 
    !> Samples after the start: whole steps within the duration, rounding forgiven.
    pure function count_samples(duration, step) result(samples)
