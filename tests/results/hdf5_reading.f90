@@ -6,8 +6,8 @@ module hdf5_reading
    use hdf5, only: h5aclose_f, h5aexists_by_name_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5dclose_f, &
       & h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5eset_auto_f, h5f_acc_rdonly_f, h5fclose_f, &
       & h5fopen_f, h5g_dataset_f, h5g_group_f, h5gget_obj_info_idx_f, h5gn_members_f, h5lexists_f, h5open_f, &
-      & h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5t_float_f, h5t_native_double, &
-      & h5tclose_f, h5tget_class_f, hid_t, hsize_t
+      & h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
+      & h5t_float_f, h5t_native_double, h5tclose_f, h5tget_class_f, hid_t, hsize_t
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -95,26 +95,42 @@ contains
       real(wp), allocatable :: values(:)
 
       integer :: status
-      integer(hid_t) :: dataset, handle
+      integer(hid_t) :: handle
       logical :: exists
-      type(c_ptr) :: place
-      real(wp), allocatable, target :: buffer(:)
 
       allocate (values(0))
       handle = open_file(file)
       call find(handle, path, exists)
-      if (exists) then
-         allocate (buffer(product(shape_of(file, path))))
-         if (size(buffer) > 0) then
-            call h5dopen_f(handle, path, dataset, status)
-            place = c_loc(buffer)
-            call h5dread_f(dataset, h5t_native_double, place, status)
-            call h5dclose_f(dataset, status)
-         end if
-         values = buffer
-      end if
+      if (exists) values = numbers_in(handle, path)
       call h5fclose_f(handle, status)
    end function read_reals
+
+   !> All numbers of a dataset of an open file.
+   function numbers_in(handle, path) result(values)
+      !> The file
+      integer(hid_t), intent(in) :: handle
+      !> Path of the dataset in it, which is there
+      character(*), intent(in) :: path
+      real(wp), allocatable :: values(:)
+
+      integer :: status
+      integer(hid_t) :: dataset, space
+      integer(hsize_t) :: count
+      type(c_ptr) :: place
+      real(wp), allocatable, target :: buffer(:)
+
+      call h5dopen_f(handle, path, dataset, status)
+      call h5dget_space_f(dataset, space, status)
+      call h5sget_simple_extent_npoints_f(space, count, status)
+      call h5sclose_f(space, status)
+      allocate (buffer(count))
+      if (count > 0) then
+         place = c_loc(buffer)
+         call h5dread_f(dataset, h5t_native_double, place, status)
+      end if
+      call h5dclose_f(dataset, status)
+      call move_alloc(buffer, values)
+   end function numbers_in
 
    !> The first text of a dataset.
    function read_text(file, path) result(text)
@@ -272,14 +288,13 @@ contains
       paths = ' '
       handle = open_file(file)
       if (handle < 0_hid_t) return
-      call look_into_group(file, handle, '/', paths)
+      call look_into_group(handle, '/', paths)
       call h5fclose_f(handle, status)
    end function not_finite
 
    !> The same for one group and those in it.
-   recursive subroutine look_into_group(file, handle, group, paths)
-      !> Name of the file, and the open file
-      character(*), intent(in) :: file
+   recursive subroutine look_into_group(handle, group, paths)
+      !> The open file
       integer(hid_t), intent(in) :: handle
       !> Path of the group, ending in '/'
       character(*), intent(in) :: group
@@ -293,7 +308,7 @@ contains
       call h5gn_members_f(handle, group, members, status)
       do i = 0, members - 1
          call h5gget_obj_info_idx_f(handle, group, i, name, kind, status)
-         if (kind == h5g_group_f) call look_into_group(file, handle, group//trim(name)//'/', paths)
+         if (kind == h5g_group_f) call look_into_group(handle, group//trim(name)//'/', paths)
          if (kind /= h5g_dataset_f) cycle
          call h5dopen_f(handle, group//trim(name), dataset, status)
          call h5dget_type_f(dataset, type, status)
@@ -301,7 +316,7 @@ contains
          call h5tclose_f(type, status)
          call h5dclose_f(dataset, status)
          if (class /= h5t_float_f) cycle
-         if (.not. all(ieee_is_finite(read_reals(file, group(2:)//trim(name))))) paths = paths//group(2:)//trim(name)//' '
+         if (.not. all(ieee_is_finite(numbers_in(handle, group//trim(name))))) paths = paths//group(2:)//trim(name)//' '
       end do
    end subroutine look_into_group
 
