@@ -25,6 +25,8 @@ module scene_checks
    character(*), parameter :: scene_file = folder//'/scene.nml'
    !> Share of the energy at the start, and of the greatest displacement, that rounding may take
    real(wp), parameter :: rounding = 1.0e-11_wp
+   !> The same for Newmark's steps, whose mass and stiffness are added up
+   real(wp), parameter :: rounding_of_steps = 1.0e-9_wp
 
    !> What was seen on the way.
    type :: tally_t
@@ -124,11 +126,12 @@ contains
       character(*), intent(in) :: message
       logical :: legal
 
-      legal = index(message, 'event_limit') > 0 .or. index(message, 'is too long for this Newmark scheme') > 0 &
-              .or. index(message, 'the motion does not advance') > 0 .or. index(message, 'memory') > 0 &
-              .or. index(message, 'DSYGV: ') == 1 .or. index(message, 'Lanczos: ') == 1 &
-              .or. index(message, 'too uneven') > 0
-      legal = legal .and. index(message, new_line('a')) == 0
+      character(*), parameter :: reasons(*) = [character(40) :: 'event_limit', 'is too long for this Newmark scheme', &
+                                               'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', 'too uneven', &
+                                               'contact_tolerance is too small', 'Newmark''s steps are lost in rounding']
+      integer :: i
+
+      legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0
    end function is_legal
 
    !> Numbers that are none, where none may be.
@@ -266,7 +269,7 @@ contains
       character(:), allocatable, intent(inout) :: complaint
 
       real(wp), allocatable :: total(:), at_work(:)
-      real(wp) :: unit, reach, deepest
+      real(wp) :: unit, reach, share
       integer :: i
 
       if (.not. (all(ieee_is_finite(response%displacement_stop)) .and. all(ieee_is_finite(response%displacement_tip)) &
@@ -277,25 +280,28 @@ contains
          at_work = e%kinetic + e%strain + e%stop
          total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
          unit = energy_scale(response)
-         if (scene%response%method == method_exact) then
-            call limit('ledger open by', maxval(abs(total - response%initial_energy))/unit, rounding, complaint)
-            if (scene%stop%law /= law_restitution .or. scene%stop%impulse == impulse_momentum) then
-               call limit('energy created', maxval(e%created)/unit, rounding, complaint)
-               call limit('energy won', maxval([(at_work(i + 1) - at_work(i), i=1, size(at_work) - 1)])/unit, rounding, complaint)
-            end if
+         share = merge(rounding, rounding_of_steps, scene%response%method == method_exact)
+         call limit('ledger open by', maxval(abs(total - response%initial_energy))/unit, share, complaint)
+         if (scene%stop%law /= law_restitution .or. scene%stop%impulse == impulse_momentum) then
+            call limit('energy created', maxval(e%created)/unit, share, complaint)
+            call limit('energy won', maxval(at_work - response%initial_energy)/unit, share, complaint)
+            if (scene%response%method == method_exact) call limit('energy won between samples', &
+               maxval([(at_work(i + 1) - at_work(i), i=1, size(at_work) - 1)])/unit, share, complaint)
          end if
          call limit('a loss that is a gain', -min(minval(e%dissipated_beam), minval(e%dissipated_stop), &
-                                                minval(e%dissipated_impact), minval(e%created))/unit, rounding, complaint)
+                                                minval(e%dissipated_impact), minval(e%created))/unit, share, complaint)
       end associate
       reach = 1.0_wp + abs(scene%stop%preload)
       call limit('the stop pulls', -minval(response%contact_force)/max(maxval(response%contact_force), tiny(1.0_wp)), &
                  rounding, complaint)
       if (scene%stop%law /= law_restitution) return
-      deepest = max(-minval(response%displacement_stop), -minval(response%shape_displacement(stop_node, :)))
       if (scene%response%method == method_exact) then
-         call limit('the beam enters the stop', deepest/reach, rounding, complaint)
+         call limit('the beam enters the stop', &
+                    max(-minval(response%displacement_stop), -minval(response%shape_displacement(stop_node, :)))/reach, &
+                    rounding, complaint)
       else
-         call limit('the beam enters the stop', deepest, scene%response%contact_tolerance, complaint)
+         ! between its steps Newmark's method knows nothing
+         call limit('the beam enters the stop', -minval(response%displacement_stop), scene%response%contact_tolerance, complaint)
       end if
    end subroutine check_motion
 
@@ -322,7 +328,8 @@ contains
                              .or. .not. events(i + 1)%velocity_before > 0.0_wp, i=1, size(events) - 1)]
          call limit('an impulse pulls', -minval(events%impulse, mask=arrives)/max(maxval(events%impulse), tiny(1.0_wp)), &
                     rounding, complaint)
-         call limit('meets the stop while leaving it', &
+         ! a surface that relaxes may catch up with a beam
+         if (scene%stop%law == law_restitution) call limit('meets the stop while leaving it', &
                     maxval(events%velocity_before, mask=arrives)/max(maxval(abs(events%velocity_before)), tiny(1.0_wp)), &
                     rounding, complaint)
          if (scene%response%method /= method_exact) return
@@ -377,7 +384,7 @@ contains
             if (size(column) > 0) call put_parameter(names, trim(parameter_names(k)), column(i), file, single)
          end do
          call put(single, 'scene', 'name', '''single''')
-         call put(single, 'output', 'energy', '.true.')
+         call put(single, 'output', 'histories', '''none''')
          call save_text(folder//'/single.nml', text_of(single))
          call read_scene(folder//'/single.nml', scene, error)
          if (.not. allocated(error)) call run_scene(scene, folder, 1, .true., error)

@@ -404,6 +404,7 @@ contains
          else
             call put(draft, 'sweep', trim(names(i)%name), numbers_for(names(i), group, name, length))
          end if
+         if (parameter == 'duration') call put(draft, 'response', 'step', '0.003')
          count = count + 1
       end do
       if (.not. chance(0.3_wp)) return
