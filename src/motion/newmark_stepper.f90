@@ -149,7 +149,7 @@ contains
       stepper%mass_column(stepper%stop_dof) = 1.0_wp
       call solve_factorised(stepper%mass_factors, stepper%mass_column)
       stepper%mobility = stepper%mass_column(stepper%stop_dof)
-      stepper%mass_diagonal = model%mass%values(model%mass%diagonal(model%stop_dof))
+      stepper%mass_diagonal = stepper%mass%values(stepper%mass%diagonal(stepper%stop_dof))
       allocate (stepper%factors(0:deepest_level))
       allocate (stepper%work(1 - band:stepper%order + band), source=0.0_wp)
       allocate (stepper%result(1 - band:stepper%order + band), source=0.0_wp)

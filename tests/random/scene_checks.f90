@@ -5,7 +5,8 @@ module scene_checks
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
-   use kinds, only: wp
+   use kinds, only: lambda1, wp
+   use newmark_stability, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
    use scene_draft, only: draft_t, drop, mend, put, save_text, text_of
@@ -25,8 +26,6 @@ module scene_checks
    character(*), parameter :: scene_file = folder//'/scene.nml'
    !> Share of the energy at the start, and of the greatest displacement, that rounding may take
    real(wp), parameter :: rounding = 1.0e-11_wp
-   !> The same for Newmark's steps, whose mass and stiffness are added up
-   real(wp), parameter :: rounding_of_steps = 1.0e-9_wp
 
    !> What was seen on the way.
    type :: tally_t
@@ -206,7 +205,7 @@ contains
             complaint = complaint//'other instants with other outputs; '
       end if
       if (scene%response%method == method_exact) call check_shares(file, response, complaint)
-      call check_motion(probe, model%mesh%stop_node, response, complaint)
+      call check_motion(probe, model, response, complaint)
       call check_events(scene, response, complaint)
    end subroutine look_closely
 
@@ -257,12 +256,28 @@ contains
       unit = max(response%initial_energy, tiny(1.0_wp)) + maxval(response%energy%created)
    end function energy_scale
 
+   !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode.
+   function rounding_of_steps(model, step) result(share)
+      !> The beam
+      type(beam_model_t), intent(in) :: model
+      !> h, d tau
+      real(wp), intent(in) :: step
+      real(wp) :: share
+
+      type(failure_t), allocatable :: error
+      real(wp) :: frequency
+
+      call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
+      share = 1.0e-9_wp
+      if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*step/lambda1**2)**2
+   end function rounding_of_steps
+
    !> What must hold at every instant.
-   subroutine check_motion(scene, stop_node, response, complaint)
+   subroutine check_motion(scene, model, response, complaint)
       !> The scene
       type(scene_t), intent(in) :: scene
-      !> Where the stop is
-      integer, intent(in) :: stop_node
+      !> Its beam
+      type(beam_model_t), intent(in) :: model
       !> Its motion, everything kept
       type(response_t), intent(in) :: response
       !> Gets what is wrong
@@ -280,7 +295,8 @@ contains
          at_work = e%kinetic + e%strain + e%stop
          total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
          unit = energy_scale(response)
-         share = merge(rounding, rounding_of_steps, scene%response%method == method_exact)
+         share = rounding
+         if (scene%response%method /= method_exact) share = rounding_of_steps(model, scene%response%step)
          call limit('ledger open by', maxval(abs(total - response%initial_energy))/unit, share, complaint)
          if (scene%stop%law /= law_restitution .or. scene%stop%impulse == impulse_momentum) then
             call limit('energy created', maxval(e%created)/unit, share, complaint)
@@ -297,7 +313,7 @@ contains
       if (scene%stop%law /= law_restitution) return
       if (scene%response%method == method_exact) then
          call limit('the beam enters the stop', &
-                    max(-minval(response%displacement_stop), -minval(response%shape_displacement(stop_node, :)))/reach, &
+                    max(-minval(response%displacement_stop), -minval(response%shape_displacement(model%mesh%stop_node, :)))/reach, &
                     rounding, complaint)
       else
          ! between its steps Newmark's method knows nothing
