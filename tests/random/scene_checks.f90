@@ -91,7 +91,7 @@ contains
       type(tally_t), intent(inout) :: tally
       character(:), allocatable :: complaint
 
-      integer, parameter :: patience = 120
+      integer, parameter :: patience = 300
       type(failure_t), allocatable :: error
       character(:), allocatable :: file
       integer :: left
@@ -126,8 +126,10 @@ contains
       logical :: legal
 
       character(*), parameter :: reasons(*) = [character(40) :: 'event_limit', 'is too long for this Newmark scheme', &
-                                               'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', 'too uneven', &
-                                               'contact_tolerance is too small', 'Newmark''s steps are lost in rounding']
+                                               'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', &
+                                                  'too uneven', &
+                                               'contact_tolerance is too small', &
+                                                  'Newmark''s steps are lost in rounding']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0
@@ -153,7 +155,8 @@ contains
          left = adjustl(left(len_trim(path) + 1:))
          ! what did not happen, or what a mesh does not have, is NaN by definition
          if (index(path, 'measures/') > 0 .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
-             .or. index(path, 'best/') == 1 .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 .or. &
+             .or. index(path, 'best/') == 1 .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
+                .or. &
              (index(path, 'cases/') == 1 .and. index(path, '/', back=.true.) == 6)) cycle
          complaint = complaint//trim(path)//' is not finite; '
       end do
@@ -289,7 +292,8 @@ contains
 
       if (.not. (all(ieee_is_finite(response%displacement_stop)) .and. all(ieee_is_finite(response%displacement_tip)) &
                  .and. all(ieee_is_finite(response%velocity_stop)) .and. all(ieee_is_finite(response%contact_force)) &
-                 .and. all(ieee_is_finite(response%shape_displacement)) .and. all(ieee_is_finite(response%shape_velocity)))) &
+                 .and. all(ieee_is_finite(response%shape_displacement)) &
+                    .and. all(ieee_is_finite(response%shape_velocity)))) &
          complaint = complaint//'not finite; '
       associate (e => response%energy)
          at_work = e%kinetic + e%strain + e%stop
@@ -313,11 +317,13 @@ contains
       if (scene%stop%law /= law_restitution) return
       if (scene%response%method == method_exact) then
          call limit('the beam enters the stop', &
-                    max(-minval(response%displacement_stop), -minval(response%shape_displacement(model%mesh%stop_node, :)))/reach, &
+                    max(-minval(response%displacement_stop), &
+                       -minval(response%shape_displacement(model%mesh%stop_node, :)))/reach, &
                     rounding, complaint)
       else
          ! between its steps Newmark's method knows nothing
-         call limit('the beam enters the stop', -minval(response%displacement_stop), scene%response%contact_tolerance, complaint)
+         call limit('the beam enters the stop', -minval(response%displacement_stop), &
+            scene%response%contact_tolerance, complaint)
       end if
    end subroutine check_motion
 
@@ -335,22 +341,27 @@ contains
 
       if (response%event_count == 0) return
       associate (events => response%events(:response%event_count), unit => energy_scale(response))
-         if (any([(events(i + 1)%tau < events(i)%tau, i=1, size(events) - 1)])) complaint = complaint//'events out of order; '
+         if (any([(events(i + 1)%tau < events(i)%tau, i=1, size(events) - 1)])) &
+            complaint = complaint//'events out of order; '
          if (events(1)%tau < 0.0_wp .or. events(size(events))%tau > scene%response%duration) &
             complaint = complaint//'events outside the run; '
          ! a rebound too low to count may be taken back
          arrives = (events%kind == event_impact .or. events%kind == event_contact) .and. &
-                   [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) > scene%response%hop_tolerance &
+                   [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) &
+                      > scene%response%hop_tolerance &
                              .or. .not. events(i + 1)%velocity_before > 0.0_wp, i=1, size(events) - 1)]
-         call limit('an impulse pulls', -minval(events%impulse, mask=arrives)/max(maxval(events%impulse), tiny(1.0_wp)), &
+         call limit('an impulse pulls', -minval(events%impulse, mask=arrives)/max(maxval(events%impulse), &
+            tiny(1.0_wp)), &
                     rounding, complaint)
          ! a surface that relaxes may catch up with a beam
          if (scene%stop%law == law_restitution) call limit('meets the stop while leaving it', &
-                    maxval(events%velocity_before, mask=arrives)/max(maxval(abs(events%velocity_before)), tiny(1.0_wp)), &
+                    maxval(events%velocity_before, mask=arrives)/max(maxval(abs(events%velocity_before)), &
+                       tiny(1.0_wp)), &
                     rounding, complaint)
          if (scene%response%method /= method_exact) return
          if (scene%stop%law /= law_restitution) return
-         call limit('an event off the stop', maxval(abs(events%eta))/(1.0_wp + abs(scene%stop%preload)), rounding, complaint)
+         call limit('an event off the stop', maxval(abs(events%eta))/(1.0_wp + abs(scene%stop%preload)), rounding, &
+            complaint)
          if (scene%stop%impulse == impulse_momentum) &
             call limit('an event wins energy', maxval(events%energy_change)/unit, rounding, complaint)
       end associate
@@ -414,7 +425,8 @@ contains
             path = path_of_measure(single_file, trim(measure_names(k)))
             if (path == '') cycle
             column = read_reals(file, 'sweep/'//trim(measure_names(k)))
-            call compare('row '//to_text(i)//' '//trim(measure_names(k)), column(i), read_reals(single_file, path), complaint)
+            call compare('row '//to_text(i)//' '//trim(measure_names(k)), column(i), read_reals(single_file, path), &
+               complaint)
          end do
       end do
    end subroutine compare_rows
@@ -439,7 +451,8 @@ contains
          ! the mean height is kept
          call drop(draft, 'beam', 'height_root')
          call drop(draft, 'beam', 'height_tip')
-         call put(draft, 'beam', 'mean_height_ratio', to_text(read_number_attribute(file, 'scene/scales', 'height_ratio')))
+         call put(draft, 'beam', 'mean_height_ratio', to_text(read_number_attribute(file, 'scene/scales', &
+            'height_ratio')))
       end if
       if (name == 'elements') then
          call put(draft, group, name, to_text(nint(value)))
@@ -498,7 +511,8 @@ contains
       !> Gets what differs
       character(:), allocatable, intent(inout) :: complaint
 
-      character(*), parameter :: lists(*) = [character(24) :: 'events/tau', 'events/energy_change', 'response/eta_stop', &
+      character(*), parameter :: lists(*) = [character(24) :: 'events/tau', 'events/energy_change', &
+         'response/eta_stop', &
                                              'response/contact_force', 'energy/strain', 'measures/peak']
       type(draft_t) :: single
       type(scene_t) :: alone

@@ -23,7 +23,8 @@ module scene_drawing
 
    type(usual_t), parameter :: usual(*) = [ &
       usual_t('beam', 'taper', -0.15_wp, 0.15_wp, .false.), &
-      usual_t('mesh', 'elements', 1.0_wp, 16.0_wp, .true., 40.0_wp), usual_t('mesh', 'ratio', 0.8_wp, 1.4_wp, .false.), &
+      usual_t('mesh', 'elements', 1.0_wp, 16.0_wp, .true., 40.0_wp), usual_t('mesh', 'ratio', 0.8_wp, 1.4_wp, &
+         .false.), &
       usual_t('damping', 'zeta', 1.0e-5_wp, 0.3_wp, .true.), usual_t('tip_mass', 'ratio', 0.01_wp, 5.0_wp, .true.), &
       usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
       usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
@@ -38,8 +39,10 @@ module scene_drawing
       usual_t('response', 'mode_tolerance', 1.0e-12_wp, 1.0e-2_wp, .true.), &
       usual_t('frequencies', 'count', 1.0_wp, 12.0_wp, .false., 40.0_wp), &
       usual_t('frequencies', 'mesh_elements', 1.0_wp, 40.0_wp, .true., 60.0_wp), &
-      usual_t('frequencies', 'mesh_ratios', 0.8_wp, 1.4_wp, .false.), usual_t('output', 'mode_shapes', 0.0_wp, 4.0_wp, .false.), &
-      usual_t('precision', 'duration', 0.1_wp, 4.0_wp, .true., 4.0_wp), usual_t('precision', 'steps', 0.01_wp, 0.1_wp, .true.), &
+      usual_t('frequencies', 'mesh_ratios', 0.8_wp, 1.4_wp, .false.), usual_t('output', 'mode_shapes', 0.0_wp, &
+         4.0_wp, .false.), &
+      usual_t('precision', 'duration', 0.1_wp, 4.0_wp, .true., 4.0_wp), usual_t('precision', 'steps', 0.01_wp, &
+         0.1_wp, .true.), &
       usual_t('precision', 'mesh_elements', 1.0_wp, 12.0_wp, .true., 12.0_wp), &
       usual_t('precision', 'scaling_elements', 1.0_wp, 64.0_wp, .true., 64.0_wp), &
       usual_t('precision', 'scaling_modes', 1.0_wp, 6.0_wp, .false., 6.0_wp), &
@@ -138,7 +141,8 @@ contains
 
       do i = 1, size(names)
          if (names(i)%group /= group) cycle
-         if (chance(merge(0.01_wp, share, names(i)%is_physical))) call put(draft, group, trim(names(i)%name), value_for(names(i)))
+         if (chance(merge(0.01_wp, share, names(i)%is_physical))) call put(draft, group, trim(names(i)%name), &
+            value_for(names(i)))
       end do
    end subroutine draw_group
 
@@ -278,7 +282,8 @@ contains
       select case (int(5.0_wp*number()))
       case (0)
          call put(draft, 'beam', 'mean_height_ratio', to_text(height))
-         call put(draft, 'beam', 'taper', to_text(2.0_wp*height*merge(1.0_wp, 2.0_wp*number() - 1.0_wp, chance(0.2_wp))))
+         call put(draft, 'beam', 'taper', to_text(2.0_wp*height*merge(1.0_wp, 2.0_wp*number() - 1.0_wp, &
+            chance(0.2_wp))))
       case (1)
          call put(draft, 'beam', 'height_root', to_text(length*height))
          if (chance(0.7_wp)) call put(draft, 'beam', 'height_tip', to_text(length*height*shape(count)))
@@ -338,7 +343,8 @@ contains
          call put(draft, 'response', 'duration', to_text(duration))
          call put(draft, 'damping', 'zeta', to_text(between(1.0e-3_wp, 1.0_wp, .true.)))
       end if
-      call put(draft, 'response', 'step', to_text(min(1.0e9_wp, max(1.0e-9_wp, duration/between(1.0_wp, 4000.0_wp, .true.)))))
+      call put(draft, 'response', 'step', to_text(min(1.0e9_wp, max(1.0e-9_wp, duration/between(1.0_wp, 4000.0_wp, &
+         .true.)))))
    end subroutine draw_response
 
    !> Instants of shapes within the run.
