@@ -39,6 +39,9 @@ function(unit_tests name)
     OTHER_SOURCES ${arg_OTHER_SOURCES}
     LINK_LIBRARIES ${arg_LINK_LIBRARIES}
     LABELS ${arg_LABELS})
+  if(NOT slow IN_LIST arg_LABELS)
+    add_dependencies(quick_tests test_${name})
+  endif()
   note_test_files(LISTED ${arg_TEST_SOURCES})
   list(TRANSFORM arg_TEST_SOURCES PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/" OUTPUT_VARIABLE files)
   # what goes before the command of add_test(), that of pFUnit's add_pfunit_ctest() too

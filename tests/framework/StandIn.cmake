@@ -10,7 +10,7 @@ function(add_standin_executable name)
   foreach(source IN LISTS arg_TEST_SOURCES)
     cmake_path(GET source STEM stem)
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" NORMALIZE OUTPUT_VARIABLE input)
-    set(output "${CMAKE_CURRENT_BINARY_DIR}/${stem}.F90")
+    set(output "${CMAKE_CURRENT_BINARY_DIR}/${stem}.f90")
     add_custom_command(OUTPUT "${output}"
       COMMAND Python3::Interpreter "${STANDIN_DIR}/translate_pf.py" file "${input}" "${output}"
       DEPENDS "${input}" "${STANDIN_DIR}/translate_pf.py" VERBATIM)
@@ -23,7 +23,8 @@ function(add_standin_executable name)
     DEPENDS "${STANDIN_DIR}/translate_pf.py" VERBATIM)
   add_executable(${name} ${sources} ${arg_OTHER_SOURCES} "${driver}")
   set_target_properties(${name} PROPERTIES
-    Fortran_MODULE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${name}_modules")
+    Fortran_MODULE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${name}_modules"
+    Fortran_PREPROCESS OFF)
   target_link_libraries(${name} PRIVATE funit_standin ${arg_LINK_LIBRARIES})
 endfunction()
 

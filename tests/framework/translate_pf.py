@@ -1,6 +1,6 @@
 """Translate a .pf file into Fortran for the stand-in `funit`, or write the main program of a suite.
 
-    translate_pf.py file FILE.pf FILE.F90
+    translate_pf.py file FILE.pf FILE.f90
     translate_pf.py driver DRIVER.f90 MODULE...
 
 A directive stands alone on its line: @test, @before, @after before a subroutine, or an @assert... call.
@@ -30,7 +30,7 @@ class TranslationError(Exception):
 def translate(path):
     """Lines of Fortran for a .pf file."""
     stem = os.path.splitext(os.path.basename(path))[0]
-    out = [f'#line 1 "{path}"']
+    out = [f'# 1 "{path}"']
     module, mark = None, None
     tests, before, after = [], None, None
     with open(path, encoding="utf-8") as stream:
@@ -56,7 +56,7 @@ def translate(path):
                 out.append(f"   & location=SourceLocation( &")
                 out.append(f"   & '{os.path.basename(path)}', {number}))")
                 out.append("if (anyExceptions()) return")
-                out.append(f'#line {number + 1} "{path}"')
+                out.append(f'# {number + 1} "{path}"')
             else:
                 raise TranslationError(where + f"unknown directive @{found.group(1)}")
             continue

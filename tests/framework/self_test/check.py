@@ -33,7 +33,7 @@ def refused(name, text, word):
         source = os.path.join(folder, name)
         with open(source, "w", encoding="utf-8") as stream:
             stream.write(text)
-        target = os.path.join(folder, "out.F90")
+        target = os.path.join(folder, "out.f90")
         status, output = run(sys.executable, TRANSLATOR, "file", source, target)
         check(status != 0 and word in output and name in output, f"{name} was not refused: {output}")
         check(not os.path.exists(target), f"{name} left a file")
