@@ -132,9 +132,10 @@ contains
       if (.not. allocated(error)) &
          call make_start_state(model, run%stepper, 1.0_wp + stop_settings%preload, run%states(1), error)
       if (.not. allocated(error)) call make_factors(run%stepper, 0, run%stop, error)
+      if (.not. allocated(error)) call check_digits(model, response_settings%step/real(run%parts, wp), error)
       if (allocated(error)) then
          error%message = 'on this mesh Newmark''s steps are lost in rounding ('//error%message// &
-                         '): take elements of more equal length, or method = ''exact'''
+                         '): take elements of more equal length, a shorter step, or method = ''exact'''
          return
       end if
       run%states(2) = run%states(1)
@@ -143,6 +144,28 @@ contains
       if (run%stop%branch_stiffness > 0.0_wp .and. run%stop%relaxation_rate > 0.0_wp) &
          run%contact_level = level_of(run, 1.0_wp/run%stop%relaxation_rate)
    end subroutine make_run
+
+   !> A step adds M to h^2 K. Where that is too large, M and with it the energy of the motion is lost.
+   pure subroutine check_digits(model, step, error)
+      !> The beam
+      type(beam_model_t), intent(in) :: model
+      !> h, d tau
+      real(wp), intent(in) :: step
+      !> Set when too few digits are left
+      type(failure_t), allocatable, intent(inout) :: error
+
+      ! the ledger then opens by 1e-4 to 1e-2 of the energy
+      real(wp), parameter :: most_lost = 1.0e-5_wp
+      character(12) :: text
+      real(wp) :: lost
+
+      associate (k => model%stiffness, m => model%mass)
+         lost = epsilon(1.0_wp)*step**2/lambda1_power4*maxval(k%values(k%diagonal)/m%values(m%diagonal))
+      end associate
+      if (lost <= most_lost) return
+      write (text, '(es12.1)') lost/epsilon(1.0_wp)
+      call fail(error, status_bad_input, 'stiffness times step squared is '//trim(adjustl(text))//' times the mass')
+   end subroutine check_digits
 
    !> Refuse a step that is too long for a conditionally stable scheme, or divide it if that was asked for.
    pure subroutine divide_step(model, zeta, settings, parts, error)

@@ -1,6 +1,7 @@
 !> A scene as a user runs it, from the namelist text to the results file, and all that must hold of what it leaves.
 module scene_checks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use, intrinsic :: iso_c_binding, only: c_funptr, c_null_funptr
    use beam_model, only: beam_model_t
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
@@ -44,12 +45,25 @@ module scene_checks
          integer(c_int), value :: seconds
          integer(c_int) :: left
       end function c_alarm
+      !> C: what a signal does; no handler: what it does by default.
+      function c_signal(number, handler) result(before) bind(c, name='signal')
+         use, intrinsic :: iso_c_binding, only: c_funptr, c_int
+         implicit none (type, external)
+         integer(c_int), value :: number
+         type(c_funptr), value :: handler
+         type(c_funptr) :: before
+      end function c_signal
    end interface
 
 contains
 
    !> Before the first scene.
    subroutine open_folder()
+      integer, parameter :: signal_of_alarm = 14
+      type(c_funptr) :: before
+
+      ! the process that started this one may ignore it
+      before = c_signal(signal_of_alarm, c_null_funptr)
       call execute_command_line('mkdir -p '//folder)
    end subroutine open_folder
 
@@ -259,7 +273,8 @@ contains
       unit = max(response%initial_energy, tiny(1.0_wp)) + maxval(response%energy%created)
    end function energy_scale
 
-   !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode.
+   !> Newmark's method adds up M and h^2 K, and K y cancels: what rounding leaves is less by (omega h)^2 of the highest
+   !> mode, or by omega^2 over that of the first.
    function rounding_of_steps(model, step) result(share)
       !> The beam
       type(beam_model_t), intent(in) :: model
@@ -272,7 +287,7 @@ contains
 
       call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
       share = 1.0e-9_wp
-      if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*step/lambda1**2)**2
+      if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*max(step, 1.0_wp)/lambda1**2)**2
    end function rounding_of_steps
 
    !> What must hold at every instant.
