@@ -3,7 +3,8 @@
 !> Everything that moves is a sum of exp(s t) over the roots s of `contact_secular`, its amplitudes the residues of
 !> the Laplace transform.
 module contact_modes
-   use contact_secular, only: distances, find_all_roots, first_guess, inverses, make_secular, secular, secular_t, size_of
+   use contact_secular, only: distances, exponents, find_all_roots, first_guess, inverses, make_secular, secular, &
+                              secular_t, size_of
    use damped_oscillators, only: propagate
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
@@ -78,7 +79,7 @@ contains
          call fail(error, status_run_failed, 'the exponents of the contact with the three-element stop were not found')
          return
       end if
-      s(:) = problem%pole(near) + offset
+      s(:) = exponents(problem, near, offset)
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%made = .true.
       modes%count = size(keep)
@@ -96,13 +97,43 @@ contains
          call inverses(distance, inverse)
          call secular(problem, modes%exponent(m), distance(problem%poles), inverse, value, slope, noise, modes%condition(m))
          modes%derivative(m) = slope
-         modes%stop_value(m) = sum(beam%stop_value*modes%shape(:, m))
+         modes%stop_value(m) = stop_value_at_root(problem, s(keep(m)), distance(problem%poles), &
+                                                  beam%stop_value*modes%shape(:, m))
          modes%tip_value(m) = sum(beam%tip_value*modes%shape(:, m))
+         if (beam%stop_is_tip) modes%tip_value(m) = modes%stop_value(m)
       end do
       if (any(modes%condition > greatest_condition)) call replace_clusters(beam, problem, active, s, keep, modes)
       modes%static_tip = sum(beam%tip_value*beam%stop_value/beam%oscillators%square)
       if (beam%stop_is_tip) modes%static_tip = beam%flexibility
    end subroutine make_contact_modes
+
+   !> The stop point per unit of P at an exponent: the sum over the modes, or what the stop itself says, where less
+   !> cancels. Next to the pole of a mode that hardly feels the stop the sum is nothing but rounding error.
+   pure function stop_value_at_root(problem, s, from_branch, terms) result(stop_value)
+      !> The secular function
+      type(secular_t), intent(in) :: problem
+      !> The exponent
+      complex(wp), intent(in) :: s
+      !> Its distance from the pole of the branch, if there is one
+      complex(wp), intent(in) :: from_branch
+      !> The sum's, [modes]
+      complex(wp), intent(in) :: terms(:)
+      complex(wp) :: stop_value
+
+      complex(wp) :: relaxed, total
+      real(wp) :: magnitude
+
+      stop_value = sum(terms)
+      relaxed = (1.0_wp, 0.0_wp)
+      total = problem%stiffness
+      magnitude = problem%stiffness
+      if (problem%has_branch) then
+         relaxed = from_branch
+         total = problem%stiffness*from_branch + problem%branch_stiffness*s
+         magnitude = problem%stiffness*size_of(from_branch) + problem%branch_stiffness*size_of(s)
+      end if
+      if (magnitude*size_of(stop_value) < size_of(total)*sum(size_of(terms))) stop_value = -relaxed/total
+   end function stop_value_at_root
 
    !> Two exponents that nearly coalesce have large amplitudes that cancel. Their sum is the integral of the Laplace
    !> transform over a circle around both, where nothing is large: by the trapezoidal rule, which converges

@@ -11,7 +11,7 @@ module contact_secular
    use stop_models, only: three_element_t
    implicit none (type, external)
    private
-   public :: secular_t, make_secular, first_guess, find_all_roots, distances, inverses, secular, size_of
+   public :: secular_t, make_secular, first_guess, find_all_roots, distances, inverses, secular, exponents, size_of
 
    !> The secular function, with its poles: of a weakly coupled mode the exponent lies so near to its pole that
    !> only their distance can carry the digits, so every root is kept as a pole and an offset.
@@ -271,6 +271,33 @@ contains
       end do
       converged = count(aimag(problem%pole(near) + offset) > 0.0_wp) == count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine find_all_roots
+
+   !> The roots themselves. That of a branch that creeps lies so near to 0 that the offset from a pole has lost its
+   !> digits: there s = -nu (1 + k G)/(1 + (1 + beta) k G), in which G = sum b_i^2/D_i(s) hardly changes.
+   pure function exponents(problem, near, offset) result(s)
+      !> The problem
+      type(secular_t), intent(in) :: problem
+      !> Roots: pole and offset
+      integer, intent(in) :: near(:)
+      complex(wp), intent(in) :: offset(:)
+      complex(wp) :: s(size(near))
+
+      complex(wp) :: distance(problem%poles)
+      real(wp) :: g
+      integer :: m
+
+      s = problem%pole(near) + offset
+      if (.not. problem%has_branch) return
+      do m = 1, size(near)
+         if (size_of(s(m)) > 0.1_wp*size_of(problem%pole(near(m)))) cycle
+         call distances(problem, near(m), offset(m), distance)
+         associate (last => 2*problem%modes)
+            g = sum(problem%weight/real(distance(1:last:2)*distance(2:last:2), wp))
+         end associate
+         s(m) = -problem%rate*(1.0_wp + problem%stiffness*g) &
+                /(1.0_wp + (problem%stiffness + problem%branch_stiffness)*g)
+      end do
+   end function exponents
 
    !> Distances of one root from all others.
    pure subroutine root_distances(problem, near, offset, root, apart)

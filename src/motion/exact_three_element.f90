@@ -113,21 +113,25 @@ contains
          branch_force = branch_force*exp(-gap%rate*search%time)
          touching = .true.
          if (search%outcome == found_never_left) then
-            call settle(beam, run%zeta, q, v, recorder, touching)
+            call settle(beam, run%zeta, gap%rate, -branch_force/run%spring%stiffness, q, v, recorder, touching, &
+                        force_order)
             gap%start_order = 2
-            force_order = 2
          end if
          call watch_events(watch, response%event_count, run%event_limit, before, t, error)
          if (allocated(error)) return
       end do
    end subroutine run_exact_three_element
 
-   !> A flight too low to be told from none: bring the stop point to rest and see whether it is pressed on the stop.
-   pure subroutine settle(beam, zeta, q, v, recorder, pressed)
+   !> A flight too low to be told from none: let the stop point go with the surface, which relaxes, and see whether
+   !> it is pressed on it.
+   pure subroutine settle(beam, zeta, rate, indentation, q, v, recorder, pressed, order)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> zeta
       real(wp), intent(in) :: zeta
+      !> Rate at which the surface relaxes, and how far it still has to
+      real(wp), intent(in) :: rate
+      real(wp), intent(in) :: indentation
       !> Modal state
       real(wp), intent(in) :: q(:)
       real(wp), intent(inout) :: v(:)
@@ -135,13 +139,21 @@ contains
       type(recorder_t), intent(inout) :: recorder
       !> It is, so contact goes on
       logical, intent(out) :: pressed
+      !> First derivative of the force that does not vanish then
+      integer, intent(out) :: order
 
-      real(wp) :: speed
+      real(wp) :: speed, surface_speed
 
       speed = sum(beam%stop_value*v)
-      v = v - beam%stop_value*speed/beam%mobility
-      call charge_event(recorder%ledger, -0.5_wp*speed**2/beam%mobility)
-      pressed = sum(beam%stop_value*beam%oscillators%square*(q + 2.0_wp*zeta*v)) > 0.0_wp
+      surface_speed = rate*indentation
+      ! a surface that comes up to a slower point meets it
+      pressed = abs(speed) < surface_speed
+      order = 1
+      if (pressed) return
+      order = 2
+      v = v - beam%stop_value*(speed - surface_speed)/beam%mobility
+      call charge_event(recorder%ledger, -0.5_wp*(speed - surface_speed)*(speed + surface_speed)/beam%mobility)
+      pressed = sum(beam%stop_value*beam%oscillators%square*(q + 2.0_wp*zeta*v)) > rate*surface_speed
    end subroutine settle
 
    !> One contact, from P = 0 to P = 0.
@@ -200,7 +212,8 @@ contains
                     - sum(real(modes%weight*amplitude*modes%stop_value*exp(modes%exponent*search%time), wp))
       branch_force = 0.0_wp
       if (run%spring%branch_stiffness > 0.0_wp) branch_force = -run%spring%stiffness*max(indentation, 0.0_wp)
-      q = q + beam%stop_value*((run%surface + branch_force/run%spring%stiffness) - sum(beam%stop_value*q))/beam%mobility
+      q = q + beam%stop_value/beam%oscillators%square*(((run%surface + branch_force/run%spring%stiffness) &
+              - sum(beam%stop_value*q))/beam%flexibility)
       call append_event(response, event_t(tau=t, kind=event_separation, eta=sum(beam%stop_value*q) - run%surface, &
                                           velocity_before=sum(beam%stop_value*v), velocity_after=sum(beam%stop_value*v)))
    end subroutine contact

@@ -156,7 +156,7 @@ contains
       end do
    end subroutine short_flight
 
-   !> Value, slope and bounds of a derivative of the signal at an instant; the surface counts in order 0 only.
+   !> Value, slope and bounds of a derivative of the signal at an instant.
    subroutine look(self, t, order, here)
       class(modal_signal_t), intent(in) :: self
       !> Instant
@@ -219,15 +219,20 @@ contains
          surface = 0.0_wp
          if (self%surface > 0.0_wp) then
             surface = self%surface*exp(-self%rate*t)
+            here%signal = here%signal + surface
+            surface = surface*(-self%rate)**order
             here%value = here%value + surface
-            here%signal = here%value
+            if (order > 0) here%rounding = here%rounding + 4.0_wp*epsilon(1.0_wp)*abs(surface)
             here%slope = here%slope - self%rate*surface
             here%curvature = here%curvature + self%rate**2*surface
-            here%bound_both = here%bound_both + self%rate**2*surface
-            here%bound_jerk = here%bound_jerk + self%rate**3*surface
+            ! of an even derivative it is convex
+            here%bound = here%bound + self%rate**2*max(-surface, 0.0_wp)
+            here%bound_both = here%bound_both + self%rate**2*abs(surface)
+            here%bound_jerk = here%bound_jerk + self%rate**3*abs(surface)
          end if
          if (order == 0 .and. here%floor > here%rounding) return
          if (order == 0 .and. falls_to_zero(here)) return
+         if (surface < 0.0_wp) return
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
          here%free = free_step(value, rate, curvature, swing, swing_curvature, swing_jerk, rest, -self%rate*surface, &
                                here%value, here%slope)

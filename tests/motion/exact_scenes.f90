@@ -12,26 +12,31 @@ module exact_scenes
    use scene_types, only: output_settings_t, response_settings_t, stop_settings_t
    implicit none (type, external)
    private
-   public :: model_for, modal_beam_for, run_exact, height_ratio
+   public :: model_for, modal_beam_for, run_exact, energy_errors, height_ratio
 
    real(wp), parameter :: height_ratio = 0.075_wp
 
 contains
 
-   !> A beam on equal elements.
-   function model_for(elements, taper, tip_mass, position) result(model)
+   !> A beam on equal or graded elements.
+   function model_for(elements, taper, tip_mass, position, ratio) result(model)
       !> Number of elements
       integer, intent(in) :: elements
       !> s, mu, Lc/L
       real(wp), intent(in) :: taper
       real(wp), intent(in) :: tip_mass
       real(wp), intent(in) :: position
+      !> Length of an element over that of the next towards the tip; default 1
+      real(wp), intent(in), optional :: ratio
       type(beam_model_t) :: model
 
       type(mesh_t) :: mesh
       type(failure_t), allocatable :: error
+      real(wp) :: grading
 
-      call make_mesh(elements, 1.0_wp, position, mesh, error)
+      grading = 1.0_wp
+      if (present(ratio)) grading = ratio
+      call make_mesh(elements, grading, position, mesh, error)
       call make_beam_model(tapered_section(1.0_wp + taper, 1.0_wp - taper), mesh, tip_mass, model)
    end function model_for
 
@@ -68,5 +73,24 @@ contains
       output%energy = .true.
       call exact_response(model, zeta, stop_settings, response_settings, output, height_ratio, response, error)
    end subroutine run_exact
+
+   !> By how much the ledger of a run is open, and what beam and stop win from one sample to the next or by an event; shares
+   !> of the energy at the start.
+   pure function energy_errors(response) result(errors)
+      !> A run with the ledger
+      type(response_t), intent(in) :: response
+      real(wp) :: errors(2)
+
+      real(wp), dimension(size(response%tau)) :: at_work, total
+      integer :: last
+
+      last = size(at_work)
+      associate (e => response%energy)
+         at_work = e%kinetic + e%strain + e%stop
+         total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
+         errors = [maxval(abs(total - response%initial_energy)), &
+                   max(maxval(at_work(2:) - at_work(:last - 1)), maxval(e%created))]/response%initial_energy
+      end associate
+   end function energy_errors
 
 end module exact_scenes
