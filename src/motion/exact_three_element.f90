@@ -5,7 +5,7 @@ module exact_three_element
    use contact_losses, only: contact_losses_t, losses_of_step, losses_until, make_contact_losses
    use contact_modes, only: contact_amplitudes, contact_modes_t, contact_state, make_contact_modes
    use damped_oscillators, only: propagate
-   use exponential_signal, only: exponential_signal_t
+   use exponential_signal, only: exponential_signal_t, fastest_last
    use event_watch, only: event_watch_t, watch_events
    use failures, only: failure_t
    use flight_measures, only: measure_flight, measure_spring_contact
@@ -190,6 +190,7 @@ contains
       force%offset = static_force
       allocate (force%exponent, source=modes%exponent)
       allocate (force%amplitude, source=modes%weight*amplitude)
+      allocate (force%place, source=fastest_last(modes%exponent))
       force%start_order = start_order
       call first_zero(force, run%duration - t, search)
       response%evaluations = response%evaluations + search%evaluations

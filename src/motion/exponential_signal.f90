@@ -1,11 +1,12 @@
 !> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element
 !> stop. No term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
-   use certified_search, only: certified_signal_t, local_t
+   use certified_search, only: certified_signal_t, falls_to_zero, local_t
    use kinds, only: wp
+   use modal_bounds, only: free_step
    implicit none (type, external)
    private
-   public :: exponential_signal_t
+   public :: exponential_signal_t, fastest_last
 
    !> s(t) = offset + sum weight Re(c exp(s t)).
    type, extends(certified_signal_t) :: exponential_signal_t
@@ -14,12 +15,35 @@ module exponential_signal
       complex(wp), allocatable :: exponent(:)
       !> weight times c, [count]
       complex(wp), allocatable :: amplitude(:)
+      !> Places of the terms, the fastest last, which lets the steps be long, [count]; unallocated: as they stand
+      integer, allocatable :: place(:)
    contains
       procedure :: look
       procedure :: evaluate
    end type exponential_signal_t
 
 contains
+
+   !> Places of exponents by their magnitude, [count].
+   pure function fastest_last(exponent) result(place)
+      !> The exponents, [count]
+      complex(wp), intent(in) :: exponent(:)
+      integer :: place(size(exponent))
+
+      real(wp) :: speed(size(exponent))
+      integer :: i, k
+
+      speed = abs(exponent)
+      do i = 1, size(exponent)
+         k = i
+         do while (k > 1)
+            if (speed(place(k - 1)) <= speed(i)) exit
+            place(k) = place(k - 1)
+            k = k - 1
+         end do
+         place(k) = i
+      end do
+   end function fastest_last
 
    !> The signal and its slope at an instant.
    subroutine evaluate(self, t, value, slope)
@@ -52,37 +76,53 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
+      ! terms of the sum, of its first and second derivative; bounds on them, on the second and the third
+      real(wp), dimension(size(self%exponent)) :: value, rate, curvature, swing, swing_curvature, swing_jerk
       complex(wp) :: term
-      real(wp) :: magnitude, swing, size_of_term, speed
-      integer :: m
+      real(wp) :: magnitude, size_of_signal, speed
+      integer :: k, m
 
       here%signal = self%offset
       magnitude = 4.0_wp*abs(self%offset)
-      swing = 0.0_wp
-      do m = 1, size(self%exponent)
+      size_of_signal = 0.0_wp
+      do k = 1, size(self%exponent)
+         m = k
+         if (allocated(self%place)) m = self%place(k)
          term = self%amplitude(m)*exp(self%exponent(m)*t)
          ! far from where a square could overflow, so without the care that abs takes
          speed = sqrt(real(self%exponent(m), wp)**2 + aimag(self%exponent(m))**2)
-         size_of_term = sqrt(real(term, wp)**2 + aimag(term)**2)
+         swing(k) = sqrt(real(term, wp)**2 + aimag(term)**2)
          here%signal = here%signal + real(term, wp)
-         swing = swing + size_of_term
-         magnitude = magnitude + (4.0_wp + speed*t)*size_of_term
+         size_of_signal = size_of_signal + swing(k)
+         magnitude = magnitude + (4.0_wp + speed*t)*swing(k)
          if (order > 0) then
             term = term*self%exponent(m)**order
-            size_of_term = size_of_term*speed**order
-            here%value = here%value + real(term, wp)
-            here%rounding = here%rounding + (4.0_wp + speed*t)*epsilon(1.0_wp)*size_of_term
+            swing(k) = swing(k)*speed**order
+            here%rounding = here%rounding + (4.0_wp + speed*t)*epsilon(1.0_wp)*swing(k)
          end if
-         here%slope = here%slope + real(term*self%exponent(m), wp)
-         here%bound = here%bound + size_of_term*speed**2
+         value(k) = real(term, wp)
+         term = term*self%exponent(m)
+         rate(k) = real(term, wp)
+         curvature(k) = real(term*self%exponent(m), wp)
+         swing_curvature(k) = swing(k)*speed**2
+         swing_jerk(k) = min(swing_curvature(k)*speed, huge(1.0_wp))
       end do
+      here%slope = sum(rate)
+      here%curvature = sum(curvature)
+      here%bound = sum(swing_curvature)
+      here%bound_both = here%bound
+      here%bound_jerk = sum(swing_jerk)
       here%signal_rounding = epsilon(1.0_wp)*magnitude
       if (order == 0) then
          here%value = here%signal
          here%rounding = here%signal_rounding
-         here%floor = self%offset - swing
+         here%floor = self%offset - size_of_signal
+         if (here%floor > here%rounding .or. falls_to_zero(here)) return
+      else
+         here%value = sum(value)
       end if
-      here%bound_both = here%bound
+      here%free = free_step(value, rate, curvature, swing, swing_curvature, swing_jerk, &
+                            merge(self%offset, 0.0_wp, order == 0), 0.0_wp, here%value, here%slope)
    end subroutine look
 
 end module exponential_signal

@@ -286,6 +286,7 @@ contains
       ! -eta: how far the stop yields; never less than nothing, as a branch that was drawn in pulls
       indentation%offset = measurer%surface - force%offset*beam%flexibility
       allocate (indentation%exponent, source=force%exponent)
+      allocate (indentation%place, source=force%place)
       allocate (indentation%amplitude, source=-modes%stop_value*force%amplitude)
       if (exceeds(indentation, length, quiet_level)) then
          measurer%has_loud = .true.

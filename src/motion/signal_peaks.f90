@@ -165,6 +165,7 @@ contains
          if (order == 0) whole = offset + factor*signal%offset
          exponential%offset = whole
          allocate (exponential%exponent, source=signal%exponent)
+         if (allocated(signal%place)) allocate (exponential%place, source=signal%place)
          allocate (exponential%amplitude, source=factor*signal%amplitude*exp(signal%exponent*from)*signal%exponent**order)
          call move_alloc(exponential, part)
       end select
