@@ -5,25 +5,26 @@
 !> this grid allows, so that the samples are met exactly. A step is taken back by not changing to the state that it
 !> led to.
 module newmark_motion
-   use beam_model, only: beam_model_t
-   use failures, only: fail, failure_t, status_bad_input
+   use beam_model, only: beam_model_t, static_shape
+   use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: i8, lambda1_power4, wp
    use newmark_events, only: give_way, look_for_event
    use newmark_recorder, only: record_sample, record_shapes
    use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, whole_step
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
-   use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, make_factors, &
+   use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, kinetic_energy, make_factors, &
                               make_newmark_stepper, make_start_state, predict_step, strain_energy
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
    use run_measures, only: start_tally
    use scene_types, only: law_three_element, output_settings_t, response_settings_t, stop_settings_t
+   use skyline_matrix, only: multiply, skyline_t
    use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
    use stop_models, only: contact_force, make_three_element, mean_force_coefficients, stop_energy
    implicit none (type, external)
    private
-   public :: newmark_response, check_newmark
+   public :: newmark_response, check_newmark, rounding_of_energy
 
 contains
 
@@ -43,15 +44,19 @@ contains
       real(wp), intent(in) :: height_ratio
       !> Events and histories
       type(response_t), intent(out) :: response
-      !> Set when the step is too long for the scheme, or an event cannot be located
+      !> Set when the step is too long for the scheme, an event cannot be located, or rounding opens the ledger
       type(failure_t), allocatable, intent(out) :: error
 
+      ! at least so many samples, if there are, are held against the ledger where energies are no output
+      integer, parameter :: fewest_checks = 8
       type(run_t) :: run
-      integer :: samples
+      integer :: between_checks, samples
+      real(wp) :: miss
 
       call make_run(model, zeta, stop_settings, response_settings, height_ratio, run, error)
       if (allocated(error)) return
       samples = count_samples(response_settings%duration, response_settings%step)
+      between_checks = max(1, samples/fewest_checks)
       call open_records(model%mesh%elements, output_settings, samples, response_settings%step, response)
       run%keeps_measures = output_settings%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
@@ -66,10 +71,23 @@ contains
       do while (run%progress%sample < samples)
          call advance(run, response, error)
          if (allocated(error)) return
-         if (run%progress%part == 0 .and. run%progress%offset == 0_i8) call keep_sample(run, response)
+         if (run%progress%part > 0 .or. run%progress%offset > 0_i8) cycle
+         call keep_sample(run, response)
+         if (.not. run%keeps_ledger .or. modulo(samples - run%progress%sample, between_checks) > 0) cycle
+         call miss_of_ledger(run, miss)
+         call check_ledger(run, miss, error)
+         if (allocated(error)) return
       end do
       response%ends_in_contact = run%phase /= phase_free
       response%factorisations = run%stepper%factorisations
+      if (allocated(response%energy)) then
+         associate (e => response%energy)
+            miss = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact &
+                              - e%created - response%initial_energy))
+         end associate
+         call check_ledger(run, miss, error)
+         if (allocated(error)) return
+      end if
       if (.not. run%keeps_measures) return
       run%measures%final_energy = energy_of(run)
       associate (ledger => run%progress%ledger)
@@ -132,40 +150,19 @@ contains
       if (.not. allocated(error)) &
          call make_start_state(model, run%stepper, 1.0_wp + stop_settings%preload, run%states(1), error)
       if (.not. allocated(error)) call make_factors(run%stepper, 0, run%stop, error)
-      if (.not. allocated(error)) call check_digits(model, response_settings%step/real(run%parts, wp), error)
       if (allocated(error)) then
          error%message = 'on this mesh Newmark''s steps are lost in rounding ('//error%message// &
                          '): take elements of more equal length, a shorter step, or method = ''exact'''
          return
       end if
+      call check_mesh(model, error)
+      if (allocated(error)) return
       run%states(2) = run%states(1)
       run%flight_state = run%states(1)
       run%leaving = gap(run, run%states(1)) < -run%contact_tolerance
       if (run%stop%branch_stiffness > 0.0_wp .and. run%stop%relaxation_rate > 0.0_wp) &
          run%contact_level = level_of(run, 1.0_wp/run%stop%relaxation_rate)
    end subroutine make_run
-
-   !> A step adds M to h^2 K. Where that is too large, M and with it the energy of the motion is lost.
-   pure subroutine check_digits(model, step, error)
-      !> The beam
-      type(beam_model_t), intent(in) :: model
-      !> h, d tau
-      real(wp), intent(in) :: step
-      !> Set when too few digits are left
-      type(failure_t), allocatable, intent(inout) :: error
-
-      ! the ledger then opens by 1e-4 to 1e-2 of the energy
-      real(wp), parameter :: most_lost = 1.0e-5_wp
-      character(12) :: text
-      real(wp) :: lost
-
-      associate (k => model%stiffness, m => model%mass)
-         lost = epsilon(1.0_wp)*step**2/lambda1_power4*maxval(k%values(k%diagonal)/m%values(m%diagonal))
-      end associate
-      if (lost <= most_lost) return
-      write (text, '(es12.1)') lost/epsilon(1.0_wp)
-      call fail(error, status_bad_input, 'stiffness times step squared is '//trim(adjustl(text))//' times the mass')
-   end subroutine check_digits
 
    !> Refuse a step that is too long for a conditionally stable scheme, or divide it if that was asked for.
    pure subroutine divide_step(model, zeta, settings, parts, error)
@@ -212,6 +209,48 @@ contains
                 'mesh it must be at most d tau = '//rounded_down(limit)//way_out//'or take newmark_beta = newmark_gamma / 2 = '// &
                 to_text(0.5_wp*settings%newmark_gamma))
    end subroutine divide_step
+
+   !> Refuse a mesh on which rounding alone opens the ledger.
+   pure subroutine check_mesh(model, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> Set when it does
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! a tenth of the bound is mostly seen, and more than 1e-6 must not be
+      real(wp), parameter :: most = 1.0e-5_wp
+      real(wp) :: share
+
+      call rounding_of_energy(model, share, error)
+      if (allocated(error) .or. share <= most) return
+      call fail(error, status_bad_input, 'on this mesh the energy of Newmark''s steps is lost in rounding, up to '// &
+                to_text(share)//' of it where at most '//to_text(most)//' is allowed: take fewer elements or elements of '// &
+                'more equal length, or method = ''exact''')
+   end subroutine check_mesh
+
+   !> Share of the strain energy that rounding may take: eps |y| |K| |y| / (y K y) for the shape at the start. Where short
+   !> elements move as rigid bodies, large forces cancel.
+   pure subroutine rounding_of_energy(model, share, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> The share
+      real(wp), intent(out) :: share
+      !> Set when the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skyline_t) :: magnitudes
+      real(wp), allocatable :: shape(:), forces(:), large_forces(:)
+
+      share = 0.0_wp
+      call static_shape(model, shape, error)
+      if (allocated(error)) return
+      magnitudes = model%stiffness
+      magnitudes%values = abs(magnitudes%values)
+      allocate (forces(size(shape)), large_forces(size(shape)))
+      call multiply(model%stiffness, shape, forces)
+      call multiply(magnitudes, abs(shape), large_forces)
+      share = epsilon(1.0_wp)*dot_product(abs(shape), large_forces)/abs(dot_product(shape, forces))
+   end subroutine rounding_of_energy
 
    !> The first six digits of a number; what is written is not above it.
    pure function rounded_down(value) result(text)
@@ -404,6 +443,42 @@ contains
                   - ledger%dissipated_stop - ledger%dissipated_impact
       end associate
    end function energy_of
+
+   !> By how much beam and stop miss, at the present state, the energy that the ledger leaves them.
+   pure subroutine miss_of_ledger(run, miss)
+      !> The run, which keeps its ledger
+      type(run_t), intent(inout) :: run
+      !> The difference
+      real(wp), intent(out) :: miss
+
+      real(wp) :: kinetic, strain
+
+      associate (state => run%states(run%now))
+         call kinetic_energy(run%stepper, state, kinetic)
+         call strain_energy(run%stepper, state, strain)
+         miss = abs(kinetic + strain + stop_energy(run%stop, state%indentation, state%branch_force) - energy_of(run))
+      end associate
+   end subroutine miss_of_ledger
+
+   !> Refuse what misses the ledger by more than a share of the energy: rounding has moved the beam.
+   pure subroutine check_ledger(run, miss, error)
+      !> The run
+      type(run_t), intent(in) :: run
+      !> From `miss_of_ledger`
+      real(wp), intent(in) :: miss
+      !> Set when it is too much
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), parameter :: tolerance = 1.0e-6_wp
+      real(wp) :: whole
+
+      whole = run%progress%measurer%tally%start_energy + run%progress%ledger%created
+      if (miss <= tolerance*whole) return
+      call fail(error, status_run_failed, 'Newmark''s steps are lost in rounding: by tau = '// &
+                to_text(instant(run, run%progress))//' the energy is off by '//to_text(miss/whole)// &
+                ' of that at the start, and at most '//to_text(tolerance)//' is allowed: take a shorter step, fewer '// &
+                'elements or elements of more equal length, or method = ''exact''')
+   end subroutine check_ledger
 
    !> Keep the present state as a sample.
    pure subroutine keep_sample(run, response)

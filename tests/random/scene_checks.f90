@@ -7,6 +7,7 @@ module scene_checks
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
    use kinds, only: lambda1, wp
+   use newmark_motion, only: rounding_of_energy
    use newmark_stability, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
@@ -143,7 +144,7 @@ contains
                                                'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', &
                                                   'too uneven', &
                                                'contact_tolerance is too small', &
-                                                  'Newmark''s steps are lost in rounding']
+                                                  'lost in rounding']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0
@@ -273,8 +274,8 @@ contains
       unit = max(response%initial_energy, tiny(1.0_wp)) + maxval(response%energy%created)
    end function energy_scale
 
-   !> Newmark's method adds up M and h^2 K, and K y cancels: what rounding leaves is less by (omega h)^2 of the highest
-   !> mode, or by omega^2 over that of the first.
+   !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode. What opens
+   !> the ledger by more than `promised` is refused.
    function rounding_of_steps(model, step) result(share)
       !> The beam
       type(beam_model_t), intent(in) :: model
@@ -283,11 +284,13 @@ contains
       real(wp) :: share
 
       type(failure_t), allocatable :: error
+      real(wp), parameter :: promised = 1.0e-6_wp
       real(wp) :: frequency
 
+      call rounding_of_energy(model, share, error)
+      share = 1.0e-9_wp + share
       call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
-      share = 1.0e-9_wp
-      if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*max(step, 1.0_wp)/lambda1**2)**2
+      if (.not. allocated(error)) share = min(promised, share + epsilon(1.0_wp)*(frequency*step/lambda1**2)**2)
    end function rounding_of_steps
 
    !> What must hold at every instant.
