@@ -95,6 +95,8 @@ contains
       integer, parameter :: most_terms = 24
       ! the series is used up to this multiple of the zero of its first two terms, if no mode turns by more than an angle
       real(wp), parameter :: margin = 1.6_wp, greatest_angle = 2.0_wp
+      ! and as long as derivatives do not overflow
+      real(wp), parameter :: most_decades = 250.0_wp
       real(wp), dimension(size(self%lane_weight)) :: low, high, next
       ! s^(k)/k!
       real(wp) :: coefficient(most_terms + 1)
@@ -132,6 +134,7 @@ contains
             terms = terms + 1
             share = share*angle/real(terms, wp)
          end do
+         if (real(terms + 2, wp)*log10(oscillators%frequency(n)) > most_decades) return
          share = 0.5_wp
          do k = 3, terms + 1
             call next_derivative(square, two_zeta, weight, high, next, second)
@@ -141,11 +144,11 @@ contains
          low = high
          high = next
          call next_derivative(square, two_zeta, weight, low, next, second)
-         ! bounded as in `bound_terms`
-         remainder = sum(abs(weight)*sqrt(high**2 + next**2*oscillators%inverse_square))
+         ! bounded as in `bound_terms`; squares of the derivatives alone could overflow
+         share = share*reach**terms
+         remainder = sum(abs(weight)*sqrt((share*high)**2 + (share*next)**2*oscillators%inverse_square))
       end associate
-      remainder = remainder*share*reach**terms
-      if (remainder > epsilon(1.0_wp)*first) return
+      if (.not. remainder <= epsilon(1.0_wp)*first) return
       call zero_of_series(coefficient(:terms), reach, is_short, step)
       if (.not. is_short) return
       time = step
