@@ -65,7 +65,7 @@ contains
 
       ! the process that started this one may ignore it
       before = c_signal(signal_of_alarm, c_null_funptr)
-      call execute_command_line('mkdir -p '//folder)
+      call execute_command_line('rm -rf '//folder//' && mkdir '//folder)
    end subroutine open_folder
 
    !> Read a draft and drop what the reader refuses, until it does not.
