@@ -175,7 +175,7 @@ contains
                return
             end if
          end if
-         if (order == 0 .and. here%floor > here%rounding) then
+         if (order == 0 .and. (here%floor > here%rounding .or. is_faint(here))) then
             search%outcome = found_none
             search%time = limit
             return
@@ -199,6 +199,17 @@ contains
          search%evaluations = search%evaluations + 1_i8
       end do
    end subroutine first_zero
+
+   !> Has the signal died away so far that its digits underflow?
+   elemental function is_faint(here) result(is)
+      !> Values of the signal
+      type(local_t), intent(in) :: here
+      logical :: is
+
+      real(wp), parameter :: least = tiny(1.0_wp)/epsilon(1.0_wp)
+
+      is = max(abs(here%value), abs(here%slope), here%bound) < least
+   end function is_faint
 
    !> A start at zero, rising, with a return so early that a signal knows a quicker way to it: none, unless it has one.
    subroutine short_flight(self, limit, is_short, time, greatest)
