@@ -4,6 +4,7 @@
 !>
 !> Bathe, Finite Element Procedures, section 8.2 (active column solution).
 module skyline_matrix
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    implicit none (type, external)
@@ -160,9 +161,9 @@ contains
             pivot = pivot - factor*matrix%values(offset + row)
             matrix%values(offset + row) = factor
          end do
-         ! written so that a NaN is refused too
-         acceptable = abs(pivot) > 4.0_wp*epsilon(1.0_wp)*abs(original) .and. abs(pivot) <= huge(1.0_wp)
-         if (demand_positive) acceptable = acceptable .and. pivot > 0.0_wp
+         acceptable = ieee_is_finite(pivot)
+         if (acceptable) acceptable = abs(pivot) > 4.0_wp*epsilon(1.0_wp)*abs(original)
+         if (acceptable .and. demand_positive) acceptable = pivot > 0.0_wp
          if (.not. acceptable) then
             write (row_text, '(i0)') column
             call fail(error, status_run_failed, 'the matrix cannot be factorised: its pivot in row '// &
