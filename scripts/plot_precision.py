@@ -106,8 +106,9 @@ def draw_growth(study, title):
                 label=f"{plots.text_of(curve.attrs['name'])}: {float(curve.attrs['exponent']):.2f}",
             )
         for axis, limits in ((panel.xaxis, panel.set_xlim), (panel.yaxis, panel.set_ylim)):
-            low, high = np.log10(axis.get_data_interval())
-            limits(10.0 ** np.floor(low), 10.0 ** np.ceil(high))
+            low, high = axis.get_minpos(), axis.get_data_interval()[1]  # a difference of two times can be negative
+            if low <= high:
+                limits(10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high)))
         panel.xaxis.set_minor_formatter(NullFormatter())
         panel.yaxis.set_minor_formatter(NullFormatter())
         panel.set_xlabel({"duration": r"length of the run, $\tau$"}.get(kind, f"number of {kind}"))
