@@ -87,6 +87,10 @@ contains
          if (.not. allocated(error)) return
          if (error%status /= status_bad_input .or. index(error%message, scene_file) /= 1 &
              .or. index(error%message, new_line('a')) > 0) complaint = 'refused without file, or in two lines: '
+         if (index(error%message, 'asks for nothing') > 0) then
+            call put(draft, 'frequencies', '', '')
+            cycle
+         end if
          call mend(draft, error%message(len(scene_file) + 1:), is_mended)
          if (.not. is_mended) complaint = 'refused without group and name: '
          if (complaint /= '') complaint = complaint//error%message
@@ -301,9 +305,10 @@ contains
       real(wp) :: frequency
 
       call rounding_of_energy(model, share, error)
-      share = 1.0e-9_wp + share
       call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
-      if (.not. allocated(error)) share = min(promised, share + epsilon(1.0_wp)*(frequency*step/lambda1**2)**2)
+      if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*step/lambda1**2)**2
+      ! an estimate by the shape at the start, right to its order
+      share = min(promised, 1.0e-9_wp + 10.0_wp*share)
    end function rounding_of_steps
 
    !> What must hold at every instant.
@@ -376,10 +381,10 @@ contains
             complaint = complaint//'events out of order; '
          if (events(1)%tau < 0.0_wp .or. events(size(events))%tau > scene%response%duration) &
             complaint = complaint//'events outside the run; '
-         ! a rebound too low to count may be taken back
+         ! a rebound too low to count, or to tell from the rounding error of the gap, may be taken back
          arrives = (events%kind == event_impact .or. events%kind == event_contact) .and. &
                    [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) &
-                      > scene%response%hop_tolerance &
+                      > scene%response%hop_tolerance + 64.0_wp*epsilon(1.0_wp)*(1.0_wp + abs(scene%stop%preload)) &
                              .or. .not. events(i + 1)%velocity_before > 0.0_wp, i=1, size(events) - 1)]
          call limit('an impulse pulls', -minval(events%impulse, mask=arrives)/max(maxval(events%impulse), &
             tiny(1.0_wp)), &
