@@ -7,9 +7,10 @@ module scene_needs
    use frequency_study, only: default_count, meshes_and_solvers
    use kinds, only: wp
    use machine_memory, only: free_addresses, free_memory, in_bytes
+   use measure_list, only: measure_count
    use number_text, only: to_text
    use scene_types, only: law_restitution, method_exact, scene_t, solver_auto, solver_dsygv, solver_lanczos
-   use sweep_settings, only: measure_count, parameter_duration, parameter_elements, swept_t
+   use sweep_settings, only: parameter_duration, parameter_elements, swept_t
    use sweep_study, only: cases_of, threads_for
    implicit none (type, external)
    private

@@ -8,6 +8,7 @@
 module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
+   use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_energy, &
       quiet_level, response_t, run_measures_t
    use scene_types, only: law_three_element, stop_settings_t
@@ -15,7 +16,7 @@ module run_measures
    implicit none (type, external)
    private
    public :: tally_t, start_tally, take_impulse, take_contact, end_episode, mark_energy, add_rebound, finish_tally
-   public :: early_part, excess_of, force_window
+   public :: early_part, excess_of, force_window, row_of
 
    !> A rigid stop's force is the mean over so long from the beginning of an episode, tau.
    real(wp), parameter :: force_window = 0.1_wp
@@ -290,6 +291,41 @@ contains
       measures%total_contact = sum(measures%contact_end - measures%contact_start)
       if (contacts > 0) measures%longest_contact = maxval(measures%contact_end - measures%contact_start)
    end subroutine measure_events
+
+   !> The measures in the order of the table; what did not happen is NaN.
+   pure function row_of(measures) result(row)
+      !> What was measured
+      type(run_measures_t), intent(in) :: measures
+      real(wp) :: row(measure_count)
+
+      character(*), parameter :: name(measure_count) = measure_table%name
+      integer, parameter :: first_peak = findloc(name, 'peak_1', 1)
+
+      row = ieee_value(1.0_wp, ieee_quiet_nan)
+      ! a name that the table has not is found at 0, which the compiler tells
+      row(measure_status) = 0.0_wp
+      row(findloc(name, 'impacts', 1)) = real(measures%impacts, wp)
+      row(findloc(name, 'contacts', 1)) = real(size(measures%contact_start), wp)
+      row(findloc(name, 'rebounds', 1)) = real(measures%rebounds, wp)
+      if (measures%has_met_stop) then
+         row(findloc(name, 'first_impact_tau', 1)) = measures%first_impact_tau
+         row(findloc(name, 'first_impact_velocity', 1)) = measures%first_impact_velocity
+      end if
+      row(findloc(name, 'greatest_force', 1)) = measures%greatest_force
+      row(findloc(name, 'greatest_impulse', 1)) = measures%greatest_impulse
+      row(findloc(name, 'total_contact', 1)) = measures%total_contact
+      row(findloc(name, 'longest_contact', 1)) = measures%longest_contact
+      associate (peaks => min(size(measures%peak_eta), peak_count))
+         row(first_peak:first_peak + peaks - 1) = measures%peak_eta(:peaks)
+      end associate
+      if (measures%is_quiet) row(findloc(name, 'quiet_tau', 1)) = measures%quiet_tau
+      if (measures%has_spent) row(findloc(name, 'spent_tau', 1)) = measures%spent_tau
+      row(findloc(name, 'lost_beam', 1)) = measures%lost_beam
+      row(findloc(name, 'lost_stop', 1)) = measures%lost_stop
+      row(findloc(name, 'lost_impact', 1)) = measures%lost_impact
+      row(findloc(name, 'created', 1)) = measures%created
+      row(findloc(name, 'left', 1)) = measures%left
+   end function row_of
 
    !> Does the stop point arrive at the stop with this event?
    elemental function arrives(kind) result(answer)

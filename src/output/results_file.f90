@@ -10,11 +10,12 @@ module results_file
    use frequency_types, only: frequency_table_t
    use hdf5_writing, only: hdf5_group_t, program_name
    use kinds, only: lambda1, lambda1_power4, wp
-   use measure_rows, only: row_of, write_columns
+   use measure_list, only: measure_count, measure_table
+   use measure_rows, only: write_measures_of_run
    use response_types, only: event_name, event_separation, response_t, run_measures_t
+   use run_measures, only: row_of
    use scene_echo, only: echo_scene, echo_t
    use scene_types, only: name_length, scales_t, scene_t
-   use sweep_settings, only: measure_count
    implicit none (type, external)
    private
    public :: write_results, results_name, begin_results, finish_results, write_run
@@ -509,28 +510,23 @@ contains
       !> Units
       type(units_t), intent(in) :: units
 
+      real(wp) :: in_scene_units(measure_count)
       integer :: i
 
       call group%add('duration', measures%duration, '1', 'length of the run, tau')
       call group%note('in_scene_units', units%time, 'duration')
-      call group%add('impacts', measures%impacts, '1', 'number of impacts')
-      if (measures%has_met_stop) then
-         call group%add('first_impact', measures%first_impact_tau, '1', 'time of the first impact, tau')
-         call group%note('in_scene_units', units%time, 'first_impact')
-         call group%add('first_impact_velocity', measures%first_impact_velocity, '1', &
-                        'velocity at the stop before the first impact, d eta/d tau')
-         if (units%velocity > 0.0_wp) call group%note('in_scene_units', units%velocity, 'first_impact_velocity')
-      end if
-      if (measures%is_quiet) then
-         call group%add('quiet', measures%quiet_tau, '1', 'time when |eta| at the stop last exceeded 0.02, tau')
-         call group%note('in_scene_units', units%time, 'quiet')
-      end if
-      if (measures%has_spent) then
-         call group%add('spent', measures%spent_tau, '1', &
-                        'time when the energy above that at rest last exceeded 1 percent, tau')
-         call group%note('in_scene_units', units%time, 'spent')
-      end if
-      call write_columns(group, reshape(row_of(measures), [measure_count, 1]), units%time, units%force, units%impulse)
+      where (measure_table%unit == 'tau')
+         in_scene_units = units%time
+      else where (measure_table%unit == 'eta/tau')
+         in_scene_units = units%velocity
+      else where (measure_table%unit == 'Pbar')
+         in_scene_units = units%force
+      else where (measure_table%unit == 'impulse')
+         in_scene_units = units%impulse
+      else where
+         in_scene_units = 0.0_wp
+      end where
+      call write_measures_of_run(group, row_of(measures), in_scene_units)
       call group%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
       call write_along('contact_start', measures%contact_start, 'begin of the contact, tau', 'contact', units%time)
       call write_along('contact_end', measures%contact_end, 'end of the contact or of the run, tau', 'contact', units%time)

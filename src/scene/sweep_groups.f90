@@ -1,15 +1,16 @@
 !> The groups &sweep and &best of a scene file, and what must fit together in them.
 module sweep_groups
    use kinds, only: i8, wp
+   use measure_list, only: measure_status, measure_table
    use number_text, only: to_text
    use scene_input, only: scene_input_t
    use scene_ranges, only: parameter_range
    use scene_types, only: law_restitution, law_three_element, scene_t, shape_taper
    use scene_walk, only: scene_walk_t
-   use sweep_settings, only: best_settings_t, column_impacts, design_grid, design_latin_hypercube, design_names, &
-      design_paired, goal_names, is_swept, measure_names, parameter_branch, parameter_count, parameter_damper, &
-      parameter_duration, parameter_elements, parameter_meanings, parameter_mesh_ratio, parameter_names, &
-      parameter_restitution, parameter_stiffness, parameter_taper, swept_t
+   use sweep_settings, only: best_settings_t, design_grid, design_latin_hypercube, design_names, design_paired, &
+      goal_names, is_swept, parameter_branch, parameter_count, parameter_damper, parameter_duration, &
+      parameter_elements, parameter_meanings, parameter_mesh_ratio, parameter_names, parameter_restitution, &
+      parameter_stiffness, parameter_taper, swept_t
    use value_rules, only: role_t, within
    implicit none (type, external)
    private
@@ -117,11 +118,11 @@ contains
       character(*), parameter :: refine = 'refine = .true.'
       integer :: chosen
 
-      chosen = best%measure - column_impacts + 1
+      chosen = best%measure - measure_status
       call walk%choice('measure', chosen, 'measure by which cases are compared; with restitution greatest_force is the mean ' &
                        //'over the first 0.1 of tau of an episode, as the peak has no limit in the mesh', &
-                       measure_names(column_impacts:))
-      best%measure = chosen + column_impacts - 1
+                       measure_table(measure_status + 1:)%name)
+      best%measure = chosen + measure_status
       call walk%choice('goal', best%goal, 'which of its values is the best', goal_names)
       call walk%item('count', best%count, 'cases in the table of the best', within(1, 10000))
       call walk%item('refine', best%refine, 'seek better ones between the swept values, from the best case')

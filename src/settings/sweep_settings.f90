@@ -1,6 +1,7 @@
-!> What a sweep varies and what it measures: the parameters, the measures, and the settings of &sweep and &best.
+!> What a sweep varies: the parameters, and the settings of &sweep and &best.
 module sweep_settings
    use kinds, only: wp
+   use measure_list, only: measure_quiet
    implicit none (type, external)
    private
    public :: parameter_count, parameter_names, parameter_meanings, is_of_beam, is_swept, parameter_elements, &
@@ -10,10 +11,6 @@ module sweep_settings
    public :: swept_t, sweep_settings_t, best_settings_t
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_least, goal_most, goal_names
-   public :: measure_count, measure_names, measure_meanings, measure_units, measure_is_whole
-   public :: column_status, column_impacts, column_rebounds, column_contacts, column_first_tau, column_first_velocity, &
-      column_force, column_impulse, column_total_contact, column_longest_contact, column_peak, peak_columns, column_quiet, &
-      column_spent, column_lost_beam, column_lost_stop, column_lost_impact, column_created, column_left
 
    integer, parameter :: name_room = 32
    integer, parameter :: meaning_room = 100
@@ -55,49 +52,6 @@ module sweep_settings
    integer, parameter :: goal_most = 2
    character(*), parameter :: goal_names(2) = [character(name_room) :: 'least', 'most']
 
-   !> Columns of a row.
-   integer, parameter :: column_status = 1
-   integer, parameter :: column_impacts = 2
-   integer, parameter :: column_contacts = 3
-   integer, parameter :: column_rebounds = 4
-   integer, parameter :: column_first_tau = 5
-   integer, parameter :: column_first_velocity = 6
-   integer, parameter :: column_force = 7
-   integer, parameter :: column_impulse = 8
-   integer, parameter :: column_total_contact = 9
-   integer, parameter :: column_longest_contact = 10
-   !> The first of the peaks
-   integer, parameter :: column_peak = 11
-   integer, parameter :: peak_columns = 5
-   integer, parameter :: column_quiet = 16
-   integer, parameter :: column_spent = 17
-   integer, parameter :: column_lost_beam = 18
-   integer, parameter :: column_lost_stop = 19
-   integer, parameter :: column_lost_impact = 20
-   integer, parameter :: column_created = 21
-   integer, parameter :: column_left = 22
-   integer, parameter :: measure_count = 22
-   character(*), parameter :: measure_names(measure_count) = [character(name_room) :: &
-      'status', 'impacts', 'contacts', 'rebounds', 'first_impact_tau', 'first_impact_velocity', 'greatest_force', &
-      'greatest_impulse', 'total_contact', 'longest_contact', 'peak_1', 'peak_2', 'peak_3', 'peak_4', 'peak_5', &
-      'quiet_tau', 'spent_tau', 'lost_beam', 'lost_stop', 'lost_impact', 'created', 'left']
-   character(*), parameter :: measure_meanings(measure_count) = [character(meaning_room) :: &
-      '0: done, 1: failed, the reason is in failure_reason', 'impacts of model A, contacts of model B', &
-      'contacts that last', 'flights that rise above eta = 0.02', 'instant of the first meeting with the stop', &
-      'd eta/d tau at the stop point before it', &
-      'greatest contact force Pbar; with restitution its mean over the first 0.1 of tau of an episode', &
-      'greatest impulse of an episode, between flights above 0.02, less that of the force at rest', &
-      'time in contact', 'longest contact', 'highest point of the first rebound, eta', 'of the second', 'of the third', &
-      'of the fourth', 'of the fifth', 'instant after which |eta_c| stays within 0.02; nan: it does not', &
-      'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
-      'share of the start''s energy above rest that the beam dissipated', 'that the stop dissipated', &
-      'that impacts dissipated', 'that the nodal reading of the impulse created', 'that is left at the end']
-   character(*), parameter :: measure_units(measure_count) = [character(name_room) :: &
-      '1', '1', '1', '1', 'tau', 'eta/tau', 'Pbar', 'impulse', 'tau', 'tau', 'eta', 'eta', 'eta', 'eta', 'eta', 'tau', 'tau', &
-      '1', '1', '1', '1', '1']
-   !> Columns that hold whole numbers
-   logical, parameter :: measure_is_whole(measure_count) = [.true., .true., .true., .true., spread(.false., 1, 18)]
-
    !> The values of one parameter; it is not swept if nothing is given.
    type :: swept_t
       !> Values one by one
@@ -125,8 +79,8 @@ module sweep_settings
 
    !> &best
    type :: best_settings_t
-      !> Column by which cases are compared
-      integer :: measure = column_quiet
+      !> Place in the table of measures of the one by which cases are compared
+      integer :: measure = measure_quiet
       !> `goal_least` or `goal_most`
       integer :: goal = goal_least
       !> Number of cases in the table

@@ -2,11 +2,12 @@
 module sweep_best
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
+   use measure_list, only: measure_count, measure_status
    use scene_types, only: scene_t
    use sweep_plan, only: plan_t
    use sweep_run, only: run_cases
    use sweep_search, only: learn, next_poll, search_state_t, start_search
-   use sweep_settings, only: column_status, goal_most, measure_count, parameter_elements
+   use sweep_settings, only: goal_most, parameter_elements
    implicit none (type, external)
    private
    public :: best_t, start_best, consider, refined_t, refine
@@ -61,7 +62,7 @@ contains
       real(wp) :: cost
 
       cost = huge(1.0_wp)
-      if (row(column_status) > 0.0_wp) return
+      if (row(measure_status) > 0.0_wp) return
       if (ieee_is_nan(row(best%column))) return
       cost = best%sign*row(best%column)
    end function cost_of

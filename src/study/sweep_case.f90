@@ -9,13 +9,14 @@ module sweep_case
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use measure_rows, only: row_of
+   use measure_list, only: measure_status, measure_table, peak_count
    use newmark_motion, only: newmark_response
    use response_types, only: response_t
+   use run_measures, only: row_of
    use scene_beam_model, only: model_of
    use scene_types, only: law_three_element, method_exact, output_settings_t, scene_t
    use sweep_plan, only: plan_t, set_parameter
-   use sweep_settings, only: column_status, is_of_beam, measure_is_whole, peak_columns
+   use sweep_settings, only: is_of_beam
    implicit none (type, external)
    private
    public :: runner_t, start_runner, run_case
@@ -44,7 +45,7 @@ contains
 
       runner%scene = scene
       runner%output = output_settings_t(displacement_stop=.false., displacement_tip=.false., velocity_stop=.false., &
-                                        contact_force=.false., measures=.true., most_peaks=peak_columns)
+                                        contact_force=.false., measures=.true., most_peaks=peak_count)
    end subroutine start_runner
 
    !> Run a case.
@@ -68,8 +69,8 @@ contains
          call set_parameter(runner%scene, plan%axes(k)%parameter, values(k))
       end do
       call find_beam(runner, plan, values)
-      row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_is_whole)
-      row(column_status) = 1.0_wp
+      row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
+      row(measure_status) = 1.0_wp
       if (allocated(runner%trouble)) then
          reason = runner%trouble%message
          return

@@ -12,13 +12,13 @@ module sweep_file
       h5tclose_f, h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
    use hdf5_writing, only: hdf5_group_t, open_hdf5
    use kinds, only: wp
+   use measure_list, only: measure_count, measure_table
    use results_file, only: begin_results, results_name
    use scene_types, only: scene_t
    use sweep_best, only: best_t, consider, refined_t, start_best
    use sweep_parts, only: assembled_file, leave_folder, part_name, part_t, read_part, reason_room
    use sweep_plan, only: first_of_part, plan_t
-   use sweep_settings, only: design_names, goal_names, measure_count, measure_is_whole, measure_meanings, &
-      measure_names, measure_units, parameter_elements, parameter_meanings, parameter_names
+   use sweep_settings, only: design_names, goal_names, parameter_elements, parameter_meanings, parameter_names
    implicit none (type, external)
    private
    public :: survey_t, survey_parts, write_sweep
@@ -149,7 +149,7 @@ contains
       call group%note('parameters', joined(parameter_names(plan%axes%parameter)))
       call group%note('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
                                            k=1, size(plan%axes))]))
-      call group%note('measures', joined(measure_names))
+      call group%note('measures', joined(measure_table%name))
       call group%note('failures', [survey%failures])
       if (plan%is_grid) then
          ! a column reshaped to these extents is the grid, in C's order
@@ -182,7 +182,7 @@ contains
       type(hdf5_group_t) :: refinement
       integer :: i
 
-      call group%note('measure', trim(measure_names(scene%best%measure)))
+      call group%note('measure', trim(measure_table(scene%best%measure)%name))
       call group%note('goal', trim(goal_names(scene%best%goal)))
       call group%add('place', [(i, i=1, best%count)], '1', 'place among the best', is_scale=.true.)
       call group%add('case', best%case(:best%count), '1', 'number of the case in /sweep', along='place')
@@ -218,12 +218,13 @@ contains
       end do
       do k = 1, measure_count
          column = rows(k, :)
-         if (measure_is_whole(k)) then
-            call group%add(trim(measure_names(k)), nint(column), trim(measure_units(k)), trim(measure_meanings(k)), &
-                           along=along)
-         else
-            call group%add(trim(measure_names(k)), column, trim(measure_units(k)), trim(measure_meanings(k)), along=along)
-         end if
+         associate (measure => measure_table(k))
+            if (measure%is_whole) then
+               call group%add(trim(measure%name), nint(column), trim(measure%unit), trim(measure%meaning), along=along)
+            else
+               call group%add(trim(measure%name), column, trim(measure%unit), trim(measure%meaning), along=along)
+            end if
+         end associate
       end do
    end subroutine write_columns
 
@@ -265,8 +266,10 @@ contains
          end associate
       end do
       do k = 1, measure_count
-         call make_column(trim(measure_names(k)), trim(measure_meanings(k)), trim(measure_units(k)), measure_is_whole(k), &
-                          merge(1.0_wp/scene%scales%omega1, 0.0_wp, measure_units(k) == 'tau'), measures(k))
+         associate (measure => measure_table(k))
+            call make_column(trim(measure%name), trim(measure%meaning), trim(measure%unit), measure%is_whole, &
+                             merge(1.0_wp/scene%scales%omega1, 0.0_wp, measure%unit == 'tau'), measures(k))
+         end associate
       end do
       allocate (values(max(most_rows, plan%part_cases), size(plan%axes)), &
                 rows(max(most_rows, plan%part_cases), measure_count))
@@ -314,7 +317,7 @@ contains
             call put(parameters(n), plan%axes(n)%parameter == parameter_elements, first, values(:held, n))
          end do
          do n = 1, measure_count
-            call put(measures(n), measure_is_whole(n), first, rows(:held, n))
+            call put(measures(n), measure_table(n)%is_whole, first, rows(:held, n))
          end do
          first = first + held
          held = 0

@@ -13,9 +13,10 @@ module sweep_parts
       h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
    use hdf5_writing, only: c_free, hdf5_group_t, open_hdf5, program_name
    use kinds, only: i8, wp
+   use measure_list, only: measure_count, measure_status, measure_table
    use results_claim, only: refuse_foreign
    use sweep_plan, only: first_of_part, last_of_part, plan_t
-   use sweep_settings, only: column_status, measure_count, measure_names, parameter_names
+   use sweep_settings, only: parameter_names
    implicit none (type, external)
    private
    public :: part_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
@@ -215,7 +216,7 @@ contains
       call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
                      'number of the case', is_scale=.true.)
       call root%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
-      call root%note('names', joined(measure_names), 'column')
+      call root%note('names', joined(measure_table%name), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
       call root%note('names', joined(parameter_names(plan%axes%parameter)), 'parameter')
       call root%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
@@ -287,7 +288,7 @@ contains
       call load(file, 'parameters', h5t_native_double, size(values, kind=hsize_t), c_loc(values), is_good)
       call load(file, 'rows', h5t_native_double, size(rows, kind=hsize_t), c_loc(rows), is_good)
       failures = 0
-      if (is_good) failures = count(rows(column_status, :) > 0.0_wp)
+      if (is_good) failures = count(rows(measure_status, :) > 0.0_wp)
       allocate (failed(failures), part%reasons(failures))
       if (failures > 0) then
          call load(file, 'failed', h5t_native_integer, int(failures, hsize_t), c_loc(failed), is_good)

@@ -3,14 +3,15 @@ module sweep_plan
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use checksums, only: checksum
    use kinds, only: i8, wp
+   use measure_list, only: measure_count, measure_table
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, shuffle, start_random
    use scene_echo, only: echo_scene, echo_t
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, measure_count, measure_names, parameter_branch, &
-      parameter_count, parameter_damper, parameter_duration, parameter_elements, parameter_hop_tolerance, &
-      parameter_mesh_ratio, parameter_names, parameter_position, parameter_preload, parameter_restitution, &
-      parameter_stiffness, parameter_taper, parameter_tip_mass, parameter_zeta, swept_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_branch, parameter_count, &
+      parameter_damper, parameter_duration, parameter_elements, parameter_hop_tolerance, parameter_mesh_ratio, &
+      parameter_names, parameter_position, parameter_preload, parameter_restitution, parameter_stiffness, &
+      parameter_taper, parameter_tip_mass, parameter_zeta, swept_t
    implicit none (type, external)
    private
    public :: plan_t, axis_t, make_plan, case_values, set_parameter, first_of_part, last_of_part, plan_text
@@ -275,7 +276,7 @@ contains
 
       text = 'impactbeam '//version//next//'columns'
       do k = 1, measure_count
-         text = text//' '//trim(measure_names(k))
+         text = text//' '//trim(measure_table(k)%name)
       end do
       text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%part_cases)//next
       call echo_scene(scene, entries)

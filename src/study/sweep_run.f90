@@ -4,13 +4,13 @@ module sweep_run
    use, intrinsic :: iso_fortran_env, only: error_unit
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
+   use measure_list, only: measure_count
    use sweep_case, only: run_case, runner_t, start_runner
    use sweep_parts, only: part_is_done, part_name, part_t, read_part, reason_room, write_part
    use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
    use sweep_ranks, only: abandon_deal, agree, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, serve_deal, &
       start_deal
-   use sweep_settings, only: measure_count
    use scene_types, only: scene_t
    implicit none (type, external)
    private

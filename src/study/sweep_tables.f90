@@ -1,12 +1,13 @@
 !> What a sweep says on standard output: its size, how it went, its best cases.
 module sweep_tables
    use kinds, only: wp
+   use measure_list, only: measure_table
    use number_text, only: to_text
    use scene_types, only: scene_t
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
    use sweep_plan, only: plan_t
-   use sweep_settings, only: goal_names, measure_names, parameter_names
+   use sweep_settings, only: goal_names, parameter_names
    implicit none (type, external)
    private
    public :: print_sweep
@@ -92,13 +93,13 @@ contains
       integer :: i, k
 
       associate (column => scene%best%measure)
-         write (unit, '(/, 2x, a)') trim(goal_names(scene%best%goal))//' '//trim(measure_names(column))
+         write (unit, '(/, 2x, a)') trim(goal_names(scene%best%goal))//' '//trim(measure_table(column)%name)
          if (best%count == 0) then
             write (unit, '(2x, a)') 'no case has one'
             return
          end if
          write (unit, '(2x, *(a))') cell('case'), (cell(trim(parameter_names(plan%axes(k)%parameter))), k=1, size(plan%axes)), &
-            cell(trim(measure_names(column)))
+            cell(trim(measure_table(column)%name))
          do i = 1, best%count
             write (unit, '(2x, *(a))') cell(to_text(best%case(i))), &
                (cell(rounded(best%values(k, i))), k=1, size(plan%axes)), cell(rounded(best%rows(column, i)))
@@ -121,10 +122,10 @@ contains
 
       associate (column => scene%best%measure, last => refined%count)
          write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
-            //trim(measure_names(column))//' from '//rounded(refined%rows(column, 1))//' to ' &
+            //trim(measure_table(column)%name)//' from '//rounded(refined%rows(column, 1))//' to ' &
             //rounded(refined%rows(column, last))
          write (unit, '(2x, *(a))') cell(''), (cell(trim(parameter_names(plan%axes(k)%parameter))), k=1, size(plan%axes)), &
-            cell(trim(measure_names(column)))
+            cell(trim(measure_table(column)%name))
          write (unit, '(2x, *(a))') cell('best'), (cell(rounded(refined%values(k, last))), k=1, size(plan%axes)), &
             cell(rounded(refined%rows(column, last)))
       end associate

@@ -7,6 +7,7 @@ module scene_checks
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
    use kinds, only: lambda1, wp
+   use measure_list, only: measure_count, measure_table
    use newmark_motion, only: rounding_of_energy
    use newmark_stability, only: highest_frequency
    use number_text, only: to_text
@@ -18,7 +19,7 @@ module scene_checks
    use scene_run, only: compute_scene, run_scene
    use scene_types, only: impulse_momentum, law_restitution, method_exact, scene_t
    use cases_settings, only: case_parameter_names
-   use sweep_settings, only: measure_names, parameter_names
+   use sweep_settings, only: parameter_names
    implicit none (type, external)
    private
    public :: open_folder, settle, complaint_of, tally_t, clean_up
@@ -457,11 +458,11 @@ contains
          end if
          if (allocated(error)) cycle
          single_file = folder//'/single.h5'
-         do k = 1, size(measure_names)
-            path = path_of_measure(single_file, trim(measure_names(k)))
+         do k = 1, measure_count
+            path = path_of_measure(single_file, trim(measure_table(k)%run_name))
             if (path == '') cycle
-            column = read_reals(file, 'sweep/'//trim(measure_names(k)))
-            call compare('row '//to_text(i)//' '//trim(measure_names(k)), column(i), read_reals(single_file, path), &
+            column = read_reals(file, 'sweep/'//trim(measure_table(k)%name))
+            call compare('row '//to_text(i)//' '//trim(measure_table(k)%name), column(i), read_reals(single_file, path), &
                complaint)
          end do
       end do
@@ -501,12 +502,12 @@ contains
    function path_of_measure(file, measure) result(path)
       !> The file
       character(*), intent(in) :: file
-      !> The measure
+      !> Its name there; empty: it has none
       character(*), intent(in) :: measure
       character(:), allocatable :: path
 
       path = 'measures/'//measure
-      if (.not. has_object(file, path)) path = ''
+      if (measure == '' .or. .not. has_object(file, path)) path = ''
    end function path_of_measure
 
    !> Two numbers that should be the same; NaN stands for nothing.

@@ -1,0 +1,65 @@
+!> What is measured of a run: one entry a measure. Rows of sweeps, groups of files and lines on the console follow from it;
+!> `row_of` in run_measures gives the values.
+module measure_list
+   implicit none (type, external)
+   private
+   public :: measure_t, measure_table, measure_count, measure_named, measure_status, measure_quiet, peak_count
+
+   type :: measure_t
+      !> Its column in a sweep
+      character(24) :: name
+      !> Its dataset in the file of one run or of several cases; empty: it has none there
+      character(24) :: run_name
+      character(100) :: meaning
+      !> One of tau, eta, eta/tau, Pbar, impulse; 1: a number
+      character(8) :: unit
+      logical :: is_whole
+   end type measure_t
+
+   type(measure_t), parameter :: measure_table(*) = [ &
+      measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', '1', .true.), &
+      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', '1', .true.), &
+      measure_t('contacts', '', 'contacts that last', '1', .true.), &
+      measure_t('rebounds', '', 'flights that rise above eta = 0.02', '1', .true.), &
+      measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'tau', .false.), &
+      measure_t('first_impact_velocity', 'first_impact_velocity', 'd eta/d tau at the stop point before it', 'eta/tau', &
+                .false.), &
+      measure_t('greatest_force', 'greatest_force', &
+                'greatest contact force Pbar; with restitution its mean over the first 0.1 of tau of an episode', 'Pbar', &
+                .false.), &
+      measure_t('greatest_impulse', 'greatest_impulse', &
+                'greatest impulse of an episode, between flights above 0.02, less that of the force at rest', 'impulse', &
+                .false.), &
+      measure_t('total_contact', 'total_contact', 'time in contact', 'tau', .false.), &
+      measure_t('longest_contact', 'longest_contact', 'longest contact', 'tau', .false.), &
+      measure_t('peak_1', '', 'highest point of the first rebound, eta', 'eta', .false.), &
+      measure_t('peak_2', '', 'of the second', 'eta', .false.), &
+      measure_t('peak_3', '', 'of the third', 'eta', .false.), &
+      measure_t('peak_4', '', 'of the fourth', 'eta', .false.), &
+      measure_t('peak_5', '', 'of the fifth', 'eta', .false.), &
+      measure_t('quiet_tau', 'quiet', 'instant after which |eta_c| stays within 0.02; nan: it does not', 'tau', .false.), &
+      measure_t('spent_tau', 'spent', 'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
+                'tau', .false.), &
+      measure_t('lost_beam', 'lost_beam', 'share of the start''s energy above rest that the beam dissipated', '1', .false.), &
+      measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', '1', .false.), &
+      measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', '1', .false.), &
+      measure_t('created', 'created', 'that the nodal reading of the impulse created', '1', .false.), &
+      measure_t('left', 'left', 'that is left at the end', '1', .false.)]
+
+   integer, parameter :: measure_count = size(measure_table)
+   !> Those that the program itself asks for by name
+   integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
+   integer, parameter :: measure_quiet = findloc(measure_table%name, 'quiet_tau', dim=1)
+   !> Rebounds whose peaks are measures
+   integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
+
+contains
+
+   !> Place of a measure in the table; 0: there is none of that name.
+   pure integer function measure_named(name)
+      character(*), intent(in) :: name
+
+      measure_named = findloc(measure_table%name, name, dim=1)
+   end function measure_named
+
+end module measure_list
