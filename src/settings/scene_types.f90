@@ -1,7 +1,7 @@
 !> What the user asked for, checked and made dimensionless. The reader fills these types; everything
 !> else takes their components and never sees a namelist.
 !>
-!> Scales (DESIGN: reference scales): lengths along the beam in L, displacements in y_c(0) - d, times
+!> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in y_c(0) - d, times
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
    use cases_settings, only: cases_settings_t
