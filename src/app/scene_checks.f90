@@ -3,11 +3,12 @@ module scene_checks
    use beam_model, only: beam_model_t
    use cases_settings, only: case_parameter_names, case_parameters
    use failures, only: failure_t
-   use newmark_motion, only: check_newmark
+   use motion_run, only: check_motion
    use number_text, only: to_text
-   use scene_beam_model, only: model_of
+   use run_settings, only: method_newmark
+   use scene_beam_model, only: model_of, run_of
    use scene_reader, only: complain_of_scene
-   use scene_types, only: method_newmark, scene_t
+   use scene_types, only: scene_t
    use sweep_plan, only: set_parameter
    use sweep_settings, only: is_of_beam, is_swept, parameter_count, parameter_zeta
    implicit none (type, external)
@@ -66,7 +67,7 @@ contains
       type(failure_t), allocatable :: trouble
 
       if (is_new_beam) call model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
-      if (.not. allocated(trouble)) call check_newmark(model, one%zeta, one%stop, one%response, trouble)
+      if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
       if (allocated(trouble)) &
          call complain_of_scene(scene, 'response', [character(9) :: 'step', 'step_time'], subject//trouble%message, error)
    end subroutine check_run

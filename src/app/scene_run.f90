@@ -6,12 +6,11 @@ module scene_run
    use cases_tables, only: print_cases
    use command_line, only: argument_t, program_version
    use console_tables, only: print_frequency_table, print_measures, print_model, print_modes
-   use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use file_system, only: make_folder
    use frequency_study, only: frequency_table
    use frequency_types, only: frequency_table_t
-   use newmark_motion, only: newmark_response
+   use motion_run, only: run_motion
    use paper_cases, only: make_ways, way_count, way_t
    use precision_file, only: write_precision
    use precision_study, only: run_precision
@@ -22,10 +21,12 @@ module scene_run
    use response_types, only: response_t
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name, write_results
-   use scene_beam_model, only: model_of
+   use run_settings, only: run_settings_t
+   use scene_beam_model, only: model_of, run_of
    use scene_checks, only: check_scene
    use scene_reader, only: read_scene
-   use scene_types, only: method_exact, output_settings_t, scene_t
+   use run_settings, only: run_settings_t
+   use scene_types, only: scene_t
    use statements_file, only: check_text, write_statements
    use statements_study, only: judge_statements, study_t
    use statements_tables, only: print_statements
@@ -76,7 +77,7 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(output_settings_t) :: output
+      type(run_settings_t) :: settings
 
       if (scene%wants_frequencies) then
          allocate (table)
@@ -87,15 +88,9 @@ contains
       call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
       if (allocated(error)) return
       allocate (response)
-      output = scene%output
-      output%measures = .true.
-      if (scene%response%method == method_exact) then
-         call exact_response(model, scene%zeta, scene%stop, scene%response, output, &
-                             scene%scales%height_ratio, response, error)
-      else
-         call newmark_response(model, scene%zeta, scene%stop, scene%response, output, &
-                               scene%scales%height_ratio, response, error)
-      end if
+      settings = run_of(scene)
+      settings%output%measures = .true.
+      call run_motion(model, settings, response, error)
    end subroutine compute_scene
 
    !> Compute a scene, write its file, print its table.

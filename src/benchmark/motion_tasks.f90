@@ -3,17 +3,18 @@ module motion_tasks
    use auto_solver, only: auto_lambda
    use beam_model, only: beam_model_t
    use dsygv_solver, only: dsygv_lambda
-   use exact_motion, only: exact_response, exact_response_in_modes
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use lanczos_solver, only: lanczos_lambda, lanczos_modes
+   use motion_run, only: run_motion
    use natural_solver, only: natural_lambda
-   use newmark_motion, only: newmark_response
    use response_types, only: response_t
-   use scene_beam_model, only: model_of
-   use scene_types, only: contender_average, contender_exact, contender_linear, method_exact, method_newmark, &
-      output_settings_t, precision_settings_t, response_settings_t, scene_t, solver_dsygv, solver_lanczos, solver_natural
+   use run_settings, only: run_settings_t
+   use scene_beam_model, only: model_of, run_of
+   use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t
+   use scene_types, only: contender_average, contender_exact, contender_linear, precision_settings_t, scene_t, &
+      solver_dsygv, solver_lanczos, solver_natural
    use timed_tasks, only: timed_task_t
    implicit none (type, external)
    private
@@ -71,8 +72,7 @@ contains
          case (task_modes)
             call find_free_modes(self%model, self%modes, error, with_support=.true.)
          case (task_motion)
-            call exact_response_in_modes(self%modes, scene%zeta, scene%stop, self%settings, self%output, &
-                                         scene%scales%height_ratio, self%response, error)
+            call run_motion(self%model, run_of_task(self), self%response, error, self%modes)
          case (task_few_modes)
             call model_of(scene, self%elements, self%ratio, self%model, error)
             if (allocated(error)) return
@@ -80,16 +80,20 @@ contains
          case (task_solver)
             call solve(self, error)
          case default
-            if (self%settings%method == method_exact) then
-               call exact_response(self%model, scene%zeta, scene%stop, self%settings, self%output, &
-                                   scene%scales%height_ratio, self%response, error)
-            else
-               call newmark_response(self%model, scene%zeta, scene%stop, self%settings, self%output, &
-                                     scene%scales%height_ratio, self%response, error)
-            end if
+            call run_motion(self%model, run_of_task(self), self%response, error)
          end select
       end associate
    end subroutine run
+
+   !> The scene's run with the settings and the output of the task.
+   pure function run_of_task(self) result(settings)
+      type(task_t), intent(in) :: self
+      type(run_settings_t) :: settings
+
+      settings = run_of(self%scene)
+      settings%response = self%settings
+      settings%output = self%output
+   end function run_of_task
 
    !> Frequencies by one solver.
    subroutine solve(self, error)

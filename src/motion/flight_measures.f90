@@ -16,7 +16,7 @@ module flight_measures
    use response_types, only: quiet_level, response_t, run_measures_t
    use run_measures, only: add_rebound, early_part, end_episode, excess_of, finish_tally, mark_energy, start_tally, &
                            take_contact, take_impulse, tally_t
-   use scene_types, only: stop_settings_t
+   use run_settings, only: stop_settings_t
    use signal_peaks, only: greatest_value, last_time_above, peak_tolerance, signal_view
    use stop_models, only: stop_energy, three_element_t
    implicit none (type, external)

@@ -2,10 +2,10 @@
 module mode_choice
    use kinds, only: lambda1, pi, wp
    use response_types, only: mode_check_t, quiet_level, response_t
-   use scene_types, only: output_settings_t, response_settings_t
+   use run_settings, only: output_settings_t, run_settings_t
    implicit none (type, external)
    private
-   public :: agreement, check_output, check_settings, compare_modes, modes_that_matter, next_count
+   public :: agreement, compare_modes, modes_that_matter, next_count, trial_settings
 
    !> Two runs that differ by no more than this share of the mode tolerance agree: the rest is for what more modes yet would
    !> change, which falls with their number.
@@ -69,30 +69,23 @@ contains
    end function next_count
 
    !> A run to compare: no longer than it may be trusted, with samples of its own.
-   pure function check_settings(asked, lowest) result(settings)
-      !> Of the run itself
-      type(response_settings_t), intent(in) :: asked
+   pure function trial_settings(asked, lowest) result(settings)
+      !> The run itself
+      type(run_settings_t), intent(in) :: asked
       !> lambda of the lowest mode
       real(wp), intent(in) :: lowest
-      type(response_settings_t) :: settings
+      type(run_settings_t) :: settings
 
       real(wp) :: period
 
       settings = asked
+      settings%output = output_settings_t(velocity_stop=.false., contact_force=.false.)
       period = 2.0_wp*pi*(lambda1/lowest)**2
-      settings%duration = min(asked%duration, real(most_periods, wp)*period)
-      settings%step = min(settings%duration, period)/real(samples, wp)
-   end function check_settings
-
-   !> What it keeps.
-   pure function check_output() result(output)
-      type(output_settings_t) :: output
-
-      output%displacement_stop = .true.
-      output%displacement_tip = .true.
-      output%velocity_stop = .false.
-      output%contact_force = .false.
-   end function check_output
+      associate (response => settings%response)
+         response%duration = min(asked%response%duration, real(most_periods, wp)*period)
+         response%step = min(response%duration, period)/real(samples, wp)
+      end associate
+   end function trial_settings
 
    !> The greatest difference of two runs in eta of stop and tip, up to the peak of the third rebound of either.
    pure subroutine compare_modes(fewer, more, duration, check)

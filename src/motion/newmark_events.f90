@@ -7,7 +7,7 @@ module newmark_events
    use newmark_stepper, only: copy_state, momentum_at_stop, restart_acceleration
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
                              event_t, response_t
-   use scene_types, only: impulse_nodal, law_three_element
+   use run_settings, only: impulse_nodal, law_three_element
    use step_measures, only: greatest_in, measure_event, piece_t
    use stop_models, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse, stop_energy, &
                           unload_surface

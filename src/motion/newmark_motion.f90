@@ -18,7 +18,7 @@ module newmark_motion
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
    use run_measures, only: start_tally
-   use scene_types, only: law_three_element, output_settings_t, response_settings_t, stop_settings_t
+   use run_settings, only: law_three_element, response_settings_t, run_settings_t
    use skyline_matrix, only: multiply, skyline_t
    use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
    use stop_models, only: contact_force, make_three_element, mean_force_coefficients, stop_energy
@@ -29,19 +29,11 @@ module newmark_motion
 contains
 
    !> The motion from rest in the static shape, eta_c = 1, until the end of the run.
-   pure subroutine newmark_response(model, zeta, stop_settings, response_settings, output_settings, height_ratio, response, error)
+   pure subroutine newmark_response(model, settings, response, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
-      !> zeta = gamma omega1 / 2
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(stop_settings_t), intent(in) :: stop_settings
-      !> Duration, steps, tolerances
-      type(response_settings_t), intent(in) :: response_settings
-      !> What to keep
-      type(output_settings_t), intent(in) :: output_settings
-      !> hbar/L
-      real(wp), intent(in) :: height_ratio
+      !> Stop, damping, steps, tolerances, output
+      type(run_settings_t), intent(in) :: settings
       !> Events and histories
       type(response_t), intent(out) :: response
       !> Set when the step is too long for the scheme, an event cannot be located, or rounding opens the ledger
@@ -53,18 +45,18 @@ contains
       integer :: between_checks, samples
       real(wp) :: miss
 
-      call make_run(model, zeta, stop_settings, response_settings, height_ratio, run, error)
+      call make_run(model, settings, run, error)
       if (allocated(error)) return
-      samples = count_samples(response_settings%duration, response_settings%step)
+      samples = count_samples(settings%response%duration, settings%response%step)
       between_checks = max(1, samples/fewest_checks)
-      call open_records(model%mesh%elements, output_settings, samples, response_settings%step, response)
-      run%keeps_measures = output_settings%measures
+      call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response)
+      run%keeps_measures = settings%output%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
       run%keeps_shapes = allocated(response%shape_tau)
       call strain_energy(run%stepper, run%states(1), response%initial_energy)
-      call start_tally(stop_settings, response%initial_energy, height_ratio, run%progress%measurer%tally)
+      call start_tally(settings%stop, response%initial_energy, settings%height_ratio, run%progress%measurer%tally)
       if (run%keeps_shapes) &
-         call record_shapes(run%stepper%order, run%states(1), run%states(1), 0.0_wp, 0.0_wp, stop_settings%preload, &
+         call record_shapes(run%stepper%order, run%states(1), run%states(1), 0.0_wp, 0.0_wp, settings%stop%preload, &
                             run%progress%next_shape, response)
       call keep_sample(run, response)
 
@@ -93,62 +85,54 @@ contains
       associate (ledger => run%progress%ledger)
          call finish_steps(run%progress%measurer, instant(run, run%progress), &
                            [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, &
-                           output_settings%most_peaks, run%measures, response)
+                           settings%output%most_peaks, run%measures, response)
       end associate
    end subroutine newmark_response
 
    !> Can a run start? What would keep it from that is known without running it.
-   pure subroutine check_newmark(model, zeta, stop_settings, response_settings, error)
+   pure subroutine check_newmark(model, settings, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
-      !> zeta = gamma omega1 / 2
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(stop_settings_t), intent(in) :: stop_settings
-      !> Duration, steps, tolerances
-      type(response_settings_t), intent(in) :: response_settings
+      !> Stop, damping, steps, tolerances, output
+      type(run_settings_t), intent(in) :: settings
       !> Set when it cannot
       type(failure_t), allocatable, intent(out) :: error
 
       type(run_t) :: run
 
-      call make_run(model, zeta, stop_settings, response_settings, 1.0_wp, run, error)
+      call make_run(model, settings, run, error)
    end subroutine check_newmark
 
    !> Check the step, make the stepper, the stop and the start.
-   pure subroutine make_run(model, zeta, stop_settings, response_settings, height_ratio, run, error)
+   pure subroutine make_run(model, settings, run, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
-      !> zeta
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(stop_settings_t), intent(in) :: stop_settings
-      !> Duration, steps, tolerances
-      type(response_settings_t), intent(in) :: response_settings
-      !> hbar/L
-      real(wp), intent(in) :: height_ratio
+      !> Stop, damping, steps, tolerances, output
+      type(run_settings_t), intent(in) :: settings
       !> The run at its start
       type(run_t), intent(out) :: run
       !> Set when the step is too long for the scheme
       type(failure_t), allocatable, intent(out) :: error
 
-      run%settings = stop_settings
-      run%sample_step = response_settings%step
-      run%contact_tolerance = response_settings%contact_tolerance
-      run%release_force = response_settings%release_tolerance/height_ratio
-      run%hop_height = max(response_settings%hop_tolerance, response_settings%contact_tolerance)
-      run%event_limit = response_settings%event_limit
-      run%height_ratio = height_ratio
-      if (stop_settings%law == law_three_element) then
-         run%stop = make_three_element(stop_settings%stiffness_ratio, stop_settings%branch_ratio, stop_settings%damper_ratio)
+      run%settings = settings%stop
+      run%sample_step = settings%response%step
+      run%contact_tolerance = settings%response%contact_tolerance
+      run%release_force = settings%response%release_tolerance/settings%height_ratio
+      run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
+      run%event_limit = settings%response%event_limit
+      run%height_ratio = settings%height_ratio
+      if (settings%stop%law == law_three_element) then
+         run%stop = make_three_element(settings%stop%stiffness_ratio, settings%stop%branch_ratio, &
+                                       settings%stop%damper_ratio)
       end if
-      associate (beta => response_settings%newmark_beta, gamma => response_settings%newmark_gamma)
-         call divide_step(model, zeta, response_settings, run%parts, error)
-         if (allocated(error)) return
-         call make_newmark_stepper(model, zeta, beta, gamma, response_settings%step/real(run%parts, wp), run%stepper, error)
+      call divide_step(model, settings%zeta, settings%response, run%parts, error)
+      if (allocated(error)) return
+      associate (scheme => settings%response)
+         call make_newmark_stepper(model, settings%zeta, scheme%newmark_beta, scheme%newmark_gamma, &
+                                   scheme%step/real(run%parts, wp), run%stepper, error)
       end associate
       if (.not. allocated(error)) &
-         call make_start_state(model, run%stepper, 1.0_wp + stop_settings%preload, run%states(1), error)
+         call make_start_state(model, run%stepper, 1.0_wp + settings%stop%preload, run%states(1), error)
       if (.not. allocated(error)) call make_factors(run%stepper, 0, run%stop, error)
       if (allocated(error)) then
          error%message = 'on this mesh Newmark''s steps are lost in rounding ('//error%message// &

@@ -4,7 +4,7 @@ module newmark_run
    use newmark_recorder, only: ledger_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: run_measures_t
-   use scene_types, only: stop_settings_t
+   use run_settings, only: stop_settings_t
    use step_measures, only: step_measurer_t
    use stop_models, only: three_element_t
    implicit none (type, external)

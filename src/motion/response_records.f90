@@ -2,7 +2,7 @@
 module response_records
    use kinds, only: wp
    use response_types, only: response_t
-   use scene_types, only: output_settings_t
+   use run_settings, only: output_settings_t
    implicit none (type, external)
    private
    public :: open_records, count_samples, samples_asked_for

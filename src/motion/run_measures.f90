@@ -11,7 +11,7 @@ module run_measures
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_energy, &
       quiet_level, response_t, run_measures_t
-   use scene_types, only: law_three_element, stop_settings_t
+   use run_settings, only: law_three_element, stop_settings_t
    use stop_models, only: make_three_element, three_element_t
    implicit none (type, external)
    private

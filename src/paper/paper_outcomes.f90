@@ -1,14 +1,13 @@
 !> What is measured of one case of the paper, computed in one way.
 module paper_outcomes
    use beam_model, only: beam_model_t
-   use exact_motion, only: exact_response_in_modes
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: pi, wp
-   use newmark_motion, only: newmark_response
+   use motion_run, only: run_motion
    use paper_cases, only: case_t, height_ratio, model_of_case, stop_of_case, way_t
    use response_types, only: event_contact, event_impact, response_t, run_measures_t
-   use scene_types, only: method_exact, output_settings_t, response_settings_t
+   use run_settings, only: output_settings_t, run_settings_t
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
@@ -130,18 +129,16 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(response_settings_t) :: settings
+      type(run_settings_t) :: settings
 
       ! Newmark's beta = 1/4, d tau = 0.01 and tolerances of 1e-4 and 1e-2 are the paper's
-      settings%duration = duration
-      settings%method = way%method
-      if (way%method == method_exact) then
-         call exact_response_in_modes(modes, this%zeta, stop_of_case(this, way%impulse), settings, output, height_ratio, &
-                                      response, error)
-      else
-         call newmark_response(model, this%zeta, stop_of_case(this, way%impulse), settings, output, height_ratio, &
-                               response, error)
-      end if
+      settings%zeta = this%zeta
+      settings%stop = stop_of_case(this, way%impulse)
+      settings%response%duration = duration
+      settings%response%method = way%method
+      settings%output = output
+      settings%height_ratio = height_ratio
+      call run_motion(model, settings, response, error, modes)
    end subroutine respond
 
    !> What histories and events tell.

@@ -6,6 +6,8 @@
 module scene_types
    use cases_settings, only: cases_settings_t
    use kinds, only: wp
+   use run_settings, only: impulse_momentum, impulse_names, impulse_nodal, law_names, law_restitution, law_three_element, &
+      method_exact, method_names, method_newmark, name_length, output_settings_t, response_settings_t, stop_settings_t
    use sweep_settings, only: best_settings_t, sweep_settings_t
    implicit none (type, external)
    private
@@ -19,30 +21,12 @@ module scene_types
    public :: law_names, impulse_names, method_names, solver_names, reference_names
    public :: contender_exact, contender_average, contender_linear, contender_explicit, contender_names
 
-   !> Longest name of a scene, solver, history.
-   integer, parameter :: name_length = 64
-
    !> Height varies linearly from root to tip (uniform if both are equal).
    integer, parameter :: shape_taper = 1
    !> Height given at stations, linear between them.
    integer, parameter :: shape_height_table = 2
    !> Area and second moment of area given at stations, linear between them.
    integer, parameter :: shape_section_table = 3
-
-   !> Model A: coefficient of restitution.
-   integer, parameter :: law_restitution = 1
-   !> Model B: spring parallel to a Maxwell branch.
-   integer, parameter :: law_three_element = 2
-
-   !> The impulse acts on the whole beam.
-   integer, parameter :: impulse_momentum = 1
-   !> Only the velocity of the stop point is replaced.
-   integer, parameter :: impulse_nodal = 2
-
-   !> Closed form between events.
-   integer, parameter :: method_exact = 1
-   !> Newmark steps, halved at an event.
-   integer, parameter :: method_newmark = 2
 
    !> LAPACK DSYGV on (K, M), the paper's.
    integer, parameter :: solver_dsygv = 1
@@ -66,9 +50,6 @@ module scene_types
 
    !> The constants above as users write them: law_names(law_restitution) and so on; `reference_names`
    !> begins with reference_none.
-   character(*), parameter :: law_names(2) = [character(name_length) :: 'restitution', 'three_element']
-   character(*), parameter :: impulse_names(2) = [character(name_length) :: 'momentum', 'nodal']
-   character(*), parameter :: method_names(2) = [character(name_length) :: 'exact', 'newmark']
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
    character(*), parameter :: contender_names(4) = [character(name_length) :: &
       'exact', 'average_acceleration', 'linear_acceleration', 'explicit']
@@ -104,54 +85,6 @@ module scene_types
       !> Ratio of neighbouring lengths l_i / l_(i+1); > 1 puts the long element at the clamp
       real(wp) :: ratio = 1.0_wp
    end type mesh_settings_t
-
-   !> &stop, dimensionless
-   type :: stop_settings_t
-      !> Lc / L
-      real(wp) :: position = 1.0_wp
-      !> delta = d / (y_c(0) - d)
-      real(wp) :: preload = 0.0_wp
-      !> `law_restitution` or `law_three_element`
-      integer :: law = law_restitution
-      !> eps, 0 to 1
-      real(wp) :: restitution = 0.6_wp
-      !> `impulse_momentum` or `impulse_nodal`
-      integer :: impulse = impulse_momentum
-      !> kappa = k / (3 E Ibar / L^3)
-      real(wp) :: stiffness_ratio = 1.0e4_wp
-      !> beta, the second spring in units of the first
-      real(wp) :: branch_ratio = 20.0_wp
-      !> c* = c omega1 / (3 E Ibar / L^3)
-      real(wp) :: damper_ratio = 0.3_wp
-   end type stop_settings_t
-
-   !> &response
-   type :: response_settings_t
-      !> Length of the run, tau
-      real(wp) :: duration = 20.0_wp
-      !> Distance of the samples and Newmark's step, d tau
-      real(wp) :: step = 0.01_wp
-      !> `method_exact` or `method_newmark`
-      integer :: method = method_exact
-      !> Newmark's beta: 1/4 average acceleration, 1/6 linear acceleration, 0 explicit
-      real(wp) :: newmark_beta = 0.25_wp
-      !> Newmark's gamma
-      real(wp) :: newmark_gamma = 0.5_wp
-      !> Newmark: divide a step that is too long for the scheme instead of refusing it
-      logical :: substep = .false.
-      !> Newmark: |eta_c| within which an approach is a contact
-      real(wp) :: contact_tolerance = 1.0e-4_wp
-      !> Newmark: Pbar below which, at a sign change, the beam separates
-      real(wp) :: release_tolerance = 1.0e-2_wp
-      !> A flight that never rises above this (in eta) is captured
-      real(wp) :: hop_tolerance = 1.0e-8_wp
-      !> Events after which the run fails
-      integer :: event_limit = 10000000
-      !> `exact`: eta of stop and tip by which leaving out modes may change the motion, up to the third rebound
-      real(wp) :: mode_tolerance = 1.0e-9_wp
-      !> `exact`: keep all modes, whatever they contribute
-      logical :: keep_all_modes = .false.
-   end type response_settings_t
 
    !> &frequencies: a table of lambda for every solver and every mesh
    type :: frequency_settings_t
@@ -198,26 +131,6 @@ module scene_types
       !> Length of the runs, tau
       real(wp) :: duration = 150.0_wp
    end type statements_settings_t
-
-   !> &output: what goes into the file beyond the events
-   type :: output_settings_t
-      !> Histories at the sample times
-      logical :: displacement_stop = .true.
-      logical :: displacement_tip = .true.
-      logical :: velocity_stop = .true.
-      logical :: contact_force = .true.
-      !> Instants (tau) at which the shape and the velocity of the whole beam are stored
-      real(wp), allocatable :: shape_times(:)
-      !> Distance of further such instants, from 0 to the end, tau; 0: none
-      real(wp) :: shape_step = 0.0_wp
-      !> Number of mode shapes to store
-      integer :: mode_shapes = 0
-      !> The energy ledger
-      logical :: energy = .false.
-      !> Measures, and the highest points of so many rebounds among them; no name asks for it, runs and sweeps do
-      logical :: measures = .false.
-      integer :: most_peaks = huge(1)
-   end type output_settings_t
 
    !> What turns the dimensionless results into the user's units.
    type :: scales_t

@@ -2,14 +2,13 @@
 module case_runs
    use beam_model, only: beam_model_t
    use cases_settings, only: case_parameters
-   use exact_motion, only: exact_response_in_modes
    use failures, only: failure_t
-   use free_modes, only: find_free_modes, free_modes_t
+   use free_modes, only: free_modes_t
    use kinds, only: wp
-   use newmark_motion, only: newmark_response
+   use motion_run, only: find_shared_modes, run_motion
    use response_types, only: response_t
-   use scene_beam_model, only: model_of
-   use scene_types, only: law_three_element, method_exact, scene_t
+   use scene_beam_model, only: model_of, run_of
+   use scene_types, only: scene_t
    use sweep_plan, only: set_parameter
    use sweep_settings, only: is_of_beam
    implicit none (type, external)
@@ -50,12 +49,12 @@ contains
          if (i == 1 .or. is_of_beam(parameter)) call make_beam(cases(i)%scene, model, modes, error)
          if (allocated(error)) return
          allocate (cases(i)%node_position, source=model%mesh%position)
-         call run_case(model, modes, cases(i), error)
+         call run_motion(model, run_of(cases(i)%scene), cases(i)%response, error, modes)
          if (allocated(error)) return
       end do
    end subroutine run_cases
 
-   !> The beam of a case and, for exact motion, its modes.
+   !> The beam of a case and what its runs share.
    subroutine make_beam(scene, model, modes, error)
       !> The scene of the case
       type(scene_t), intent(in) :: scene
@@ -67,30 +66,8 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
-      if (allocated(error) .or. scene%response%method /= method_exact) return
-      call find_free_modes(model, modes, error, with_support=scene%stop%law /= law_three_element)
+      if (allocated(error)) return
+      call find_shared_modes(model, run_of(scene), modes, error)
    end subroutine make_beam
-
-   !> Run one case.
-   subroutine run_case(model, modes, case, error)
-      !> The beam
-      type(beam_model_t), intent(in) :: model
-      !> Its modes, for exact motion
-      type(free_modes_t), intent(in) :: modes
-      !> Its scene in; response out
-      type(case_t), intent(inout) :: case
-      !> Set when the run fails
-      type(failure_t), allocatable, intent(out) :: error
-
-      associate (scene => case%scene, response => case%response)
-         if (scene%response%method == method_exact) then
-            call exact_response_in_modes(modes, scene%zeta, scene%stop, scene%response, scene%output, &
-                                         scene%scales%height_ratio, response, error)
-         else
-            call newmark_response(model, scene%zeta, scene%stop, scene%response, scene%output, &
-                                  scene%scales%height_ratio, response, error)
-         end if
-      end associate
-   end subroutine run_case
 
 end module case_runs

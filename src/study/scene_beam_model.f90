@@ -1,14 +1,16 @@
-!> From a checked scene to the assembled beam.
+!> From a checked scene to the assembled beam and the settings of its run.
 module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
    use failures, only: failure_t
    use kinds, only: wp
+   use run_settings, only: run_settings_t
+   use run_settings, only: run_settings_t
    use scene_types, only: beam_settings_t, scene_t, shape_height_table, shape_section_table
    implicit none (type, external)
    private
-   public :: section_of, model_of
+   public :: section_of, model_of, run_of
 
 contains
 
@@ -46,5 +48,18 @@ contains
       if (allocated(error)) return
       call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model)
    end subroutine model_of
+
+   !> The run that a scene describes.
+   pure function run_of(scene) result(settings)
+      !> The scene
+      type(scene_t), intent(in) :: scene
+      type(run_settings_t) :: settings
+
+      settings%zeta = scene%zeta
+      settings%stop = scene%stop
+      settings%response = scene%response
+      settings%output = scene%output
+      settings%height_ratio = scene%scales%height_ratio
+   end function run_of
 
 end module scene_beam_model

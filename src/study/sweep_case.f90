@@ -5,16 +5,16 @@
 module sweep_case
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use beam_model, only: beam_model_t
-   use exact_motion, only: exact_response_in_modes
    use failures, only: failure_t
-   use free_modes, only: find_free_modes, free_modes_t
+   use free_modes, only: free_modes_t
    use kinds, only: wp
    use measure_list, only: measure_status, measure_table, peak_count
-   use newmark_motion, only: newmark_response
+   use motion_run, only: find_shared_modes, run_motion
    use response_types, only: response_t
    use run_measures, only: row_of
-   use scene_beam_model, only: model_of
-   use scene_types, only: law_three_element, method_exact, output_settings_t, scene_t
+   use run_settings, only: output_settings_t
+   use scene_beam_model, only: model_of, run_of
+   use scene_types, only: scene_t
    use sweep_plan, only: plan_t, set_parameter
    use sweep_settings, only: is_of_beam
    implicit none (type, external)
@@ -23,9 +23,8 @@ module sweep_case
 
    type :: runner_t
       private
-      !> The scene with the parameters of the present case
+      !> The scene with the parameters of the present case; it keeps measures only
       type(scene_t) :: scene
-      type(output_settings_t) :: output
       !> Parameters of the beam at hand, in the order of the axes; unallocated: there is none
       real(wp), allocatable :: beam_values(:)
       type(beam_model_t) :: model
@@ -44,8 +43,8 @@ contains
       type(runner_t), intent(out) :: runner
 
       runner%scene = scene
-      runner%output = output_settings_t(displacement_stop=.false., displacement_tip=.false., velocity_stop=.false., &
-                                        contact_force=.false., measures=.true., most_peaks=peak_count)
+      runner%scene%output = output_settings_t(displacement_stop=.false., displacement_tip=.false., velocity_stop=.false., &
+                                              contact_force=.false., measures=.true., most_peaks=peak_count)
    end subroutine start_runner
 
    !> Run a case.
@@ -75,19 +74,11 @@ contains
          reason = runner%trouble%message
          return
       end if
-      associate (scene => runner%scene)
-         if (scene%response%method == method_exact) then
-            call exact_response_in_modes(runner%modes, scene%zeta, scene%stop, scene%response, runner%output, &
-                                         scene%scales%height_ratio, response, error)
-         else
-            call newmark_response(runner%model, scene%zeta, scene%stop, scene%response, runner%output, &
-                                  scene%scales%height_ratio, response, error)
-         end if
-         if (allocated(error)) then
-            reason = error%message
-            return
-         end if
-      end associate
+      call run_motion(runner%model, run_of(runner%scene), response, error, runner%modes)
+      if (allocated(error)) then
+         reason = error%message
+         return
+      end if
       row = row_of(response%measures)
    end subroutine run_case
 
@@ -108,8 +99,7 @@ contains
       if (allocated(runner%trouble)) deallocate (runner%trouble)
       associate (scene => runner%scene)
          call model_of(scene, scene%mesh%elements, scene%mesh%ratio, runner%model, runner%trouble)
-         if (allocated(runner%trouble) .or. scene%response%method /= method_exact) return
-         call find_free_modes(runner%model, runner%modes, runner%trouble, with_support=scene%stop%law /= law_three_element)
+         if (.not. allocated(runner%trouble)) call find_shared_modes(runner%model, run_of(scene), runner%modes, runner%trouble)
       end associate
    end subroutine find_beam
 

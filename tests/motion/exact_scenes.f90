@@ -9,7 +9,7 @@ module exact_scenes
    use modal_beam, only: make_modal_beam, modal_beam_t
    use natural_solver, only: natural_modes
    use response_types, only: response_t
-   use scene_types, only: output_settings_t, response_settings_t, stop_settings_t
+   use run_settings, only: output_settings_t, response_settings_t, run_settings_t, stop_settings_t
    implicit none (type, external)
    private
    public :: model_for, modal_beam_for, run_exact, energy_errors, height_ratio
@@ -71,7 +71,8 @@ contains
       type(output_settings_t) :: output
 
       output%energy = .true.
-      call exact_response(model, zeta, stop_settings, response_settings, output, height_ratio, response, error)
+      call exact_response(model, run_settings_t(zeta, stop_settings, response_settings, output, height_ratio), &
+                          response, error)
    end subroutine run_exact
 
    !> By how much the ledger of a run is open, and what beam and stop win from one sample to the next or by an event; shares

@@ -10,7 +10,8 @@ module stress_runs
    use failures, only: failure_t
    use kinds, only: wp
    use response_types, only: response_t
-   use scene_types, only: law_restitution, law_three_element, output_settings_t, response_settings_t, stop_settings_t
+   use run_settings, only: law_restitution, law_three_element, output_settings_t, response_settings_t, &
+      run_settings_t, stop_settings_t
    implicit none (type, external)
    private
    public :: beam_for, stressed_t, run_stressed, three_element_stop, say, long_form, height_ratio
@@ -107,7 +108,8 @@ contains
 
       stressed%complaint = ''
       output%energy = .true.
-      call exact_response(model, zeta, stop_settings, settings, output, height_ratio, stressed%response, error)
+      call exact_response(model, run_settings_t(zeta, stop_settings, settings, output, height_ratio), &
+                          stressed%response, error)
       if (allocated(error)) then
          stressed%complaint = error%message
          return

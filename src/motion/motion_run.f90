@@ -1,0 +1,64 @@
+!> A run through time by the method that its settings name.
+module motion_run
+   use beam_model, only: beam_model_t
+   use exact_motion, only: exact_response
+   use failures, only: failure_t
+   use free_modes, only: find_free_modes, free_modes_t
+   use newmark_motion, only: check_newmark, newmark_response
+   use response_types, only: response_t
+   use run_settings, only: law_restitution, method_exact, method_newmark, run_settings_t
+   implicit none (type, external)
+   private
+   public :: run_motion, check_motion, find_shared_modes
+
+contains
+
+   !> From rest in the static shape of a force at the stop, the stop point at eta = 1, to the end of the run.
+   subroutine run_motion(model, settings, response, error, shared)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> What is run
+      type(run_settings_t), intent(in) :: settings
+      !> Events, histories, measures
+      type(response_t), intent(out) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(out) :: error
+      !> From `find_shared_modes`; without them a run that needs modes finds its own
+      type(free_modes_t), intent(in), optional :: shared
+
+      select case (settings%response%method)
+      case (method_exact)
+         call exact_response(model, settings, response, error, shared)
+      case (method_newmark)
+         call newmark_response(model, settings, response, error)
+      end select
+   end subroutine run_motion
+
+   !> What keeps a run from starting, as far as that is known without running it.
+   subroutine check_motion(model, settings, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> What is to be run
+      type(run_settings_t), intent(in) :: settings
+      !> Set when it cannot start
+      type(failure_t), allocatable, intent(out) :: error
+
+      if (settings%response%method == method_newmark) call check_newmark(model, settings, error)
+   end subroutine check_motion
+
+   !> What all runs of one beam by one method have in common; empty where that is nothing.
+   subroutine find_shared_modes(model, settings, modes, error)
+      !> The assembled beam
+      type(beam_model_t), intent(in) :: model
+      !> One of the runs
+      type(run_settings_t), intent(in) :: settings
+      !> The beam's modes
+      type(free_modes_t), intent(out) :: modes
+      !> Set when they cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      if (settings%response%method == method_exact) &
+         call find_free_modes(model, modes, error, with_support=settings%stop%law == law_restitution)
+   end subroutine find_shared_modes
+
+end module motion_run
