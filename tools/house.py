@@ -1,0 +1,242 @@
+#!/usr/bin/env python3
+"""The house drawn from its `use` statements, and its rules.
+
+    house.py            print the drawing
+    house.py --check    fail if a rule is broken, or the drawing in CONTRIBUTING.md is not this one
+    house.py --write    put the drawing into CONTRIBUTING.md
+
+Folders stand in the order of src/CMakeLists.txt, in which data flows: a module uses modules of its own folder and of those
+above it. What a folder is for is the comment on its line there.
+"""
+
+import os
+import re
+import sys
+import textwrap
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PAGE = os.path.join(ROOT, "CONTRIBUTING.md")
+BEGIN, END = "<!-- drawn by tools/house.py --write -->\n```text\n", "```\n<!-- end of the drawing -->"
+MOST_LINES_OF_FILE, MOST_LINES_OF_PROCEDURE, MOST_ARGUMENTS = 500, 80, 9
+# others decide how many arguments their procedures take
+FOREIGN_INTERFACES = ("lapack_interfaces",)
+# the folder that reads namelists, and those that may use it besides
+NAMELISTS, READERS = "scene", ("scene", "study", "app")
+
+STRING = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"")
+UNIT = re.compile(r"(?:module|program)\s+(?!procedure\b)(\w+)$|submodule\s*\((\w+)[^)]*\)\s*(\w+)$")
+USE = re.compile(r"use\b(\s*,\s*intrinsic\s*::|\s*,\s*non_intrinsic\s*::|\s*::)?\s*(\w+)")
+PROCEDURE = re.compile(r"(?!end\b)(?:[\w(),=*: ]*\s)?(?:subroutine|function)\s+(\w+)\s*(?:\(([^()]*)\))?")
+END_OF_PROCEDURE = re.compile(r"end\s*(?:subroutine|function)\b")
+INTERFACE = re.compile(r"(?:abstract\s+)?interface\b")
+
+
+class Module:
+    """A module or a main program: its file and what it uses."""
+
+    def __init__(self, name, folder, path, is_program):
+        self.name, self.folder, self.path, self.is_program, self.uses = name, folder, path, is_program, set()
+
+
+def statements(text):
+    """First line, last line and text of each statement, in small letters, without comments and strings."""
+    whole, first = "", 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        line = STRING.sub("''", line)
+        line = line.split("!")[0].strip().lower()
+        if not line:
+            continue
+        if not whole:
+            first = number
+        whole += line.lstrip("&")
+        if whole.endswith("&"):
+            whole = whole[:-1]
+            continue
+        for part in whole.split(";"):
+            if part.strip():
+                yield first, number, " ".join(part.split())
+        whole = ""
+
+
+def read_file(folder, path, modules, broken):
+    """The modules of a file, its length; what is too long in it."""
+    with open(path, encoding="utf-8") as stream:
+        text = stream.read()
+    shown = os.path.relpath(path, ROOT)
+    lines = text.count("\n")
+    if lines > MOST_LINES_OF_FILE:
+        broken.append(f"{shown}: {lines} lines, at most {MOST_LINES_OF_FILE}")
+    module, opened, interfaces = None, [], 0
+    for first, last, statement in statements(text):
+        unit = UNIT.match(statement)
+        if unit:
+            module = Module(unit.group(1) or unit.group(3), folder, shown, statement.startswith("program"))
+            if unit.group(2):
+                module.uses.add(unit.group(2))
+            modules[module.name] = module
+            continue
+        use = USE.match(statement)
+        if use and "intrinsic" not in (use.group(1) or "").replace("non_intrinsic", ""):
+            module.uses.add(use.group(2))
+        if re.match(r"end\s*interface\b", statement):
+            interfaces -= 1
+        elif INTERFACE.match(statement):
+            interfaces += 1
+        elif END_OF_PROCEDURE.match(statement):
+            name, start = opened.pop()
+            if last - start + 1 > MOST_LINES_OF_PROCEDURE:
+                broken.append(f"{shown}:{start}: {name} has {last - start + 1} lines, at most {MOST_LINES_OF_PROCEDURE}")
+        else:
+            procedure = PROCEDURE.match(statement)
+            if not procedure:
+                continue
+            opened.append((procedure.group(1), first))
+            arguments = len([name for name in (procedure.group(2) or "").split(",") if name.strip()])
+            is_foreign = interfaces > 0 and (module.name in FOREIGN_INTERFACES or "bind(c" in statement)
+            if arguments > MOST_ARGUMENTS and not is_foreign:
+                broken.append(f"{shown}:{first}: {procedure.group(1)} has {arguments} arguments, at most {MOST_ARGUMENTS}")
+    return lines
+
+
+def read_house():
+    """Folders with what they are for and their lines, modules by name, broken rules."""
+    folders, lines, modules, broken = {}, {}, {}, []
+    with open(os.path.join(ROOT, "src", "CMakeLists.txt"), encoding="utf-8") as stream:
+        for line in stream:
+            found = re.match(r"add_subdirectory\((\w+)\)\s*(?:#\s*(.*))?$", line)
+            if found:
+                folders[found.group(1)] = found.group(2) or ""
+    for folder, _, names in sorted(os.walk(os.path.join(ROOT, "src"))):
+        concern = os.path.relpath(folder, os.path.join(ROOT, "src")).split(os.sep)[0]
+        for name in sorted(names):
+            if name.endswith((".f90", ".F90")):
+                if concern not in folders:
+                    broken.append(f"{concern}/{name}: its folder is not in src/CMakeLists.txt")
+                    continue
+                lines[concern] = lines.get(concern, 0) + read_file(concern, os.path.join(folder, name), modules, broken)
+    for module in modules.values():
+        module.uses &= modules.keys()
+    return folders, lines, modules, broken
+
+
+def check_uses(folders, modules, broken):
+    """Add uses against the stream, circles, namelists where there should be none, modules that nobody uses."""
+    place = {folder: number for number, folder in enumerate(folders)}
+    for module in modules.values():
+        for name in sorted(module.uses):
+            used = modules[name]
+            if place[used.folder] > place[module.folder]:
+                broken.append(f"{module.path}: uses {name} of {used.folder}/, which comes after {module.folder}/")
+            if used.folder == NAMELISTS and module.folder not in READERS:
+                broken.append(f"{module.path}: uses {name}; only {', '.join(READERS)} may see a namelist")
+    for ring in circles(modules):
+        broken.append("circle: " + " -> ".join(ring))
+    used = set().union(*(module.uses for module in modules.values()))
+    for name in sorted(modules.keys() - used):
+        if not modules[name].is_program:
+            broken.append(f"{modules[name].path}: no other file uses {name}")
+
+
+def circles(modules):
+    """Rings of modules that use each other."""
+    found, state = [], {}
+
+    def visit(name, path):
+        state[name] = "open"
+        for next_name in sorted(modules[name].uses):
+            if state.get(next_name) == "open":
+                found.append(path[path.index(next_name):] + [next_name])
+            elif next_name not in state:
+                visit(next_name, path + [next_name])
+        state[name] = "done"
+
+    for name in sorted(modules):
+        if name not in state:
+            visit(name, [name])
+    return found
+
+
+def layers(names, modules):
+    """Names in groups, each using only those of earlier groups."""
+    depth = {}
+
+    def depth_of(name):
+        if name not in depth:
+            depth[name] = 0  # ends a circle
+            depth[name] = max([1 + depth_of(other) for other in modules[name].uses & names], default=0)
+        return depth[name]
+
+    for name in names:
+        depth_of(name)
+    return [sorted(name for name in names if depth[name] == level) for level in range(max(depth.values(), default=-1) + 1)]
+
+
+def draw(folders, sizes, modules):
+    """The drawing as text."""
+    lines, numbers = [], {folder: number for number, folder in enumerate(folders, start=1)}
+    members = {folder: {name for name, module in modules.items() if module.folder == folder} for folder in folders}
+    room = max(len(folder) for folder in folders)
+    purpose_room = max(len(purpose) for purpose in folders.values())
+    columns = "".join(f"{number:4d}" for number in numbers.values())
+    lines.append(f"    {'folder':{room}}  lines  {'what it is for':{purpose_room}}{columns}")
+    for folder, number in numbers.items():
+        row = ""
+        for other, place in numbers.items():
+            count = sum(1 for name in members[folder] for used in modules[name].uses if modules[used].folder == other)
+            row += f"{count if count else '.':>4}" if place <= number or count else ""
+        lines.append(f"{number:3d} {folder:{room}} {sizes.get(folder, 0):6d}  {folders[folder]:{purpose_room}}{row}".rstrip())
+    lines.append("")
+    for folder in folders:
+        text = " | ".join(" ".join(group) for group in layers(members[folder], modules))
+        lines += textwrap.wrap(text, 118, initial_indent=f"{folder:{room}}  ", subsequent_indent=" " * (room + 2),
+                               break_on_hyphens=False)
+    return "\n".join(lines) + "\n"
+
+
+def check_page(page, drawing, broken):
+    """Is the drawing there, and is all that is named in CONTRIBUTING.md there?"""
+    if BEGIN not in page or END not in page:
+        broken.append("CONTRIBUTING.md: has no place for the drawing")
+    elif page.split(BEGIN)[1].split(END)[0] != drawing:
+        broken.append("CONTRIBUTING.md: the drawing is out of date: tools/house.py --write")
+    source = ""
+    for folder, _, names in os.walk(os.path.join(ROOT, "src")):
+        for name in sorted(names):
+            with open(os.path.join(folder, name), encoding="utf-8") as stream:
+                source += stream.read().lower()
+    words = set(re.findall(r"\w+", source))
+    for quoted in re.findall(r"`([^`\n]+)`", page):
+        if "/" in quoted and re.fullmatch(r"[\w./-]+", quoted):
+            if not os.path.exists(os.path.join(ROOT, quoted)) and not quoted.startswith("build/"):
+                broken.append(f"CONTRIBUTING.md: there is no {quoted}")
+        elif re.fullmatch(r"[a-z]\w*_\w+", quoted) and quoted not in words:
+            broken.append(f"CONTRIBUTING.md: no {quoted} in src/")
+
+
+def main(arguments):
+    """Draw, check or write."""
+    folders, sizes, modules, broken = read_house()
+    drawing = draw(folders, sizes, modules)
+    if arguments not in ([], ["--check"], ["--write"]):
+        print(__doc__, file=sys.stderr)
+        return 2
+    if not arguments:
+        print(drawing, end="")
+        return 0
+    with open(PAGE, encoding="utf-8") as stream:
+        page = stream.read()
+    if arguments == ["--write"]:
+        before, after = page.split(BEGIN)[0], page.split(END)[1]
+        with open(PAGE, "w", encoding="utf-8") as stream:
+            stream.write(before + BEGIN + drawing + END + after)
+        return 0
+    check_uses(folders, modules, broken)
+    check_page(page, drawing, broken)
+    for what in broken:
+        print("house.py: " + what)
+    print(f"house: {len(modules)} modules in {len(folders)} folders, {len(broken)} rules broken")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
