@@ -28,7 +28,6 @@ contains
 
    !> A zero matrix of the given profile.
    pure subroutine make_skyline(matrix, first_row)
-      !> The matrix to make
       type(skyline_t), intent(out) :: matrix
       !> Row of the first entry of each column, at most the column itself, [order]
       integer, intent(in) :: first_row(:)
@@ -70,9 +69,7 @@ contains
 
    !> Add to one diagonal entry.
    pure subroutine add_to_diagonal(matrix, row, value)
-      !> The matrix that grows
       type(skyline_t), intent(inout) :: matrix
-      !> Row
       integer, intent(in) :: row
       !> What is added
       real(wp), intent(in) :: value
@@ -167,7 +164,7 @@ contains
          if (.not. acceptable) then
             write (row_text, '(i0)') column
             call fail(error, status_run_failed, 'the matrix cannot be factorised: its pivot in row '// &
-                      trim(row_text)//' is zero to working precision, negative or not finite')
+               trim(row_text)//' is zero to working precision, negative or not finite')
             return
          end if
          matrix%values(offset + column) = pivot
@@ -216,7 +213,6 @@ contains
 
    !> The whole matrix, both triangles.
    pure function to_dense(matrix) result(dense)
-      !> Matrix in skyline storage
       type(skyline_t), intent(in) :: matrix
       real(wp) :: dense(matrix%order, matrix%order)
 

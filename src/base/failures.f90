@@ -21,7 +21,6 @@ contains
 
    !> Set `error` to a failure. A failure that is already there is kept: the first one counts.
    pure subroutine fail(error, status, message)
-      !> The failure to set
       type(failure_t), allocatable, intent(inout) :: error
       !> `status_run_failed` or `status_bad_input`
       integer, intent(in) :: status

@@ -33,9 +33,7 @@ contains
    !> Fewest insertions, deletions, replacements and swaps of neighbours that turn one text into the
    !> other, no part edited twice (the restricted Damerau-Levenshtein distance).
    pure function edit_distance(from, to) result(distance)
-      !> One text
       character(*), intent(in) :: from
-      !> The other
       character(*), intent(in) :: to
       integer :: distance
 
@@ -56,19 +54,17 @@ contains
    end function edit_distance
 
    !> Do two texts end with the same two letters in swapped order?
-   pure function is_swap(from, to)
-      !> One text
+   pure function is_swap(from, to) result(is)
       character(*), intent(in) :: from
-      !> The other
       character(*), intent(in) :: to
-      logical :: is_swap
+      logical :: is
 
       integer :: i, j
 
       i = len(from)
       j = len(to)
-      is_swap = .false.
-      if (min(i, j) > 1) is_swap = from(i - 1:i) == to(j:j)//to(j - 1:j - 1)
+      is = .false.
+      if (min(i, j) > 1) is = from(i - 1:i) == to(j:j)//to(j - 1:j - 1)
    end function is_swap
 
 end module near_names

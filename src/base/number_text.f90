@@ -14,7 +14,6 @@ module number_text
 contains
 
    pure function integer_to_text(value) result(text)
-      !> The number
       integer, intent(in) :: value
       character(:), allocatable :: text
 
@@ -22,7 +21,6 @@ contains
    end function integer_to_text
 
    pure function long_integer_to_text(value) result(text)
-      !> The number
       integer(i8), intent(in) :: value
       character(:), allocatable :: text
 
@@ -34,7 +32,6 @@ contains
 
    !> Such as 0.075, 1e-4 (for 1.0e-4), 200000 and 1e6.
    pure function real_to_text(value) result(text)
-      !> The number
       real(wp), intent(in) :: value
       character(:), allocatable :: text
 

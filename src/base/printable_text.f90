@@ -58,7 +58,6 @@ contains
 
    !> Number of characters; -1: some cannot be shown.
    pure function character_count(text) result(count)
-      !> The text
       character(*), intent(in) :: text
       integer :: count
 
@@ -80,7 +79,6 @@ contains
    !> The start of a text, fit for one line of a message: up to the end of its line, at most 40 characters, a question
    !> mark for each byte that cannot be shown.
    pure function excerpt(text) result(short)
-      !> The text
       character(*), intent(in) :: text
       character(:), allocatable :: short
 

@@ -13,7 +13,6 @@ contains
 
    !> Read a file, or a pipe up to its end.
    subroutine load_text(file, text, problem)
-      !> Name of the file
       character(*), intent(in) :: file
       !> What is in it
       character(:), allocatable, intent(out) :: text
@@ -68,7 +67,6 @@ contains
 
    !> Read byte by byte what has no size that is known: a pipe.
    subroutine load_stream(unit, text, status, reason)
-      !> It is open
       integer, intent(in) :: unit
       !> What is in it
       character(:), allocatable, intent(out) :: text

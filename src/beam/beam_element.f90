@@ -1,5 +1,5 @@
 !> Matrices of the cubic Hermite beam element, eqs. (4) and (5) of Irie, Yamada and Asano (1977), in
-!> units where E Ibar = rho Abar = L = 1. Degrees of freedom: y and dy/dx at the left, then at the right node.
+!> units where E Ibar = rho Abar = L = 1 (docs/theory.md, section 3). Degrees of freedom: y and dy/dx at the left, then at the right node.
 module beam_element
    use beam_section, only: area, area_degree, inertia, inertia_degree, section_is_taper, section_is_uniform, section_t
    use kinds, only: wp
@@ -67,7 +67,8 @@ contains
       end if
       if (section_is_taper(section)) then
          ! of constant width: the height is the area
-         stiffness = tapered_stiffness(length, area(section, right_tip_distance + length), area(section, right_tip_distance))
+         stiffness = tapered_stiffness(length, area(section, right_tip_distance + length), &
+            area(section, right_tip_distance))
          return
       end if
       stiffness = 0.0_wp
@@ -93,10 +94,11 @@ contains
       real(wp) :: mass(4, 4)
 
       associate (l => length)
-         mass = reshape([156.0_wp, 22.0_wp*l, 54.0_wp, -13.0_wp*l, &
-                         22.0_wp*l, 4.0_wp*l**2, 13.0_wp*l, -3.0_wp*l**2, &
-                         54.0_wp, 13.0_wp*l, 156.0_wp, -22.0_wp*l, &
-                         -13.0_wp*l, -3.0_wp*l**2, -22.0_wp*l, 4.0_wp*l**2], [4, 4])*(l/420.0_wp)
+         mass = reshape([ &
+            156.0_wp, 22.0_wp*l, 54.0_wp, -13.0_wp*l, &
+            22.0_wp*l, 4.0_wp*l**2, 13.0_wp*l, -3.0_wp*l**2, &
+            54.0_wp, 13.0_wp*l, 156.0_wp, -22.0_wp*l, &
+            -13.0_wp*l, -3.0_wp*l**2, -22.0_wp*l, 4.0_wp*l**2], [4, 4])*(l/420.0_wp)
       end associate
    end function uniform_mass
 
@@ -107,10 +109,11 @@ contains
       real(wp) :: stiffness(4, 4)
 
       associate (l => length)
-         stiffness = reshape([12.0_wp, 6.0_wp*l, -12.0_wp, 6.0_wp*l, &
-                              6.0_wp*l, 4.0_wp*l**2, -6.0_wp*l, 2.0_wp*l**2, &
-                              -12.0_wp, -6.0_wp*l, 12.0_wp, -6.0_wp*l, &
-                              6.0_wp*l, 2.0_wp*l**2, -6.0_wp*l, 4.0_wp*l**2], [4, 4])/l**3
+         stiffness = reshape([ &
+            12.0_wp, 6.0_wp*l, -12.0_wp, 6.0_wp*l, &
+            6.0_wp*l, 4.0_wp*l**2, -6.0_wp*l, 2.0_wp*l**2, &
+            -12.0_wp, -6.0_wp*l, 12.0_wp, -6.0_wp*l, &
+            6.0_wp*l, 2.0_wp*l**2, -6.0_wp*l, 4.0_wp*l**2], [4, 4])/l**3
       end associate
    end function uniform_stiffness
 
@@ -139,8 +142,8 @@ contains
       mass = mass*(length/840.0_wp)
    end function tapered_mass
 
-   !> Stiffness of an element whose height varies linearly. The three integrals over the curvatures of rotations are sums
-   !> of products of heights, none negative; the forces follow from them by equilibrium.
+   !> Stiffness of an element whose height varies linearly. The three integrals over the curvatures of rotations are
+   !> sums of products of heights, none negative; the forces follow from them by equilibrium.
    pure function tapered_stiffness(length, left, right) result(stiffness)
       !> Length in L
       real(wp), intent(in) :: length
@@ -158,10 +161,11 @@ contains
       force_left = (own_left + mixed)/length
       force_right = (mixed + own_right)/length
       shear = (force_left + force_right)/length
-      stiffness = reshape([shear, force_left, -shear, force_right, &
-                           force_left, own_left, -force_left, mixed, &
-                           -shear, -force_left, shear, -force_right, &
-                           force_right, mixed, -force_right, own_right], [4, 4])
+      stiffness = reshape([ &
+         shear, force_left, -shear, force_right, &
+         force_left, own_left, -force_left, mixed, &
+         -shear, -force_left, shear, -force_right, &
+         force_right, mixed, -force_right, own_right], [4, 4])
    end function tapered_stiffness
 
    !> Shape functions at xi.
@@ -186,7 +190,7 @@ contains
       real(wp) :: curvature(4)
 
       curvature = [12.0_wp*xi - 6.0_wp, (6.0_wp*xi - 4.0_wp)*length, 6.0_wp - 12.0_wp*xi, &
-                   (6.0_wp*xi - 2.0_wp)*length]/length**2
+         (6.0_wp*xi - 2.0_wp)*length]/length**2
    end function hermite_curvature
 
    !> Where the element must be cut so that the section is one polynomial on each piece.

@@ -1,4 +1,4 @@
-!> The partition of the beam into elements: geometric, with one node at the stop.
+!> The partition of the beam into elements: geometric, with one node at the stop (docs/theory.md, section 3).
 module beam_mesh
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -68,8 +68,9 @@ contains
       end if
       call place_nodes(mesh)
       mesh%stop_node = mesh%elements
-      if (1.0_wp - stop_position >= nearest_to_tip*(stop_position - mesh%position(max(0, elements - 2)))) &
+      if (1.0_wp - stop_position >= nearest_to_tip*(stop_position - mesh%position(max(0, elements - 2)))) then
          call put_node_at_stop(mesh, stop_position, error)
+      end if
    end subroutine make_mesh
 
    !> Positions and distances to the tip from the lengths.

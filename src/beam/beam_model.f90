@@ -56,16 +56,15 @@ contains
          dofs = [2*element - 3, 2*element - 2, 2*element - 1, 2*element]
          dofs = max(dofs, 0)
          call add_element(model%stiffness, dofs, &
-                          element_stiffness(section, mesh%length(element), mesh%tip_distance(element)))
+            element_stiffness(section, mesh%length(element), mesh%tip_distance(element)))
          call add_element(model%mass, dofs, &
-                          element_mass(section, mesh%length(element), mesh%tip_distance(element)))
+            element_mass(section, mesh%length(element), mesh%tip_distance(element)))
       end do
       call add_to_diagonal(model%mass, model%tip_dof, tip_mass_ratio)
    end subroutine make_beam_model
 
    !> The static shape under a point force at the stop point that moves this point by 1.
    pure subroutine static_shape(model, shape, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> y and dy/dx of the nodes, [2 n]
       real(wp), allocatable, intent(out) :: shape(:)

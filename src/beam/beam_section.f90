@@ -94,13 +94,12 @@ contains
 
       associate (m => size(station))
          mean = sum(0.5_wp*(values(2:m) + values(:m - 1))*(station(2:m) - station(:m - 1))) &
-                /(station(m) - station(1))
+            /(station(m) - station(1))
       end associate
    end function table_mean
 
    !> Is the section the same all along?
    pure function section_is_uniform(section) result(uniform)
-      !> The section
       type(section_t), intent(in) :: section
       logical :: uniform
 
@@ -109,7 +108,6 @@ contains
 
    !> Does the height vary linearly over the whole length?
    pure function section_is_taper(section) result(taper)
-      !> The section
       type(section_t), intent(in) :: section
       logical :: taper
 
@@ -118,7 +116,6 @@ contains
 
    !> A/Abar at a distance from the tip.
    pure function area(section, tip_distance) result(value)
-      !> The section
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
       real(wp), intent(in) :: tip_distance
@@ -138,7 +135,6 @@ contains
 
    !> I/Ibar at a distance from the tip.
    pure function inertia(section, tip_distance) result(value)
-      !> The section
       type(section_t), intent(in) :: section
       !> Distance to the tip in L, 0 to 1
       real(wp), intent(in) :: tip_distance
@@ -153,7 +149,6 @@ contains
 
    !> Degree of the area as a polynomial between stations.
    pure function area_degree(section) result(degree)
-      !> The section
       type(section_t), intent(in) :: section
       integer :: degree
 
@@ -162,7 +157,6 @@ contains
 
    !> Degree of the second moment of area as a polynomial between stations.
    pure function inertia_degree(section) result(degree)
-      !> The section
       type(section_t), intent(in) :: section
       integer :: degree
 

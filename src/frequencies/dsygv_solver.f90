@@ -21,7 +21,6 @@ contains
 
    !> The first lambda_i of the mesh, ascending; no vectors are computed.
    subroutine dsygv_lambda(model, count, lambda, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
       integer, intent(in) :: count
@@ -37,7 +36,6 @@ contains
 
    !> The first lambda_i of the mesh, ascending, and the mode shapes.
    subroutine dsygv_modes(model, count, lambda, modes, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
       integer, intent(in) :: count
@@ -59,7 +57,6 @@ contains
 
    !> DSYGV on dense copies.
    subroutine solve_dense(model, count, job, lambda, vectors, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
       integer, intent(in) :: count
@@ -93,8 +90,9 @@ contains
       end if
       ! all comparisons are written so that a NaN is refused too
       if (.not. all(eigenvalue(:count) > 0.0_wp .and. eigenvalue(:count) <= huge(1.0_wp))) then
-         call fail(error, status_run_failed, 'DSYGV: an eigenvalue of this mesh came out zero, negative or not finite; '// &
-                   'rounding has taken over, use another solver')
+         call fail(error, status_run_failed, &
+            'DSYGV: an eigenvalue of this mesh came out zero, negative or not finite; '// &
+            'rounding has taken over, use another solver')
          return
       end if
       if (job == 'V') then
@@ -108,13 +106,12 @@ contains
       if (.not. abs(lambda(1)/lowest_lambda(model) - 1.0_wp) <= tolerated) then
          deallocate (lambda)
          call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
-                   'rounding, use another solver')
+            'rounding, use another solver')
       end if
    end subroutine solve_dense
 
    !> lambda_1 to a few digits by power iteration in element curvatures, where nothing cancels.
    pure function lowest_lambda(model) result(lambda)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       real(wp) :: lambda
 

@@ -2,7 +2,7 @@
 !> linear taper, full wedge; with a point mass at the tip.
 !>
 !> h/hbar = 1 + s (1 - 2 x/L); with z = lambda sqrt(h/hbar)/(2 s) the shapes are h^(-1/2) times J_1,
-!> Y_1, I_1, K_1 of 2 z (Irie, Yamada and Asano 1977, eq. 10, rederived).
+!> Y_1, I_1, K_1 of 2 z (docs/theory.md, section 4).
 !>
 !> Precision. Determinants are formed in quadruple precision: with a slight taper the arguments
 !> lambda/s are large and J and Y would lose their phase, with a heavy tip mass the first root is
@@ -10,9 +10,9 @@
 !> I and K have no phase to lose and come from the library in double, except where one of the latter
 !> two cancellations counts. So every root is right to 3e-16 for 0 <= s < 1 and masses up to 1e9.
 module exact_frequencies
-   use kinds, only: wp
-   use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use bessel_functions, only: bessel_i_scaled, bessel_i_scaled_quad, bessel_k_scaled, bessel_k_scaled_quad, qp
+   use failures, only: fail, failure_t, status_bad_input, status_run_failed
+   use kinds, only: wp
    implicit none (type, external)
    private
    public :: exact_lambda
@@ -71,7 +71,7 @@ contains
       if (taper >= 1.0_wp .and. tip_mass_ratio > 0.0_wp) then
          ! The static compliance of the tip, int (1-x)^2/I dx, diverges.
          call fail(error, status_run_failed, 'exact frequencies: a full wedge gives way without limit under a &
-            &point mass at its tip, so there are none; take a tip of finite height, or no tip mass')
+         &point mass at its tip, so there are none; take a tip of finite height, or no tip mass')
          return
       end if
 
@@ -90,12 +90,13 @@ contains
       lower = 1.0_qp/(1.0_qp/free_roots(1)**4 + real(tip_mass_ratio, qp)*tip_compliance(taper))**0.25_qp
       do i = 1, count
          if (lower > free_roots(i)) then
-            call fail(error, status_run_failed, 'exact frequencies: the roots with free and with held tip do not interlace')
+            call fail(error, status_run_failed, &
+               'exact frequencies: the roots with free and with held tip do not interlace')
             return
          end if
          ! A vanishing or very heavy mass puts the root on an end of the bracket.
          call find_root(characteristic_t(taper, tip_mass_ratio, .false.), lower*(1.0_qp - 1.0e-14_qp), &
-                        free_roots(i)*(1.0_qp + 1.0e-14_qp), root, error)
+            free_roots(i)*(1.0_qp + 1.0e-14_qp), root, error)
          if (allocated(error)) return
          lambda(i) = real(root, wp)
          if (i < count) lower = held_roots(i)
@@ -226,7 +227,7 @@ contains
 
       x = lambda*sqrt(2.0_qp)
       value = bessel_jn(1, x)*real(bessel_i_scaled(2, real(x, wp)), qp) + &
-              bessel_jn(2, x)*real(bessel_i_scaled(1, real(x, wp)), qp)
+         bessel_jn(2, x)*real(bessel_i_scaled(1, real(x, wp)), qp)
    end function wedge_value
 
    !> The 4 x 4 determinant of a taper: rows clamp, clamp, moment, shear (or held tip); columns J, Y, I, K.
@@ -276,7 +277,7 @@ contains
          ! 8 s^3 z1^3 = lambda^3 (h_tip/hbar)^(3/2), with the sign of s; divided by lambda^3
          shear = sign((1.0_qp - taper)*sqrt(1.0_qp - taper), taper)
          matrix(4, :) = shear*tip(:, 2)*[1.0_qp, 1.0_qp, 1.0_qp, -1.0_qp] &
-                        - real(problem%tip_mass_ratio, qp)*lambda*tip(:, 1)
+            - real(problem%tip_mass_ratio, qp)*lambda*tip(:, 1)
       end if
       value = determinant(matrix)
    end function taper_value
@@ -309,7 +310,7 @@ contains
       real(qp) :: value
 
       value = minor(1, 1, 2)*minor(3, 3, 4) - minor(1, 1, 3)*minor(3, 2, 4) + minor(1, 1, 4)*minor(3, 2, 3) &
-              + minor(1, 2, 3)*minor(3, 1, 4) - minor(1, 2, 4)*minor(3, 1, 3) + minor(1, 3, 4)*minor(3, 1, 2)
+         + minor(1, 2, 3)*minor(3, 1, 4) - minor(1, 2, 4)*minor(3, 1, 3) + minor(1, 3, 4)*minor(3, 1, 2)
 
    contains
 
@@ -359,7 +360,8 @@ contains
       f(3) = f(2)
       root = x(1)
       if ((f(1) < 0.0_qp) .eqv. (f(2) < 0.0_qp)) then
-         call fail(error, status_run_failed, 'exact frequencies: the determinant does not change sign where a root must be')
+         call fail(error, status_run_failed, &
+            'exact frequencies: the determinant does not change sign where a root must be')
          return
       end if
       share = 0.5_qp
@@ -384,7 +386,7 @@ contains
          ratio_f = (f(1) - f(2))/(f(3) - f(2))
          if (ratio_f**2 < ratio_x .and. (1.0_qp - ratio_f)**2 < 1.0_qp - ratio_x) then
             share = f(1)/(f(2) - f(1))*f(3)/(f(2) - f(3)) &
-                    + (x(3) - x(1))/(x(2) - x(1))*f(1)/(f(3) - f(1))*f(2)/(f(3) - f(2))
+               + (x(3) - x(1))/(x(2) - x(1))*f(1)/(f(3) - f(1))*f(2)/(f(3) - f(2))
          end if
          ! Step past the root rather than creep towards it from one side.
          share = min(max(share, 0.5_qp*tolerance*abs(root)/abs(x(2) - x(1))), 1.0_qp)

@@ -36,7 +36,6 @@ contains
 
    !> The first lambda_i of the mesh, ascending.
    subroutine lanczos_lambda(model, count, lambda, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most n
       integer, intent(in) :: count
@@ -52,7 +51,6 @@ contains
 
    !> The first lambda_i of the mesh, ascending, and the mode shapes.
    subroutine lanczos_modes(model, count, lambda, modes, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most n
       integer, intent(in) :: count
@@ -145,7 +143,7 @@ contains
       end if
       step = place - found
       call dgemm('N', 'N', order, ready, step, 1.0_wp, basis(:, found + 1:place), order, small, limit, &
-                 0.0_wp, vectors(:, found + 1:found + ready), order)
+         0.0_wp, vectors(:, found + 1:found + ready), order)
       found = found + ready
    end subroutine find_more
 
@@ -296,7 +294,6 @@ contains
 
    !> Sum of squares by blocks, so that rounding does not grow with the length.
    pure function sum_of_squares(values) result(total)
-      !> The values
       real(wp), intent(in) :: values(:)
       real(wp) :: total
 
@@ -344,7 +341,6 @@ contains
    !> Mode i changes its sign i - 1 times; or else, where the mesh is too coarse to show that, K - sigma M
    !> has as many negative pivots as there are modes below sigma.
    subroutine check_none_missed(model, lambda, deflection, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> lambda_i, [count]
       real(wp), intent(in) :: lambda(:)

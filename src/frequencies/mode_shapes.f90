@@ -37,7 +37,6 @@ contains
 
    !> Changes of sign along a row of values; zeros count for neither sign.
    pure function sign_changes(values) result(changes)
-      !> The values
       real(wp), intent(in) :: values(:)
       integer :: changes
 
@@ -58,7 +57,6 @@ contains
    !> M- and K-orthogonality of a set of modes. With K assembled, the second figure contains the
    !> cancellation inside K, which grows with the mesh, beside the error of the modes.
    pure function mode_quality(model, lambda, modes) result(quality)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> lambda_i, [modes]
       real(wp), intent(in) :: lambda(:)

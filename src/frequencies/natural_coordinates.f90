@@ -1,4 +1,4 @@
-!> The beam in its element curvatures.
+!> The beam in its element curvatures (docs/theory.md, section 5).
 !>
 !> A cantilever is statically determinate: the curvatures of its elements (linear in each element,
 !> two values) determine all displacements through sums of positive terms down the beam, in which
@@ -88,14 +88,14 @@ contains
                do i = 1, size(stiffness_point)
                   xi = cut(piece) + width*stiffness_point(i)
                   block = block + stiffness_weight(i)*width*length*inertia(section, right + (1.0_wp - xi)*length) &
-                          *[(1.0_wp - xi)**2, (1.0_wp - xi)*xi, xi**2]
+                     *[(1.0_wp - xi)**2, (1.0_wp - xi)*xi, xi**2]
                end do
                do i = 1, size(mass_point)
                   row = row + 1
                   xi = cut(piece) + width*mass_point(i)
                   natural%point(row) = xi
                   natural%root_mass(row) = sqrt(mass_weight(i)*width*length &
-                                                *area(section, right + (1.0_wp - xi)*length))
+                     *area(section, right + (1.0_wp - xi)*length))
                end do
             end do
             natural%inverse(1, element) = 1.0_wp/sqrt(block(1))
@@ -129,7 +129,7 @@ contains
             do row = natural%last_row(element - 1) + 1, natural%last_row(element)
                xi = natural%point(row)
                deflection(row) = natural%root_mass(row)*(displacement + xi*length*(rotation + &
-                                 xi*(left*(0.5_wp - one_sixth*xi) + right*one_sixth*xi)))
+                  xi*(left*(0.5_wp - one_sixth*xi) + right*one_sixth*xi)))
             end do
             call add(displacement, displacement_lost, length*(rotation + one_sixth*(2.0_wp*left + right)))
             call add(rotation, rotation_lost, 0.5_wp*(left + right))

@@ -22,7 +22,6 @@ contains
 
    !> The first lambda_i of the mesh, ascending; no shapes are computed.
    subroutine natural_lambda(model, count, lambda, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
       integer, intent(in) :: count
@@ -44,7 +43,6 @@ contains
 
    !> The first lambda_i of the mesh, ascending, and the mode shapes.
    subroutine natural_modes(model, count, lambda, modes, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
       integer, intent(in) :: count
@@ -64,7 +62,8 @@ contains
       call right_singular_vectors(flexibility_matrix(natural), .true., singular, vectors, error)
       if (allocated(error)) return
       allocate (lambda, source=1.0_wp/sqrt(singular(:count)))
-      call shapes_from_vectors(model%mass, nodal_flexibility(natural), singular(:count), vectors(:, :count), modes, error)
+      call shapes_from_vectors(model%mass, nodal_flexibility(natural), singular(:count), vectors(:, :count), modes, &
+         error)
       if (allocated(error)) return
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine natural_modes
@@ -77,7 +76,6 @@ contains
    !> than those of the free beam. The sign is that of the slope at the tip where the stop is at the
    !> tip, else that of its displacement.
    subroutine natural_pinned_modes(model, count, lambda, modes, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n - 1
       integer, intent(in) :: count
@@ -166,11 +164,11 @@ contains
       if (with_vectors) then
          allocate (vectors(columns, columns), work(max(7, 2*rows + columns, 6*columns + 2*columns**2)))
          call dgejsv('F', 'N', 'V', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
-                     vectors, columns, work, size(work), integer_work, info)
+            vectors, columns, work, size(work), integer_work, info)
       else
          allocate (vectors(1, 1), work(max(7, 2*rows + columns, 34*columns + 1)))
          call dgejsv('F', 'N', 'N', 'N', 'N', 'N', rows, columns, copy, rows, singular, left, 1, &
-                     vectors, 1, work, size(work), integer_work, info)
+            vectors, 1, work, size(work), integer_work, info)
       end if
       call resume_traps(traps)
       if (info /= 0) then
