@@ -150,9 +150,9 @@ module file_system
 contains
 
    !> Make a folder and those above it, unless it is there, and try whether a file can be written in it: one that can be
-   !> made is not yet one that takes files, on a full disk, one mounted for reading, or where somebody else is the owner.
+   !> made is not yet one that takes files, on a full disk, one mounted for reading, or where somebody else is the
+   !> owner.
    subroutine make_folder(path, error)
-      !> The folder
       character(*), intent(in) :: path
       !> Why it could not be made or takes no file
       type(failure_t), allocatable, intent(out) :: error
@@ -171,13 +171,13 @@ contains
       partial = trim(path)//'/'//partial_name(trial, posix_getpid())//c_null_char
       code = impactbeam_write_bytes(partial, block, size(block, kind=c_size_t))
       ignored = posix_unlink(partial)
-      if (code /= 0) call fail(error, status_run_failed, "cannot write in the folder '"//trim(path)//"': "//reason(code))
+      if (code /= 0) call fail(error, status_run_failed, "cannot write in the folder '"//trim(path)//"': "// &
+         reason(code))
    end subroutine make_folder
 
    !> Write bytes to a file in a folder that is there. They go to a file of another name, which takes
    !> the place of the old one when it is complete: whatever fails, the old file stays as it was.
    subroutine replace_file(folder, name, bytes, error)
-      !> The folder
       character(*), intent(in) :: folder
       !> The file's name in it
       character(*), intent(in) :: name
@@ -202,9 +202,7 @@ contains
 
    !> Give a file another name on the same disk, in place of the file that has it.
    subroutine move_file(from, to, error)
-      !> Its name
       character(*), intent(in) :: from
-      !> Its name to be
       character(*), intent(in) :: to
       !> Why it could not be moved
       type(failure_t), allocatable, intent(out) :: error
@@ -217,7 +215,6 @@ contains
 
    !> Make a folder that is not there, in one that is.
    subroutine make_new_folder(path, error)
-      !> The folder
       character(*), intent(in) :: path
       !> Why it could not be made
       type(failure_t), allocatable, intent(inout) :: error
@@ -230,7 +227,6 @@ contains
 
    !> Remove a folder if there is nothing in it.
    subroutine remove_empty_folder(path, is_gone)
-      !> The folder
       character(*), intent(in) :: path
       !> It was empty
       logical, intent(out) :: is_gone
@@ -240,7 +236,6 @@ contains
 
    !> What has a name; a link is told as one, not followed.
    function kind_of(path) result(kind)
-      !> The name
       character(*), intent(in) :: path
       integer :: kind
 
@@ -249,7 +244,6 @@ contains
 
    !> What is in a folder; nothing where it cannot be read or is a link.
    subroutine folder_entries(path, entries)
-      !> The folder
       character(*), intent(in) :: path
       !> Their names, in no order
       character(entry_length), allocatable, intent(out) :: entries(:)
@@ -278,7 +272,6 @@ contains
 
    !> Remove files of a folder that is no link; what is no file stays.
    subroutine remove_entries(path, entries)
-      !> The folder
       character(*), intent(in) :: path
       !> Names in it
       character(*), intent(in) :: entries(:)
@@ -296,7 +289,6 @@ contains
 
    !> The bytes of a file; a link is not followed.
    subroutine load_file(path, bytes, error)
-      !> The file
       character(*), intent(in) :: path
       !> What it holds
       character(kind=c_char), allocatable, target, intent(out) :: bytes(:)
@@ -329,7 +321,6 @@ contains
 
    !> The final name of a file from that of an incomplete form; any other name is its own.
    pure function final_name(name) result(final)
-      !> The name
       character(*), intent(in) :: name
       character(:), allocatable :: final
 
@@ -361,7 +352,6 @@ contains
 
    !> The system's words for an error.
    function reason(code) result(words)
-      !> errno
       integer(c_int), intent(in) :: code
       character(:), allocatable :: words
 

@@ -27,7 +27,6 @@ contains
 
    !> Such as '12.3 GB'.
    pure function in_bytes(bytes) result(words)
-      !> Number of bytes
       real(wp), intent(in) :: bytes
       character(:), allocatable :: words
 

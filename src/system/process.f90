@@ -44,7 +44,6 @@ contains
 
    !> Open a unit for a text that is to be read back.
    subroutine open_text(unit, error)
-      !> The unit
       integer, intent(out) :: unit
       !> Set when there is no room for temporary files
       type(failure_t), allocatable, intent(inout) :: error
@@ -52,14 +51,13 @@ contains
       integer :: status
 
       open (newunit=unit, status='scratch', access='stream', form='formatted', action='readwrite', iostat=status)
-      if (status /= 0) call fail(error, status_run_failed, 'cannot open a temporary file for a table; TMPDIR names its folder')
+      if (status /= 0) call fail(error, status_run_failed, &
+         'cannot open a temporary file for a table; TMPDIR names its folder')
    end subroutine open_text
 
    !> What was written to the unit, which is closed.
    subroutine text_of(unit, text, error)
-      !> The unit
       integer, intent(in) :: unit
-      !> The text
       character(:), allocatable, intent(out) :: text
       !> Set when the temporary file does not hold all of it
       type(failure_t), allocatable, intent(inout) :: error
@@ -70,7 +68,8 @@ contains
       flush (unit)
       ! libgfortran does not tell a write that failed
       inquire (unit=unit, pos=place, size=held)
-      if (held < place - 1) call fail(error, status_run_failed, 'cannot write a temporary file; TMPDIR names its folder')
+      if (held < place - 1) call fail(error, status_run_failed, &
+         'cannot write a temporary file; TMPDIR names its folder')
       rewind (unit)
       text = ''
       do
