@@ -1,5 +1,6 @@
 !> Matrices of the cubic Hermite beam element, eqs. (4) and (5) of Irie, Yamada and Asano (1977), in
-!> units where E Ibar = rho Abar = L = 1 (docs/theory.md, section 3). Degrees of freedom: y and dy/dx at the left, then at the right node.
+!> units where E Ibar = rho Abar = L = 1 (docs/theory.md, section 3). Degrees of freedom: y and dy/dx at the left, then
+!> at the right node.
 module beam_element
    use beam_section, only: area, area_degree, inertia, inertia_degree, section_is_taper, section_is_uniform, section_t
    use kinds, only: wp
