@@ -95,6 +95,10 @@ contains
       else if (info > order .and. routine == 'DSYGV') then
          write (number, '(i0)') info - order
          message = 'DSYGV: the mass matrix is not positive definite (leading minor '//trim(number)//')'
+      else if (routine == 'DPOTRF') then
+         write (number, '(i0)') info
+         message = 'the mesh is too uneven: shape '//trim(number)//' of its modes is not independent of those before it in '// &
+                   'double precision (DPOTRF)'
       else
          write (number, '(i0)') info
          message = routine//' did not converge (info = '//trim(number)//')'

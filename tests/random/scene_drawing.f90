@@ -83,7 +83,6 @@ contains
          call put(draft, 'stop', '', '')
          call draw_group(names, 'stop', 0.6_wp, draft)
          call draw_response(names, draft)
-         call bound_mesh(draft)
       end if
       if (choice < 0.70_wp) then
          call draw_group(names, 'output', 0.4_wp, draft)
@@ -347,21 +346,6 @@ contains
       call put(draft, 'response', 'step', to_text(min(1.0e9_wp, max(1.0e-9_wp, duration/between(1.0_wp, 4000.0_wp, &
          .true.)))))
    end subroutine draw_response
-
-   !> The longest element is at most a thousand times the shortest: a search that is certain pays for every swing of
-   !> the highest mode.
-   subroutine bound_mesh(draft)
-      !> The scene
-      type(draft_t), intent(inout) :: draft
-
-      real(wp) :: elements, decades
-
-      elements = 8.0_wp
-      decades = 1.0e-3_wp
-      if (has_name(draft, 'mesh', 'elements')) elements = number_of(draft, 'mesh', 'elements')
-      if (has_name(draft, 'mesh', 'ratio')) decades = max(decades, abs(log10(number_of(draft, 'mesh', 'ratio'))))
-      call put(draft, 'mesh', 'elements', to_text(min(nint(elements), 1 + int(3.0_wp/decades))))
-   end subroutine bound_mesh
 
    !> Instants of shapes within the run.
    subroutine draw_instants(draft)
