@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Draw the paper's tables and figures, an animation of the first impact, and a contact sheet of them all.
 
-    impactbeam inputs/fig*.nml inputs/table*.nml inputs/statements.nml
+    impactbeam inputs/fig*.nml inputs/table*.nml
+    impactbeam-paper inputs/statements.nml
     scripts/plot_paper.py results/fig*.h5 results/table*.h5 results/statements.h5 --out results/paper
 
 Files with several cases give a panel a case; files with shapes give the beam before, at and after the impact, and its

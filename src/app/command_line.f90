@@ -3,9 +3,7 @@ module command_line
    use failures, only: fail, failure_t, status_bad_input
    implicit none (type, external)
    private
-   public :: command_line_t, get_arguments, parse_arguments, argument_t, usage, program_version
-
-   character(*), parameter :: program_version = '0.1.0'
+   public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
 
    !> One word of the command line.
    type :: argument_t
@@ -114,7 +112,7 @@ contains
       command%scenes(:) = pack(arguments, is_scene)
       if (size(command%scenes) == 0 .and. .not. (command%wants_help .or. command%wants_version &
           .or. command%wants_names)) &
-         call fail(error, status_bad_input, 'no scene file given; impactbeam --help tells how to use it')
+         call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
    end subroutine parse_arguments
 
    !> A number of threads.
@@ -139,14 +137,17 @@ contains
    end subroutine read_threads
 
    !> The help text, lines separated by new_line('a').
-   pure function usage() result(text)
+   pure function usage(name, purpose) result(text)
+      !> The program's name, and what it does
+      character(*), intent(in) :: name
+      character(*), intent(in) :: purpose
       character(:), allocatable :: text
 
       character, parameter :: next = new_line('a')
 
-      text = 'usage: impactbeam SCENE.nml... [--out DIR] [--check] [--threads N] [--quiet] [--names] [--version] [--help]'//next// &
-             next// &
-             'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.'//next// &
+      text = 'usage: '//name//' SCENE.nml... [--out DIR] [--check] [--threads N] [--quiet] [--names] [--version] [--help]'// &
+             next//next// &
+             purpose//next// &
              'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
              next// &
              '  --out DIR   folder of the results (default: results)'//next// &

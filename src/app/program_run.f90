@@ -1,37 +1,75 @@
-!> A whole run of the program: arguments, dispatch, messages and exit status; nothing else. A procedure, so
-!> that all it holds is given back before the program stops.
+!> A whole run of one of the programs: arguments, scenes, messages and exit status. A procedure, so that all it holds is
+!> given back before the program stops.
 module program_run
    use, intrinsic :: iso_fortran_env, only: error_unit
    use blas_threads, only: single_threaded_blas
-   use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, program_version, usage
+   use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, usage
    use failures, only: fail, failure_t, status_bad_input
-   use process, only: prepare_process, print_text
+   use file_system, only: make_folder
+   use memory_needs, only: check_need, need_t
+   use process, only: open_text, prepare_process, print_text, text_of
+   use program_identity, only: program_version
+   use results_claim, only: claim_results, claim_t, release_results
+   use results_file, only: results_name
+   use scene_checks, only: check_scene
    use scene_echo, only: reference_table
-   use scene_needs, only: check_needs
-   use scene_run, only: read_scenes, run_scene
+   use scene_reader, only: complain_of_scene, read_scene
    use scene_types, only: scene_t
-   use sweep_ranks, only: agree, is_first_rank, start_ranks, stop_ranks
+   use study_job, only: job_t
+   use sweep_ranks, only: greatest_of_all, is_first_rank, start_ranks, stop_ranks
    implicit none (type, external)
    private
-   public :: run_program
+   public :: program_t, run_program, run_scene
+
+   !> What a program is.
+   type :: program_t
+      character(:), allocatable :: name
+      !> A line of its help
+      character(:), allocatable :: purpose
+      procedure(needs_interface), pointer, nopass :: needs_of => null()
+      procedure(run_interface), pointer, nopass :: run => null()
+   end type program_t
+
+   abstract interface
+      !> What a scene needs of the machine.
+      subroutine needs_interface(scene, threads, need)
+         import :: need_t, scene_t
+         implicit none (type, external)
+         type(scene_t), intent(in) :: scene
+         !> Of a sweep; 0: as many as there are cores
+         integer, intent(in) :: threads
+         type(need_t), intent(out) :: need
+      end subroutine needs_interface
+
+      !> Compute a scene, write its file, print its tables; each process of several comes here.
+      subroutine run_interface(scene, job, error)
+         import :: failure_t, job_t, scene_t
+         implicit none (type, external)
+         type(scene_t), intent(in) :: scene
+         type(job_t), intent(in) :: job
+         type(failure_t), allocatable, intent(out) :: error
+      end subroutine run_interface
+   end interface
 
 contains
 
-   !> A run of the program, in one process or several.
-   subroutine run_program(status)
+   !> A run of a program, in one process or several.
+   subroutine run_program(program, status)
+      type(program_t), intent(in) :: program
       !> Exit status: 0 done, 1 a run failed, 2 bad usage or input
       integer, intent(out) :: status
 
       call prepare_process()
       call single_threaded_blas()
       call start_ranks()
-      call run_command_line(status)
+      call run_command_line(program, status)
       call stop_ranks()
    end subroutine run_program
 
    !> Do what the command line asks for.
-   subroutine run_command_line(status)
-      !> Exit status: 0 done, 1 a run failed, 2 bad usage or input
+   subroutine run_command_line(program, status)
+      type(program_t), intent(in) :: program
+      !> Exit status
       integer, intent(out) :: status
 
       type(argument_t), allocatable :: arguments(:)
@@ -44,33 +82,77 @@ contains
       call get_arguments(arguments)
       call parse_arguments(arguments, command, error)
       if (allocated(error)) then
-         call report(error%message, error%status, status)
+         call report(program, error%message, error%status, status)
          return
       end if
       if (command%wants_version .or. command%wants_help .or. command%wants_names) then
-         call print_answers(command, error)
-         if (allocated(error)) call report(error%message, error%status, status)
+         call print_answers(program, command, error)
+         if (allocated(error)) call report(program, error%message, error%status, status)
          return
       end if
-      call read_scenes(command%scenes, scenes, error)
-      if (.not. allocated(error)) call check_all_needs(scenes, command%threads, error)
+      call read_scenes(program, command%scenes, scenes, error)
+      if (.not. allocated(error)) call check_needs(program, scenes, command%threads, error)
       if (allocated(error)) then
-         call report(error%message, error%status, status)
+         call report(program, error%message, error%status, status)
          return
       end if
       do i = 1, size(scenes)
          if (command%check_only) then
-            call check_scene(scenes(i), command%quiet, error)
+            call say_good(scenes(i), command%quiet, error)
          else
-            call run_scene(scenes(i), command%folder, command%threads, command%quiet, error)
+            call run_scene(program, scenes(i), command%folder, command%threads, command%quiet, error)
          end if
-         if (allocated(error)) call report(scenes(i)%file//': '//error%message, error%status, status)
+         if (allocated(error)) call report(program, scenes(i)%file//': '//error%message, error%status, status)
       end do
    end subroutine run_command_line
 
+   !> Read and check all scenes before any of them runs.
+   subroutine read_scenes(program, files, scenes, error)
+      type(program_t), intent(in) :: program
+      !> Names of the files
+      type(argument_t), intent(in) :: files(:)
+      !> In the order of the files
+      type(scene_t), allocatable, intent(out) :: scenes(:)
+      !> Set by the first scene that is wrong, or another program's, or by two that would share a results file
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: i, j
+
+      allocate (scenes(size(files)))
+      do i = 1, size(files)
+         call read_scene(files(i)%text, scenes(i), error)
+         if (.not. allocated(error)) call refuse_others(program, scenes(i), error)
+         if (.not. allocated(error)) call check_scene(scenes(i), error)
+         if (allocated(error)) return
+         do j = 1, i - 1
+            if (scenes(j)%name == scenes(i)%name) then
+               call fail(error, status_bad_input, files(i)%text//': &scene name = '''//scenes(i)%name// &
+                         ''': must differ from the other scenes'' names, '//files(j)%text//' has it too')
+               return
+            end if
+         end do
+      end do
+   end subroutine read_scenes
+
+   !> Say which program runs a scene, if it is not this one.
+   subroutine refuse_others(program, scene, error)
+      type(program_t), intent(in) :: program
+      type(scene_t), intent(in) :: scene
+      !> Set when it is another
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (scene%wants_statements .and. program%name /= 'impactbeam-paper') then
+         call complain_of_scene(scene, 'statements', [''], 'impactbeam-paper runs this scene', error)
+      else if (scene%wants_precision .and. program%name /= 'impactbeam-benchmark') then
+         call complain_of_scene(scene, 'precision', [''], 'impactbeam-benchmark runs this scene', error)
+      else if (.not. (scene%wants_statements .or. scene%wants_precision) .and. program%name /= 'impactbeam') then
+         call fail(error, status_bad_input, scene%file//': impactbeam runs this scene')
+      end if
+   end subroutine refuse_others
+
    !> Is there room for each scene? Processes may see different rooms: the first one decides.
-   subroutine check_all_needs(scenes, threads, error)
-      !> The scenes
+   subroutine check_needs(program, scenes, threads, error)
+      type(program_t), intent(in) :: program
       type(scene_t), intent(in) :: scenes(:)
       !> Threads of a sweep; 0: as many as there are cores
       integer, intent(in) :: threads
@@ -78,21 +160,63 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       type(failure_t), allocatable :: refusal
+      type(need_t) :: need
       integer :: i
 
       do i = 1, size(scenes)
          if (.not. is_first_rank()) exit
-         call check_needs(scenes(i), threads, refusal)
+         call program%needs_of(scenes(i), threads, need)
+         call check_need(need, refusal)
          if (.not. allocated(refusal)) cycle
          call fail(error, refusal%status, scenes(i)%file//': '//refusal%message)
          exit
       end do
-      if (agree(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
-   end subroutine check_all_needs
+      if (greatest_of_all(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
+   end subroutine check_needs
+
+   !> Compute a scene, write its file, print its tables.
+   subroutine run_scene(program, scene, folder, threads, quiet, error)
+      type(program_t), intent(in) :: program
+      type(scene_t), intent(in) :: scene
+      !> Folder of the results
+      character(*), intent(in) :: folder
+      !> Threads of a sweep; 0: as many as there are cores
+      integer, intent(in) :: threads
+      !> No table
+      logical, intent(in) :: quiet
+      !> Set when the run fails, its file cannot be written or its table not be printed
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(claim_t) :: claim
+      type(job_t) :: job
+      character(:), allocatable :: text
+      integer :: trouble
+      logical :: has_unit
+
+      job = job_t(folder, threads, quiet, 0, program%name//': '//scene%name)
+      call open_text(job%unit, error)
+      has_unit = .not. allocated(error)
+      ! what cannot be written is better known before a long run than after it
+      if (has_unit .and. is_first_rank()) then
+         call make_folder(folder, error)
+         if (.not. allocated(error)) call claim_results(folder, results_name(scene), claim, error)
+      end if
+      trouble = 0
+      if (allocated(error)) trouble = error%status
+      trouble = greatest_of_all(trouble)
+      if (trouble > 0) then
+         call fail(error, trouble, '')
+      else
+         call program%run(scene, job, error)
+      end if
+      call release_results(claim)
+      if (has_unit) call text_of(job%unit, text, error)
+      if (.not. allocated(error)) call print_text(text, error)
+   end subroutine run_scene
 
    !> Print what the command line asks about the program.
-   subroutine print_answers(command, error)
-      !> The command line
+   subroutine print_answers(program, command, error)
+      type(program_t), intent(in) :: program
       type(command_line_t), intent(in) :: command
       !> Why it could not be printed
       type(failure_t), allocatable, intent(inout) :: error
@@ -102,8 +226,8 @@ contains
 
       if (.not. is_first_rank()) return
       text = ''
-      if (command%wants_version) text = text//'impactbeam '//program_version//next
-      if (command%wants_help) text = text//usage()//next
+      if (command%wants_version) text = text//program%name//' '//program_version//next
+      if (command%wants_help) text = text//usage(program%name, program%purpose)//next
       if (command%wants_names) then
          call reference_table(names)
          text = text//names//next
@@ -112,8 +236,7 @@ contains
    end subroutine print_answers
 
    !> Say that a scene is good.
-   subroutine check_scene(scene, quiet, error)
-      !> The scene
+   subroutine say_good(scene, quiet, error)
       type(scene_t), intent(in) :: scene
       !> Say nothing
       logical, intent(in) :: quiet
@@ -121,18 +244,18 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       if (.not. quiet .and. is_first_rank()) call print_text(scene%file//': good'//new_line('a'), error)
-   end subroutine check_scene
+   end subroutine say_good
 
    !> Print a failure; the gravest status stays.
-   subroutine report(message, found, status)
-      !> What happened
+   subroutine report(program, message, found, status)
+      type(program_t), intent(in) :: program
+      !> What happened, and its status
       character(*), intent(in) :: message
-      !> Its status
       integer, intent(in) :: found
       !> Status so far
       integer, intent(inout) :: status
 
-      if (is_first_rank()) write (error_unit, '(a)') 'impactbeam: '//message
+      if (is_first_rank()) write (error_unit, '(a)') program%name//': '//message
       status = max(status, found)
    end subroutine report
 

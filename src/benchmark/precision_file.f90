@@ -19,11 +19,9 @@ module precision_file
 contains
 
    !> Write the file, whole or not at all.
-   subroutine write_precision(folder, version, scene, study, error)
+   subroutine write_precision(folder, scene, study, error)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> Version of the program
-      character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
       !> What was found
@@ -36,7 +34,7 @@ contains
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      call begin_results(root, expected_bytes, version, scene)
+      call begin_results(root, expected_bytes, scene)
       group = root%group('precision')
       call group%note('processor', processor_name())
       call group%note('compiler', compiler_name())

@@ -95,7 +95,7 @@ contains
       !> Set when it cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
-      call write_results(self%folder, 'timing', self%scene, error, response=self%response)
+      call write_results(self%folder, self%scene, error, response=self%response)
    end subroutine run
 
 end module precision_study

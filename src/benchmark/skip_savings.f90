@@ -374,7 +374,7 @@ contains
          self%what = task_run
          call self%task_t%run(error)
          if (allocated(error)) return
-         call write_results(self%folder, 'timing', self%scene, error, self%model%mesh%position, response=self%response)
+         call write_results(self%folder, self%scene, error, self%model%mesh%position, response=self%response)
       case default
          call self%task_t%run(error)
       end select

@@ -24,10 +24,8 @@ module hdf5_writing
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: hdf5_group_t, open_hdf5, program_name, c_free
+   public :: hdf5_group_t, open_hdf5, c_free
 
-   !> Attribute `program` of the files of this program.
-   character(*), parameter :: program_name = 'impactbeam'
    !> Up to so many attributes are kept with their object, where HDF5 finds them fastest.
    integer, parameter :: compact_attributes = 64
    !> The extent of a scalar, and the scales of what goes along none.

@@ -5,7 +5,8 @@ module results_claim
    use file_system, only: kind_file, kind_folder, kind_link, kind_nothing, kind_of, reason
    use hdf5, only: h5aclose_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, &
       h5tclose_f, h5tis_variable_str_f, hid_t
-   use hdf5_writing, only: c_free, open_hdf5, program_name
+   use hdf5_writing, only: c_free, open_hdf5
+   use program_identity, only: program_name
    implicit none (type, external)
    private
    public :: claim_t, claim_results, release_results, refuse_foreign, what_is_there

@@ -8,10 +8,11 @@ module results_file
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
    use frequency_types, only: frequency_table_t
-   use hdf5_writing, only: hdf5_group_t, program_name
+   use hdf5_writing, only: hdf5_group_t
    use kinds, only: lambda1, lambda1_power4, wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measures_of_run
+   use program_identity, only: program_name, program_version
    use response_types, only: event_name, event_separation, response_t, run_measures_t
    use run_measures, only: row_of
    use scene_echo, only: echo_scene, echo_t
@@ -54,11 +55,9 @@ contains
    end function results_name
 
    !> Write the file of a scene, whole or not at all; the folder is made if it is not there.
-   subroutine write_results(folder, version, scene, error, node_position, frequencies, response)
+   subroutine write_results(folder, scene, error, node_position, frequencies, response)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> Version of the program
-      character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Why the file could not be written
@@ -73,7 +72,7 @@ contains
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      call begin_results(root, expected_size(response), version, scene)
+      call begin_results(root, expected_size(response), scene)
       ! the sanitizer takes an absent array handed on for one that is read
       if (present(node_position)) then
          call write_run(root, scene, node_position, frequencies, response)
@@ -111,18 +110,16 @@ contains
    end subroutine write_run
 
    !> Start the file of a scene: its attributes and the scene; a study adds groups of its own.
-   subroutine begin_results(root, expected_bytes, version, scene)
+   subroutine begin_results(root, expected_bytes, scene)
       !> The root of the file
       type(hdf5_group_t), intent(inout) :: root
       !> About so many bytes will come
       integer(c_size_t), intent(in) :: expected_bytes
-      !> Version of the program
-      character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
 
       call root%begin(expected_bytes)
-      call write_root(root, version, scene)
+      call write_root(root, scene)
       call write_scene(root%group('scene'), scene)
    end subroutine begin_results
 
@@ -192,11 +189,9 @@ contains
    end function units_of
 
    !> Attributes of the file.
-   subroutine write_root(group, version, scene)
+   subroutine write_root(group, scene)
       !> The group
       type(hdf5_group_t), intent(in) :: group
-      !> Version of the program
-      character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
 
@@ -207,7 +202,7 @@ contains
       end if
       call group%note('name', scene%name)
       call group%note('program', program_name)
-      call group%note('version', version)
+      call group%note('version', program_version)
       call group%note('conventions', conventions)
    end subroutine write_root
 

@@ -29,11 +29,9 @@ module statements_file
 contains
 
    !> Write the file, whole or not at all.
-   subroutine write_statements(folder, version, scene, study, error)
+   subroutine write_statements(folder, scene, study, error)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> Version of the program
-      character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
       !> The study
@@ -47,7 +45,7 @@ contains
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      call begin_results(root, expected_bytes, version, scene)
+      call begin_results(root, expected_bytes, scene)
       group = root%group('statements')
       call write_verdicts(group, study%ways, study%list)
       do i = 1, size(study%series)

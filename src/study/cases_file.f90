@@ -22,11 +22,9 @@ module cases_file
 contains
 
    !> Write the file, whole or not at all.
-   subroutine write_cases(folder, version, scene, cases, error)
+   subroutine write_cases(folder, scene, cases, error)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> Version of the program
-      character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Its cases
@@ -44,7 +42,7 @@ contains
       if (allocated(error)) return
       parameter = case_parameters(scene%cases%choice)
       name = trim(parameter_names(parameter))
-      call begin_results(root, expected_bytes, version, scene)
+      call begin_results(root, expected_bytes, scene)
       group = root%group('cases')
       call group%note('parameter', name)
       call group%note('meaning', trim(parameter_meanings(parameter)))

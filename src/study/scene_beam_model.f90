@@ -6,7 +6,6 @@ module scene_beam_model
    use failures, only: failure_t
    use kinds, only: wp
    use run_settings, only: run_settings_t
-   use run_settings, only: run_settings_t
    use scene_types, only: beam_settings_t, scene_t, shape_height_table, shape_section_table
    implicit none (type, external)
    private

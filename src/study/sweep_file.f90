@@ -96,12 +96,10 @@ contains
    end subroutine complain
 
    !> Put the results file together and its parts away.
-   subroutine write_sweep(folder, path, version, scene, plan, text, survey, refined, error)
+   subroutine write_sweep(folder, path, scene, plan, text, survey, refined, error)
       !> Folder of the results, and of the parts
       character(*), intent(in) :: folder
       character(*), intent(in) :: path
-      !> Version of the program
-      character(*), intent(in) :: version
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan, and the same in words
@@ -117,7 +115,7 @@ contains
       type(hdf5_group_t) :: root
       character(kind=c_char), allocatable :: bytes(:)
 
-      call begin_results(root, 262144_size_t, version, scene)
+      call begin_results(root, 262144_size_t, scene)
       call write_group(root%group('sweep'), scene, plan, survey)
       if (scene%wants_best) call write_best(root%group('best'), scene, plan, survey%best, refined)
       call root%finish(bytes, error)

@@ -11,9 +11,10 @@ module sweep_parts
       h5p_file_access_f, h5pclose_f, h5pcreate_f, h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, &
       h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, h5t_native_integer, h5t_string, h5tclose_f, &
       h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
-   use hdf5_writing, only: c_free, hdf5_group_t, open_hdf5, program_name
+   use hdf5_writing, only: c_free, hdf5_group_t, open_hdf5
    use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_status, measure_table
+   use program_identity, only: program_name
    use results_claim, only: refuse_foreign
    use sweep_plan, only: first_of_part, last_of_part, plan_t
    use sweep_settings, only: parameter_names

@@ -5,6 +5,7 @@ module sweep_plan
    use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_table
    use number_text, only: to_text
+   use program_identity, only: program_name, program_version
    use random_numbers, only: next_random, random_t, shuffle, start_random
    use scene_echo, only: echo_scene, echo_t
    use scene_types, only: scene_t
@@ -260,13 +261,11 @@ contains
    end function last_of_part
 
    !> All that the rows depend on, a line a name, in words that read back to the same numbers.
-   subroutine plan_text(scene, plan, version, text)
+   subroutine plan_text(scene, plan, text)
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan
       type(plan_t), intent(in) :: plan
-      !> Version of the program
-      character(*), intent(in) :: version
       !> Lines, each ended by new_line('a')
       character(:), allocatable, intent(out) :: text
 
@@ -274,7 +273,7 @@ contains
       type(echo_t), allocatable :: entries(:)
       integer :: i, k
 
-      text = 'impactbeam '//version//next//'columns'
+      text = program_name//' '//program_version//next//'columns'
       do k = 1, measure_count
          text = text//' '//trim(measure_table(k)%name)
       end do

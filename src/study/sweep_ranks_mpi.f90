@@ -7,7 +7,7 @@ module sweep_ranks
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, agree, deal_t, start_deal, next_of_deal, &
+   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, next_of_deal, &
       serve_deal, abandon_deal, finish_deal, ranks_in_words
 
    integer, parameter :: tag_question = 1
@@ -84,13 +84,13 @@ contains
    end function ranks_in_words
 
    !> The greatest value that any process has.
-   integer function agree(value)
+   integer function greatest_of_all(value)
       !> The value of this one
       integer, intent(in) :: value
 
-      agree = value
-      if (all_ranks > 1) call mpi_allreduce(mpi_in_place, agree, 1, mpi_integer, mpi_max, mpi_comm_world)
-   end function agree
+      greatest_of_all = value
+      if (all_ranks > 1) call mpi_allreduce(mpi_in_place, greatest_of_all, 1, mpi_integer, mpi_max, mpi_comm_world)
+   end function greatest_of_all
 
    !> Begin to hand out.
    subroutine start_deal(list, deal)

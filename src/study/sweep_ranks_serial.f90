@@ -2,7 +2,7 @@
 module sweep_ranks
    implicit none (type, external)
    private
-   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, agree, deal_t, start_deal, next_of_deal, &
+   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, next_of_deal, &
       serve_deal, abandon_deal, finish_deal, ranks_in_words
 
    !> Hands out the numbers of a list, each once.
@@ -44,12 +44,12 @@ contains
    end function ranks_in_words
 
    !> The greatest value that any process has.
-   integer function agree(value)
+   integer function greatest_of_all(value)
       !> The value of this one
       integer, intent(in) :: value
 
-      agree = value
-   end function agree
+      greatest_of_all = value
+   end function greatest_of_all
 
    !> Begin to hand out.
    subroutine start_deal(list, deal)

@@ -9,7 +9,7 @@ module sweep_run
    use sweep_parts, only: part_is_done, part_name, part_t, read_part, reason_room, write_part
    use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
-   use sweep_ranks, only: abandon_deal, agree, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, serve_deal, &
+   use sweep_ranks, only: abandon_deal, greatest_of_all, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, serve_deal, &
       start_deal
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -66,7 +66,7 @@ contains
       if (allocated(shared%error)) call abandon_deal(shared%deal)
       call finish_deal(shared%deal)
       call end_rate(shared%progress)
-      i = agree(merge(1, 0, allocated(shared%error)))
+      i = greatest_of_all(merge(1, 0, allocated(shared%error)))
       if (allocated(shared%error)) then
          call move_alloc(shared%error, error)
       else if (i > 0) then

@@ -7,11 +7,12 @@ module sweep_study
    use machine_memory, only: free_addresses
    use number_text, only: to_text
    use scene_types, only: scene_t
+   use study_job, only: job_t
    use sweep_best, only: refine, refined_t
    use sweep_file, only: survey_parts, survey_t, write_sweep
    use sweep_parts, only: enter_folder, parts_folder
    use sweep_plan, only: make_plan, plan_t, plan_text
-   use sweep_ranks, only: agree, is_first_rank, ranks_in_words
+   use sweep_ranks, only: greatest_of_all, is_first_rank, ranks_in_words
    use sweep_run, only: run_parts
    use sweep_settings, only: design_grid, design_latin_hypercube, sweep_settings_t
    use sweep_tables, only: print_sweep
@@ -22,19 +23,10 @@ module sweep_study
 contains
 
    !> Run the sweep of a scene, or the rest of it.
-   subroutine run_sweep(scene, folder, version, threads, quiet, unit, error)
-      !> The scene; it has &sweep
+   subroutine run_sweep(scene, job, error)
+      !> It has &sweep
       type(scene_t), intent(in) :: scene
-      !> Folder of the results, which is there; the results file in it is claimed
-      character(*), intent(in) :: folder
-      !> Version of the program
-      character(*), intent(in) :: version
-      !> Number of threads; 0: as many as there are cores
-      integer, intent(in) :: threads
-      !> No table
-      logical, intent(in) :: quiet
-      !> Where the table goes
-      integer, intent(in) :: unit
+      type(job_t), intent(in) :: job
       !> Why there are no results; the parts that are done stay
       type(failure_t), allocatable, intent(out) :: error
 
@@ -45,28 +37,28 @@ contains
       integer :: workers, fresh, trouble
       integer(i8) :: start, finish, rate
 
-      workers = threads_for(threads, cases_of(scene%sweep))
+      workers = threads_for(job%threads, cases_of(scene%sweep))
       call make_plan(scene, plan)
-      call plan_text(scene, plan, version, text)
-      path = parts_folder(folder, scene%name)
+      call plan_text(scene, plan, text)
+      path = parts_folder(job%folder, scene%name)
       trouble = 0
       if (is_first_rank()) call enter_folder(path, text, error)
       if (allocated(error)) trouble = error%status
-      trouble = agree(trouble)
+      trouble = greatest_of_all(trouble)
       if (trouble > 0) then
          call fail(error, trouble, '')
          return
       end if
       call system_clock(start, rate)
-      call run_parts(scene, plan, text, path, workers, scene%name, quiet, fresh, error)
+      call run_parts(scene, plan, text, path, workers, scene%name, job%quiet, fresh, error)
       call system_clock(finish)
       if (allocated(error) .or. .not. is_first_rank()) return
       call survey_parts(path, scene, plan, text, survey, error)
       if (allocated(error)) return
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, workers, refined)
-      call write_sweep(folder, path, version, scene, plan, text, survey, refined, error)
-      if (allocated(error) .or. quiet) return
-      call print_sweep(unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
+      call write_sweep(job%folder, path, scene, plan, text, survey, refined, error)
+      if (allocated(error) .or. job%quiet) return
+      call print_sweep(job%unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
                        in_words(workers, ranks_in_words()))
    end subroutine run_sweep
 

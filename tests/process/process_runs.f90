@@ -9,21 +9,26 @@ module process_runs
 contains
 
    !> Exit status of the program with some arguments; 124 when it did not end in time, 128 + n after signal n.
-   function status_of(arguments, on, beside) result(status)
+   function status_of(arguments, on, beside, program) result(status)
       !> Its arguments, as for a shell
       character(*), intent(in) :: arguments
       !> Options of run_on.py: terminal, streams, limits, disk, processes, signals
       character(*), intent(in), optional :: on
       !> Arguments of a second one, started at the same time
       character(*), intent(in), optional :: beside
+      !> Environment variable that names the program; absent: IMPACTBEAM_PROGRAM
+      character(*), intent(in), optional :: program
       integer :: status
 
-      character(:), allocatable :: command
+      character(:), allocatable :: command, variable
+
+      variable = 'IMPACTBEAM_PROGRAM'
+      if (present(program)) variable = program
 
       command = value_of('IMPACTBEAM_PYTHON')//' '//value_of('IMPACTBEAM_RUN_ON')
       if (present(on)) command = command//' '//on
-      command = command//' -- '//value_of('IMPACTBEAM_PROGRAM')//' '//arguments
-      if (present(beside)) command = command//' --and '//value_of('IMPACTBEAM_PROGRAM')//' '//beside
+      command = command//' -- '//value_of(variable)//' '//arguments
+      if (present(beside)) command = command//' --and '//value_of(variable)//' '//beside
       status = shell(command)
    end function status_of
 

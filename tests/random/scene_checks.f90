@@ -16,7 +16,12 @@ module scene_checks
    use scene_drawing, only: place_of_parameter
    use scene_names, only: name_t
    use scene_reader, only: read_scene
-   use scene_run, only: compute_scene, run_scene
+   use program_run, only: program_t, run_scene
+   use scene_needs, only: needs_of_scene
+   use scene_run, only: run_motion_scene
+   use single_study, only: compute_scene
+   use benchmark_run, only: needs_of_precision, run_precision_scene
+   use paper_run, only: needs_of_statements, run_statements
    use scene_types, only: impulse_momentum, law_restitution, method_exact, scene_t
    use cases_settings, only: case_parameter_names
    use sweep_settings, only: parameter_names
@@ -99,6 +104,20 @@ contains
       end do
    end subroutine settle
 
+   !> Run a scene by the program that it is for.
+   subroutine run_one(scene, error)
+      type(scene_t), intent(in) :: scene
+      !> Why it could not be run
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(program_t) :: program
+
+      program = program_t('impactbeam', '', needs_of_scene, run_motion_scene)
+      if (scene%wants_statements) program = program_t('impactbeam-paper', '', needs_of_statements, run_statements)
+      if (scene%wants_precision) program = program_t('impactbeam-benchmark', '', needs_of_precision, run_precision_scene)
+      call run_scene(program, scene, folder, 1, .true., error)
+   end subroutine run_one
+
    !> What goes wrong when a scene is run; empty: nothing.
    function complaint_of(names, draft, scene, tally) result(complaint)
       !> The table of names
@@ -119,7 +138,7 @@ contains
       file = folder//'/'//scene%name//'.h5'
       call remove(file)
       left = c_alarm(patience)
-      call run_scene(scene, folder, 1, .true., error)
+      call run_one(scene, error)
       if (allocated(error)) then
          complaint = ''
          tally%failed = tally%failed + 1
@@ -451,7 +470,7 @@ contains
          call put(single, 'output', 'histories', '''none''')
          call save_text(folder//'/single.nml', text_of(single))
          call read_scene(folder//'/single.nml', scene, error)
-         if (.not. allocated(error)) call run_scene(scene, folder, 1, .true., error)
+         if (.not. allocated(error)) call run_one(scene, error)
          if (allocated(error) .neqv. status(i) > 0.0_wp) then
             complaint = complaint//'row '//to_text(i)//' fails, or its single run does; '
             if (allocated(error)) complaint = complaint//error%message
@@ -567,7 +586,7 @@ contains
          call put(single, 'scene', 'name', '''single''')
          call save_text(folder//'/single.nml', text_of(single))
          call read_scene(folder//'/single.nml', alone, error)
-         if (.not. allocated(error)) call run_scene(alone, folder, 1, .true., error)
+         if (.not. allocated(error)) call run_one(alone, error)
          if (allocated(error)) then
             complaint = complaint//'case '//to_text(i)//' alone fails: '//error%message
             return

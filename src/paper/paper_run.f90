@@ -1,0 +1,60 @@
+!> What the program `impactbeam-paper` does with a scene.
+module paper_run
+   use failures, only: failure_t
+   use kinds, only: wp
+   use memory_needs, only: add_modes, add_samples, need_t
+   use paper_cases, only: make_ways, way_count, way_t
+   use progress_line, only: start_progress, stop_progress
+   use scene_types, only: scene_t
+   use statements_file, only: check_text, write_statements
+   use statements_study, only: judge_statements, study_t
+   use statements_tables, only: print_statements
+   use study_job, only: job_t
+   use sweep_ranks, only: is_first_rank
+   implicit none (type, external)
+   private
+   public :: needs_of_statements, run_statements
+
+   !> Distance of the samples in the runs, tau
+   real(wp), parameter :: sample_step = 0.01_wp
+
+contains
+
+   !> One run after the other, with its ledger.
+   subroutine needs_of_statements(scene, threads, need)
+      type(scene_t), intent(in) :: scene
+      !> Of no meaning here
+      integer, intent(in) :: threads
+      type(need_t), intent(out) :: need
+
+      associate (unused => threads, statements => scene%statements)
+         call add_samples(statements%duration/sample_step, 55, '&statements', 'give &statements a shorter duration', need)
+         ! the example is run on a mesh of twice as many
+         call add_modes(2*statements%fine_elements, 1, 'give &statements fewer fine_elements', need)
+      end associate
+   end subroutine needs_of_statements
+
+   !> Judge the statements, write the files, print the table.
+   subroutine run_statements(scene, job, error)
+      type(scene_t), intent(in) :: scene
+      type(job_t), intent(in) :: job
+      !> Set when a run fails or a file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(study_t) :: study
+      type(way_t) :: ways(way_count)
+
+      if (.not. is_first_rank()) return
+      call check_text(job%folder, scene, error)
+      if (allocated(error)) return
+      if (.not. job%quiet) call start_progress(job%label)
+      call make_ways(scene%statements%elements, scene%statements%fine_elements, ways)
+      call judge_statements(ways, scene%statements%duration, study, error)
+      call stop_progress()
+      if (allocated(error)) return
+      call write_statements(job%folder, scene, study, error)
+      if (allocated(error) .or. job%quiet) return
+      call print_statements(job%unit, study)
+   end subroutine run_statements
+
+end module paper_run

@@ -1,0 +1,78 @@
+!> One scene, one run: its frequencies, its motion.
+module single_study
+   use beam_model, only: beam_model_t
+   use console_tables, only: print_frequency_table, print_measures, print_model, print_modes
+   use failures, only: failure_t
+   use frequency_study, only: frequency_table
+   use frequency_types, only: frequency_table_t
+   use motion_run, only: run_motion
+   use progress_line, only: start_progress, stop_progress
+   use response_types, only: response_t
+   use results_file, only: write_results
+   use run_settings, only: run_settings_t
+   use scene_beam_model, only: model_of, run_of
+   use scene_types, only: scene_t
+   use study_job, only: job_t
+   implicit none (type, external)
+   private
+   public :: run_single, compute_scene
+
+contains
+
+   !> Compute, write the file, print the tables.
+   subroutine run_single(scene, job, error)
+      type(scene_t), intent(in) :: scene
+      type(job_t), intent(in) :: job
+      !> Set when the run fails or its file cannot be written
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(beam_model_t) :: model
+      type(frequency_table_t), allocatable :: table
+      type(response_t), allocatable :: response
+
+      if (.not. job%quiet) call start_progress(job%label)
+      call compute_scene(scene, model, table, response, error)
+      call stop_progress()
+      if (allocated(error)) return
+      ! what is not allocated is not present
+      if (allocated(model%mesh%position)) then
+         call write_results(job%folder, scene, error, model%mesh%position, table, response)
+      else
+         call write_results(job%folder, scene, error, frequencies=table)
+      end if
+      if (allocated(error) .or. job%quiet) return
+      call print_model(job%unit, scene)
+      if (allocated(response)) call print_modes(job%unit, response%mode_check)
+      if (allocated(table)) call print_frequency_table(job%unit, table)
+      if (allocated(response)) call print_measures(job%unit, response%measures)
+   end subroutine run_single
+
+   !> Compute what a scene asks for.
+   subroutine compute_scene(scene, model, table, response, error)
+      type(scene_t), intent(in) :: scene
+      !> Its beam; left empty where only a table of frequencies over other meshes is asked for
+      type(beam_model_t), intent(out) :: model
+      !> Frequencies, if asked for
+      type(frequency_table_t), allocatable, intent(out) :: table
+      !> Motion, if asked for
+      type(response_t), allocatable, intent(out) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(run_settings_t) :: settings
+
+      if (scene%wants_frequencies) then
+         allocate (table)
+         call frequency_table(scene, table, error)
+         if (allocated(error)) return
+      end if
+      if (.not. scene%wants_response) return
+      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+      if (allocated(error)) return
+      allocate (response)
+      settings = run_of(scene)
+      settings%output%measures = .true.
+      call run_motion(model, settings, response, error)
+   end subroutine compute_scene
+
+end module single_study
