@@ -112,7 +112,7 @@ contains
       if (scene%wants_cases) runs = real(max(size(scene%cases%values), 1), wp)
       call add_beam(scene, scene%mesh%elements, 1, need)
       associate (output => scene%output)
-         histories = count([output%displacement_stop, output%displacement_tip, output%velocity_stop, output%contact_force])
+         histories = count(output%history)
          ! the ledger has an axis of its own
          if (output%energy) histories = histories + 8
          if (histories > 0) histories = histories + 1

@@ -225,12 +225,11 @@ contains
          type(task_t), intent(inout) :: job
 
          real(wp), parameter :: fine_step = 0.001_wp
-         type(output_settings_t) :: histories
          real(wp) :: events_only, with_samples
 
          call seconds_of(job, task_motion, events_only)
          if (allocated(error)) return
-         job%output = histories
+         job%output%history = .true.
          job%settings%step = fine_step
          call seconds_of(job, task_motion, with_samples)
          if (allocated(error)) return

@@ -2,6 +2,7 @@
 module motion_errors
    use beam_model, only: beam_model_t
    use failures, only: failure_t
+   use history_list, only: eta_stop, eta_tip
    use kinds, only: lambda1_power4, wp
    use response_types, only: event_capture, event_contact, event_impact, response_t
    use skyline_matrix, only: factorise, multiply, skyline_t, solve_factorised
@@ -93,8 +94,8 @@ contains
       end associate
       facts%impulse = contact_impulse(response, balance, last)
       allocate (facts%history(last, 2))
-      facts%history(:, 1) = response%displacement_stop(:last)
-      facts%history(:, 2) = response%displacement_tip(:last)
+      facts%history(:, 1) = response%history(eta_stop)%values(:last)
+      facts%history(:, 2) = response%history(eta_tip)%values(:last)
    end subroutine facts_of
 
    !> What the stop has given to the beam up to the last sample, from the balance with the static shape s of a unit force at the
@@ -111,7 +112,7 @@ contains
 
       real(wp) :: way
 
-      associate (eta => response%displacement_stop, tau => response%tau)
+      associate (eta => response%history(eta_stop)%values, tau => response%tau)
          way = sum(0.5_wp*(eta(2:last) + eta(:last - 1))*(tau(2:last) - tau(:last - 1))) + balance%preload*tau(last)
          impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, 1)) &
                    + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, 1)) &

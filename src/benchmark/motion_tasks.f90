@@ -148,10 +148,7 @@ contains
    pure function no_output() result(output)
       type(output_settings_t) :: output
 
-      output%displacement_stop = .false.
-      output%displacement_tip = .false.
-      output%velocity_stop = .false.
-      output%contact_force = .false.
+      output%history = .false.
    end function no_output
 
    !> All histories and the ledger.

@@ -5,6 +5,7 @@ module skip_savings
    use contact_modes, only: contact_modes_t, make_contact_modes
    use failures, only: failure_t
    use free_modes, only: find_free_modes
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, make_support, modal_beam_t
    use motion_precision, only: comparison_step
@@ -191,13 +192,13 @@ contains
       type(output_settings_t) :: output
 
       output = no_output()
-      output%displacement_stop = .true.
-      output%displacement_tip = .true.
-      output%velocity_stop = .true.
+      output%history(eta_stop) = .true.
+      output%history(eta_tip) = .true.
+      output%history(velocity_stop) = .true.
       call compare_events('histories of eta', base, output, savings, error)
       if (allocated(error)) return
       output = no_output()
-      output%contact_force = .true.
+      output%history(force_stop) = .true.
       call compare_events('history of the contact force', base, output, savings, error)
       if (allocated(error)) return
       output = no_output()
@@ -258,8 +259,8 @@ contains
       if (horizon < with%settings%duration) saving%compared = 'eta at stop and tip up to tau = '//to_text(horizon)
       associate (a => without%response, b => with%response)
          last = count(a%tau <= horizon*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
-         saving%difference = max(maxval(abs(a%displacement_stop(:last) - b%displacement_stop(:last))), &
-                                 maxval(abs(a%displacement_tip(:last) - b%displacement_tip(:last))))
+         saving%difference = max(maxval(abs(a%history(eta_stop)%values(:last) - b%history(eta_stop)%values(:last))), &
+                                 maxval(abs(a%history(eta_tip)%values(:last) - b%history(eta_tip)%values(:last))))
       end associate
       without%output = no_output()
       with%output = no_output()

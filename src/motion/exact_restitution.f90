@@ -6,6 +6,7 @@ module exact_restitution
    use event_watch, only: event_watch_t, watch_events
    use failures, only: failure_t
    use flight_measures, only: measure_flight, measure_held_contact, measure_impulse
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: i8, wp
    use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t, to_free, to_pinned
    use modal_signal, only: make_modal_signal, modal_signal_t
@@ -390,11 +391,11 @@ contains
             time = next_sample_time(recorder)
             call next_sample(sampler, pinned%oscillators, steps, recorder%step, time)
             call record_sample(recorder, place)
-            if (allocated(response%displacement_stop)) response%displacement_stop(place) = 0.0_wp
-            if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
+            if (allocated(response%history(eta_stop)%values)) response%history(eta_stop)%values(place) = 0.0_wp
+            if (allocated(response%history(eta_tip)%values)) response%history(eta_tip)%values(place) = &
                run%surface*pinned%static_tip - run%surface + sum(pinned%tip_value*sampler%z)
-            if (allocated(response%velocity_stop)) response%velocity_stop(place) = 0.0_wp
-            if (allocated(response%contact_force)) response%contact_force(place) = run%force_scale* &
+            if (allocated(response%history(velocity_stop)%values)) response%history(velocity_stop)%values(place) = 0.0_wp
+            if (allocated(response%history(force_stop)%values)) response%history(force_stop)%values(place) = run%force_scale* &
                (reaction%offset + sum(pinned%reaction*elastic_and_viscous( &
                                       pinned%oscillators, sampler%z, sampler%v, &
                                       max(time - from, 0.0_wp), p, rate)))

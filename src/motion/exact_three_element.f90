@@ -9,6 +9,7 @@ module exact_three_element
    use event_watch, only: event_watch_t, watch_events
    use failures, only: failure_t
    use flight_measures, only: measure_flight, measure_spring_contact
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
    use modal_recorder, only: charge_event, keep_energy, keep_shape, modal_energy, next_sample_time, record_free_motion, &
@@ -281,12 +282,13 @@ contains
             since = since + 1
          end if
          call record_sample(recorder, place)
-         if (allocated(response%displacement_stop)) response%displacement_stop(place) = &
+         if (allocated(response%history(eta_stop)%values)) response%history(eta_stop)%values(place) = &
             static_force*beam%flexibility - run%surface + sum(real(modes%stop_value*term, wp))
-         if (allocated(response%displacement_tip)) response%displacement_tip(place) = &
+         if (allocated(response%history(eta_tip)%values)) response%history(eta_tip)%values(place) = &
             static_force*modes%static_tip - run%surface + sum(real(modes%tip_value*term, wp))
-         if (allocated(response%velocity_stop)) response%velocity_stop(place) = sum(real(velocity_value*term, wp))
-         if (allocated(response%contact_force)) response%contact_force(place) = &
+         if (allocated(response%history(velocity_stop)%values)) &
+            response%history(velocity_stop)%values(place) = sum(real(velocity_value*term, wp))
+         if (allocated(response%history(force_stop)%values)) response%history(force_stop)%values(place) = &
             run%force_scale*(static_force + sum(real(term, wp)))
          if (.not. allocated(response%energy)) cycle
          call contact_state(beam, modes, static_force, amplitude/modes%weight, q, v, time - from, q_then, v_then)

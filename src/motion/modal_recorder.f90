@@ -3,6 +3,7 @@
 module modal_recorder
    use damped_oscillators, only: apply_step, oscillators_t, propagate, step_matrices, step_matrices_t
    use flight_measures, only: measurer_t
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
    use response_types, only: response_t
@@ -283,12 +284,13 @@ contains
             time = next_sample_time(recorder)
             call next_sample(sampler, beam%oscillators, steps, recorder%step, time)
             call record_sample(recorder, place)
-            if (allocated(response%displacement_stop)) &
-               response%displacement_stop(place) = sum(beam%stop_value*sampler%z) - surface
-            if (allocated(response%displacement_tip)) &
-               response%displacement_tip(place) = sum(beam%tip_value*sampler%z) - surface
-            if (allocated(response%velocity_stop)) response%velocity_stop(place) = sum(beam%stop_value*sampler%v)
-            if (allocated(response%contact_force)) response%contact_force(place) = 0.0_wp
+            if (allocated(response%history(eta_stop)%values)) &
+               response%history(eta_stop)%values(place) = sum(beam%stop_value*sampler%z) - surface
+            if (allocated(response%history(eta_tip)%values)) &
+               response%history(eta_tip)%values(place) = sum(beam%tip_value*sampler%z) - surface
+            if (allocated(response%history(velocity_stop)%values)) &
+               response%history(velocity_stop)%values(place) = sum(beam%stop_value*sampler%v)
+            if (allocated(response%history(force_stop)%values)) response%history(force_stop)%values(place) = 0.0_wp
             if (allocated(response%energy)) then
                energy = modal_energy(beam%oscillators, sampler%z, sampler%v)
                stop = stop_energy*exp(-stop_decay*max(time - from, 0.0_wp))

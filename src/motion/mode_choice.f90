@@ -1,5 +1,6 @@
 !> Which modes of the beam a run can do without, and how far that may be trusted.
 module mode_choice
+   use history_list, only: eta_stop, eta_tip, history_table
    use kinds, only: lambda1, pi, wp
    use response_types, only: mode_check_t, quiet_level, response_t
    use run_settings, only: output_settings_t, run_settings_t
@@ -79,7 +80,7 @@ contains
       real(wp) :: period
 
       settings = asked
-      settings%output = output_settings_t(velocity_stop=.false., contact_force=.false.)
+      settings%output = output_settings_t(history=history_table%unit == 'eta')
       period = 2.0_wp*pi*(lambda1/lowest)**2
       associate (response => settings%response)
          response%duration = min(asked%response%duration, real(most_periods, wp)*period)
@@ -101,8 +102,8 @@ contains
 
       check%horizon = min(horizon_of(fewer, duration), horizon_of(more, duration))
       last = count(more%tau <= check%horizon)
-      check%difference = max(maxval(abs(fewer%displacement_stop(:last) - more%displacement_stop(:last))), &
-                             maxval(abs(fewer%displacement_tip(:last) - more%displacement_tip(:last))))
+      check%difference = max(maxval(abs(fewer%history(eta_stop)%values(:last) - more%history(eta_stop)%values(:last))), &
+                             maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))))
    end subroutine compare_modes
 
    !> The sample at the peak of the third rebound, a flight that rises above the quiet level; the end if there are fewer.
@@ -126,11 +127,11 @@ contains
             highest = quiet_level
          end do
          if (event == 0) cycle
-         if (response%displacement_stop(i) <= highest) cycle
+         if (response%history(eta_stop)%values(i) <= highest) cycle
          if (highest <= quiet_level) rebounds = rebounds + 1
          if (rebounds > last_rebound) return
          if (rebounds == last_rebound) horizon = response%tau(i)
-         highest = response%displacement_stop(i)
+         highest = response%history(eta_stop)%values(i)
       end do
    end function horizon_of
 

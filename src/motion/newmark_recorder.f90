@@ -1,6 +1,7 @@
 !> What is kept of a Newmark run: histories at the sample times, shapes, the energy ledger. Nothing is
 !> computed that was not asked for.
 module newmark_recorder
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use newmark_stepper, only: kinetic_energy, newmark_state_t, newmark_stepper_t, strain_energy
    use response_types, only: response_t
@@ -41,11 +42,11 @@ contains
       type(response_t), intent(inout) :: response
 
       associate (i => sample + 1, c => stepper%stop_dof)
-         if (allocated(response%displacement_stop)) response%displacement_stop(i) = state%displacement(c) - preload
-         if (allocated(response%displacement_tip)) &
-            response%displacement_tip(i) = state%displacement(stepper%tip_dof) - preload
-         if (allocated(response%velocity_stop)) response%velocity_stop(i) = state%velocity(c)
-         if (allocated(response%contact_force)) response%contact_force(i) = height_ratio*state%force
+         if (allocated(response%history(eta_stop)%values)) response%history(eta_stop)%values(i) = state%displacement(c) - preload
+         if (allocated(response%history(eta_tip)%values)) &
+            response%history(eta_tip)%values(i) = state%displacement(stepper%tip_dof) - preload
+         if (allocated(response%history(velocity_stop)%values)) response%history(velocity_stop)%values(i) = state%velocity(c)
+         if (allocated(response%history(force_stop)%values)) response%history(force_stop)%values(i) = height_ratio*state%force
          if (.not. allocated(response%energy)) return
          associate (energy => response%energy)
             call kinetic_energy(stepper, state, energy%kinetic(i))

@@ -1,5 +1,6 @@
 !> Room for what a run through time is asked to keep, whatever the method.
 module response_records
+   use history_list, only: history_count
    use kinds, only: wp
    use response_types, only: response_t
    use run_settings, only: output_settings_t
@@ -26,10 +27,9 @@ contains
 
       associate (n => samples + 1, nodes => elements)
          if (samples_asked_for(settings)) allocate (response%tau, source=[(real(i, wp)*step, i=0, samples)])
-         if (settings%displacement_stop) allocate (response%displacement_stop(n), source=0.0_wp)
-         if (settings%displacement_tip) allocate (response%displacement_tip(n), source=0.0_wp)
-         if (settings%velocity_stop) allocate (response%velocity_stop(n), source=0.0_wp)
-         if (settings%contact_force) allocate (response%contact_force(n), source=0.0_wp)
+         do i = 1, history_count
+            if (settings%history(i)) allocate (response%history(i)%values(n), source=0.0_wp)
+         end do
          if (settings%energy) then
             allocate (response%energy)
             associate (energy => response%energy)
@@ -73,8 +73,7 @@ contains
       type(output_settings_t), intent(in) :: settings
       logical :: asked
 
-      asked = settings%displacement_stop .or. settings%displacement_tip .or. settings%velocity_stop .or. &
-              settings%contact_force .or. settings%energy
+      asked = any(settings%history) .or. settings%energy
    end function samples_asked_for
 
    !> In ascending order, by insertion from the end: a list in order costs one look at each value.

@@ -5,6 +5,7 @@
 !> mass in rho Abar L; so energies come in rho Abar L omega1^2 (y_c(0) - d)^2, impulses in
 !> rho Abar L omega1 (y_c(0) - d), and forces as Pbar of the paper.
 module response_types
+   use history_list, only: history_count
    use kinds, only: i8, wp
    implicit none (type, external)
    private
@@ -118,17 +119,19 @@ module response_types
       integer(i8) :: evaluations = 0_i8
    end type mode_check_t
 
+   !> A history; unallocated: not asked for.
+   type :: series_t
+      real(wp), allocatable :: values(:)
+   end type series_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are meant
       type(event_t), allocatable :: events(:)
       integer :: event_count = 0
       !> Sample times
       real(wp), allocatable :: tau(:)
-      !> Histories at the sample times; unallocated: not asked for
-      real(wp), allocatable :: displacement_stop(:)
-      real(wp), allocatable :: displacement_tip(:)
-      real(wp), allocatable :: velocity_stop(:)
-      real(wp), allocatable :: contact_force(:)
+      !> Those of `history_table` at the sample times
+      type(series_t) :: history(history_count)
       !> Ledger; unallocated: not asked for
       type(energy_t), allocatable :: energy
       !> Measures; unallocated: not asked for

@@ -8,9 +8,10 @@ module results_file
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
    use frequency_types, only: frequency_table_t
+   use history_list, only: history_count, history_table
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: lambda1, lambda1_power4, wp
-   use measure_list, only: measure_count, measure_table
+   use measure_list, only: measure_table
    use measure_rows, only: write_measures_of_run
    use program_identity, only: program_name, program_version
    use response_types, only: event_name, event_separation, response_t, run_measures_t
@@ -152,13 +153,11 @@ contains
       integer(c_size_t) :: bytes
 
       integer(c_size_t), parameter :: event_parts = 8_c_size_t, shape_parts = 4_c_size_t, overhead = 262144_c_size_t
-      integer :: histories
+      integer :: histories, i
 
       bytes = 0_c_size_t
       if (present(response)) then
-         histories = count([allocated(response%tau), allocated(response%displacement_stop), &
-                            allocated(response%displacement_tip), allocated(response%velocity_stop), &
-                            allocated(response%contact_force)])
+         histories = count([allocated(response%tau), (allocated(response%history(i)%values), i=1, history_count)])
          ! the ledger has an axis of its own
          if (allocated(response%energy)) histories = histories + 8
          if (allocated(response%tau)) bytes = bytes + int(histories, c_size_t)*size(response%tau, kind=c_size_t)
@@ -187,6 +186,30 @@ contains
       units%impulse = scales%beam_mass*units%velocity
       units%energy = scales%beam_mass*units%velocity**2
    end function units_of
+
+   !> One unit of a measure or a history in the units of the scene; 0: not known.
+   elemental function in_scene_units(unit, units) result(value)
+      !> As in their tables
+      character(*), intent(in) :: unit
+      !> Those of the scene
+      type(units_t), intent(in) :: units
+      real(wp) :: value
+
+      select case (unit)
+      case ('tau')
+         value = units%time
+      case ('eta')
+         value = units%displacement
+      case ('eta/tau')
+         value = units%velocity
+      case ('Pbar')
+         value = units%force
+      case ('impulse')
+         value = units%impulse
+      case default
+         value = 0.0_wp
+      end select
+   end function in_scene_units
 
    !> Attributes of the file.
    subroutine write_root(group, scene)
@@ -347,6 +370,8 @@ contains
       !> Units
       type(units_t), intent(in) :: units
 
+      integer :: i
+
       call group%note('evaluations', real(response%evaluations, wp))
       call group%note('rejected', real(response%rejected, wp))
       call group%note('factorisations', real(response%factorisations, wp))
@@ -360,13 +385,10 @@ contains
       end associate
       if (.not. allocated(response%tau)) return
       call write_times(group, response%tau, 'time tau', units)
-      call write_along_tau(group, 'eta_stop', response%displacement_stop, &
-                           'displacement of the beam at the stop, eta', units%displacement)
-      call write_along_tau(group, 'eta_tip', response%displacement_tip, &
-                           'displacement of the tip, eta', units%displacement)
-      call write_along_tau(group, 'velocity_stop', response%velocity_stop, &
-                           'velocity of the beam at the stop, d eta/d tau', units%velocity)
-      call write_along_tau(group, 'contact_force', response%contact_force, 'contact force Pbar', units%force)
+      do i = 1, history_count
+         call write_along_tau(group, trim(history_table(i)%dataset), response%history(i)%values, trim(history_table(i)%meaning), &
+                              in_scene_units(history_table(i)%unit, units))
+      end do
    end subroutine write_response
 
    !> The scale of a group that goes along time.
@@ -505,23 +527,11 @@ contains
       !> Units
       type(units_t), intent(in) :: units
 
-      real(wp) :: in_scene_units(measure_count)
       integer :: i
 
       call group%add('duration', measures%duration, '1', 'length of the run, tau')
       call group%note('in_scene_units', units%time, 'duration')
-      where (measure_table%unit == 'tau')
-         in_scene_units = units%time
-      else where (measure_table%unit == 'eta/tau')
-         in_scene_units = units%velocity
-      else where (measure_table%unit == 'Pbar')
-         in_scene_units = units%force
-      else where (measure_table%unit == 'impulse')
-         in_scene_units = units%impulse
-      else where
-         in_scene_units = 0.0_wp
-      end where
-      call write_measures_of_run(group, row_of(measures), in_scene_units)
+      call write_measures_of_run(group, row_of(measures), in_scene_units(measure_table%unit, units))
       call group%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
       call write_along('contact_start', measures%contact_start, 'begin of the contact, tau', 'contact', units%time)
       call write_along('contact_end', measures%contact_end, 'end of the contact or of the run, tau', 'contact', units%time)

@@ -3,6 +3,7 @@ module paper_outcomes
    use beam_model, only: beam_model_t
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
+   use history_list, only: eta_stop, eta_tip, force_stop
    use kinds, only: pi, wp
    use motion_run, only: run_motion
    use paper_cases, only: case_t, height_ratio, model_of_case, stop_of_case, way_t
@@ -92,8 +93,8 @@ contains
       if (allocated(error)) return
       call find_free_modes(model, modes, error)
       if (allocated(error)) return
-      output%displacement_tip = .false.
-      output%contact_force = .false.
+      output%history(eta_tip) = .false.
+      output%history(force_stop) = .false.
       output%energy = .true.
       output%measures = .true.
       call respond(this, way, model, modes, duration, output, response, error)
@@ -103,8 +104,7 @@ contains
       call measure(response, response%measures, outcome, start)
       if (.not. outcome%rebounds) return
       ! one sample into the flight: what the release itself does to the highest modes is over
-      output = output_settings_t(displacement_stop=.false., displacement_tip=.false., velocity_stop=.false., &
-                                 contact_force=.false.)
+      output = output_settings_t(history=.false.)
       allocate (output%shape_times, source=[start + 0.01_wp])
       call respond(this, way, model, modes, start + 0.05_wp, output, response, error)
       if (allocated(error)) return
@@ -160,8 +160,8 @@ contains
       allocate (outcome%peak_tau, source=measures%peak_tau)
       rest = measures%rest_energy
       to_lose = measures%start_energy - rest
-      outcome%indentation = max(0.0_wp, -minval(response%displacement_stop))
-      associate (eta => response%displacement_stop, tau => response%tau, energy => response%energy)
+      outcome%indentation = max(0.0_wp, -minval(response%history(eta_stop)%values))
+      associate (eta => response%history(eta_stop)%values, tau => response%tau, energy => response%energy)
          do i = 1, size(end_levels)
             last = findloc(abs(eta) > end_levels(i), .true., dim=1, back=.true.)
             if (last < size(tau)) outcome%ends(i) = tau(last)

@@ -3,6 +3,7 @@
 !> call here; reading, the echo in result files and the reference follow.
 module scene_groups
    use cases_groups, only: walk_cases
+   use history_list, only: history_count, history_table
    use kinds, only: wp
    use scene_ranges, only: branch_range, damper_range, duration_range, elements_range, hop_range, most_elements, &
       position_ratio_range, preload_range, ratio_range, restitution_range, step_range, stiffness_range, taper_range, &
@@ -50,10 +51,10 @@ module scene_groups
    character(*), parameter :: scheme_names(3) = [character(name_length) :: &
       'average_acceleration', 'linear_acceleration', 'explicit']
 
-   integer, parameter :: history_all = 5
-   integer, parameter :: history_none = 6
-   character(*), parameter :: history_names(6) = [character(name_length) :: &
-      'displacement_stop', 'displacement_tip', 'velocity_stop', 'contact_force', 'all', 'none']
+   integer, parameter :: history_all = history_count + 1
+   integer, parameter :: history_none = history_count + 2
+   character(*), parameter :: history_names(history_count + 2) = [character(name_length) :: &
+      history_table%name, 'all', 'none']
 
    integer, parameter :: longest_title = 200
    integer, parameter :: most_elements_judged = 128
@@ -354,20 +355,17 @@ contains
       logical, intent(in) :: has_frequencies
 
       integer, allocatable :: histories(:)
+      integer :: i
 
-      histories = pack([1, 2, 3, 4], [output%displacement_stop, output%displacement_tip, &
-         output%velocity_stop, output%contact_force])
+      histories = pack([(i, i=1, history_count)], output%history)
       if (size(histories) == 0) histories = [history_none]
       call walk%choices('histories', histories, 'histories at the sample times', history_names, &
          role_t(has_response, '&response', default='all'))
       if (walk%is_reading() .and. size(histories) > 1 .and. any(histories >= history_all)) then
          call walk%input%complain('output', 'histories', '''all'' and ''none'' stand alone')
       end if
-      if (any(histories == history_all)) histories = [1, 2, 3, 4]
-      output%displacement_stop = any(histories == 1)
-      output%displacement_tip = any(histories == 2)
-      output%velocity_stop = any(histories == 3)
-      output%contact_force = any(histories == 4)
+      if (any(histories == history_all)) histories = [(i, i=1, history_count)]
+      output%history = [(any(histories == i), i=1, history_count)]
       call walk%item('shape_times', output%shape_times, 'instants at which the shape is stored, tau', &
          within(0.0_wp, 1.0e9_wp), role_t(has_response, '&response', default='none'))
       call walk%item('shape_step', output%shape_step, 'distance of further such instants, from 0 to the end, tau; 0: none', &

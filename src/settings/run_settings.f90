@@ -3,6 +3,7 @@
 !> Scales: lengths along the beam in L, displacements in y_c(0) - d, times tau = omega1 t with omega1 of the uniform
 !> beam of mean section without tip mass.
 module run_settings
+   use history_list, only: history_count
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -85,11 +86,8 @@ module run_settings
 
    !> &output: what goes into the file beyond the events
    type :: output_settings_t
-      !> Histories at the sample times
-      logical :: displacement_stop = .true.
-      logical :: displacement_tip = .true.
-      logical :: velocity_stop = .true.
-      logical :: contact_force = .true.
+      !> Those of `history_table` at the sample times
+      logical :: history(history_count) = .true.
       !> Instants (tau) at which the shape and the velocity of the whole beam are stored
       real(wp), allocatable :: shape_times(:)
       !> Distance of further such instants, from 0 to the end, tau; 0: none

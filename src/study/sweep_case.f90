@@ -43,8 +43,7 @@ contains
       type(runner_t), intent(out) :: runner
 
       runner%scene = scene
-      runner%scene%output = output_settings_t(displacement_stop=.false., displacement_tip=.false., velocity_stop=.false., &
-                                              contact_force=.false., measures=.true., most_peaks=peak_count)
+      runner%scene%output = output_settings_t(history=.false., measures=.true., most_peaks=peak_count)
    end subroutine start_runner
 
    !> Run a case.

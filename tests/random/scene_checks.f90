@@ -6,6 +6,7 @@ module scene_checks
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
+   use history_list, only: eta_stop, force_stop, history_count
    use kinds, only: lambda1, wp
    use measure_list, only: measure_count, measure_table
    use newmark_motion, only: rounding_of_energy
@@ -226,10 +227,7 @@ contains
       probe = scene
       probe%wants_frequencies = .false.
       associate (output => probe%output)
-         output%displacement_stop = .true.
-         output%displacement_tip = .true.
-         output%velocity_stop = .true.
-         output%contact_force = .true.
+         output%history = .true.
          output%energy = .true.
          output%shape_times = instants_near(tau, scene%response%duration)
          output%shape_step = 0.0_wp
@@ -346,10 +344,9 @@ contains
       real(wp) :: unit, reach, share
       integer :: i
 
-      if (.not. (all(ieee_is_finite(response%displacement_stop)) .and. all(ieee_is_finite(response%displacement_tip)) &
-                 .and. all(ieee_is_finite(response%velocity_stop)) .and. all(ieee_is_finite(response%contact_force)) &
+      if (.not. (all([(all(ieee_is_finite(response%history(i)%values)), i=1, history_count)]) &
                  .and. all(ieee_is_finite(response%shape_displacement)) &
-                    .and. all(ieee_is_finite(response%shape_velocity)))) &
+                 .and. all(ieee_is_finite(response%shape_velocity)))) &
          complaint = complaint//'not finite; '
       associate (e => response%energy)
          at_work = e%kinetic + e%strain + e%stop
@@ -368,17 +365,18 @@ contains
                                                 minval(e%dissipated_impact), minval(e%created))/unit, share, complaint)
       end associate
       reach = length_scale(scene, response)
-      call limit('the stop pulls', -minval(response%contact_force)/max(maxval(response%contact_force), tiny(1.0_wp)), &
-                 rounding, complaint)
+      associate (force => response%history(force_stop)%values)
+         call limit('the stop pulls', -minval(force)/max(maxval(force), tiny(1.0_wp)), rounding, complaint)
+      end associate
       if (scene%stop%law /= law_restitution) return
       if (scene%response%method == method_exact) then
          call limit('the beam enters the stop', &
-                    max(-minval(response%displacement_stop), &
+                    max(-minval(response%history(eta_stop)%values), &
                        -minval(response%shape_displacement(model%mesh%stop_node, :)))/reach, &
                     rounding, complaint)
       else
          ! between its steps Newmark's method knows nothing
-         call limit('the beam enters the stop', -minval(response%displacement_stop), &
+         call limit('the beam enters the stop', -minval(response%history(eta_stop)%values), &
             scene%response%contact_tolerance, complaint)
       end if
    end subroutine check_motion

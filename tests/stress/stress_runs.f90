@@ -8,6 +8,7 @@ module stress_runs
    use beam_section, only: tapered_section
    use exact_motion, only: exact_response
    use failures, only: failure_t
+   use history_list, only: eta_stop, force_stop, history_count
    use kinds, only: wp
    use response_types, only: response_t
    use run_settings, only: law_restitution, law_three_element, output_settings_t, response_settings_t, &
@@ -105,6 +106,7 @@ contains
       type(failure_t), allocatable :: error
       real(wp), allocatable :: total(:)
       real(wp) :: reach, unit
+      integer :: i
 
       stressed%complaint = ''
       output%energy = .true.
@@ -115,10 +117,9 @@ contains
          return
       end if
       associate (response => stressed%response, e => stressed%response%energy)
-         if (.not. (all(ieee_is_finite(response%displacement_stop)) .and. all(ieee_is_finite(response%displacement_tip)) &
-                    .and. all(ieee_is_finite(response%velocity_stop)) .and. all(ieee_is_finite(response%contact_force)))) &
+         if (.not. all([(all(ieee_is_finite(response%history(i)%values)), i=1, history_count)])) &
             stressed%complaint = stressed%complaint//' not finite'
-         if (minval(response%contact_force) < -rounding*max(1.0_wp, maxval(response%contact_force))) &
+         if (minval(response%history(force_stop)%values) < -rounding*max(1.0_wp, maxval(response%history(force_stop)%values))) &
             stressed%complaint = stressed%complaint//' the stop pulls'
          total = e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
          unit = max(response%initial_energy, tiny(1.0_wp))
@@ -131,7 +132,7 @@ contains
          if (maxval(e%created) > 0.0_wp) stressed%complaint = stressed%complaint//' energy created'
          if (stop_settings%law == law_restitution) then
             reach = 1.0_wp + abs(stop_settings%preload)
-            if (minval(response%displacement_stop) < -rounding*reach) &
+            if (minval(response%history(eta_stop)%values) < -rounding*reach) &
                stressed%complaint = stressed%complaint//' the beam enters the stop'
             if (response%event_count > 0) then
                if (any(response%events(:response%event_count)%energy_change > 0.0_wp)) &
