@@ -11,7 +11,8 @@ module component_statements
 
 contains
 
-   !> 9: velocity against displacement, scatter of the peaks. 10: what reduces high components, displacements and velocities.
+   !> 9: velocity against displacement, scatter of the peaks. 10: what reduces high components, displacements and
+   !> velocities.
    subroutine judge_components(series, list)
       !> All series, by the `vary_` constants
       type(series_t), intent(in) :: series(:)
@@ -22,7 +23,7 @@ contains
       integer, parameter :: parameter_of(remedies) = [vary_zeta, vary_preload, vary_mass, vary_taper, vary_position]
       integer, parameter :: case_of(remedies) = [3, 4, 4, 4, 5]
       character(*), parameter :: name_of(remedies) = [character(16) :: 'zeta = 0.05', 'delta = 0.3', 'mu = 0.5', &
-                                                      'alpha = 0.075', 'Lc/L = 0.875']
+         'alpha = 0.075', 'Lc/L = 0.875']
       real(wp), dimension(way_count) :: ratio, scatter, reduced
       character(:), allocatable :: detail, except
       integer :: way, k, wins
@@ -37,30 +38,35 @@ contains
             do k = 1, remedies
                associate (other => series(parameter_of(k))%outcome(case_of(k), way))
                   wins = count([other%high_velocity < plain%high_velocity, other%main_peak < plain%main_peak, &
-                                other%later_velocity < plain%later_velocity])
+                     other%later_velocity < plain%later_velocity])
                   reduced(way) = reduced(way) + real(wins, wp)
-                  if (way == fine .and. wins < 3) except = except//trim(merge(', ', '  ', except /= ''))//' '//trim(name_of(k))
+                  if (way == fine .and. wins < 3) except = except//trim(merge(', ', '  ', except /= ''))//' '// &
+                     trim(name_of(k))
                   if (way == fine) detail = detail//trim(merge('   ', ';  ', k == 1))//' '//trim(name_of(k))//': '// &
                      listed([other%high_velocity/plain%high_velocity, other%main_peak/plain%main_peak, &
-                             other%later_velocity/plain%later_velocity], 2)
+                     other%later_velocity/plain%later_velocity], 2)
                end associate
             end do
          end associate
       end do
       associate (plain => series(vary_zeta)%outcome(1, fine), heavy => series(vary_mass)%outcome(6, fine), &
-                 damped => series(vary_zeta)%outcome(3, fine))
-         call add_statement(list, '9a', 'After an impact the velocity shows high components far more than the displacement.', &
-            'part of the modes above the second in the velocity of the stop point over that in its displacement, over 2', &
-            ratio, ratio > 2.0_wp, 'parts '//number(plain%high_velocity, 3)//' and '//number(plain%high_displacement, 3), '')
+         damped => series(vary_zeta)%outcome(3, fine))
+         call add_statement(list, '9a', &
+            'After an impact the velocity shows high components far more than the displacement.', &
+            'part of the modes above the second in the velocity of the stop point over that in its displacement, '// &
+            'over 2', &
+            ratio, ratio > 2.0_wp, 'parts '//number(plain%high_velocity, 3)//' and '// &
+            number(plain%high_displacement, 3), '')
          call add_statement(list, '9b', 'The points of figure 10 lie off one smooth curve because of high modes.', &
             'scatter of log10(peak) about a parabola in tau, reference over mu = 2, over 2', min(scatter, 1.0e6_wp), &
             scatter > 2.0_wp, 'scatter: reference '//number(scatter_of(plain), 3)//', mu = 2 '// &
             number(scatter_of(heavy), 3)//', zeta = 0.05 '//number(scatter_of(damped), 3), '')
       end associate
-      call add_statement(list, '10', 'More damping, more preload, a suitable mass, shape and contact position reduce high '// &
+      call add_statement(list, '10', &
+         'More damping, more preload, a suitable mass, shape and contact position reduce high '// &
          'components, displacements and contact velocities.', &
          'of 15 figures (5 remedies; high part of the velocity, main peak, greatest later velocity), those that fall', &
-         reduced, reduced > 14.5_wp, 'of the reference''s:'//detail, &
+         reduced, reduced > 14.5_wp, "of the reference's:"//detail, &
          'the remedies that do not reduce all three:'//except)
    end subroutine judge_components
 

@@ -55,11 +55,14 @@ contains
          maxval(good_sixteen) > 11.5_wp, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(good_sixteen, 0), '')
       call add(list, '1c', 'r = 1.2 is best for 8 elements.', &
          'r with the least of the greatest errors of the 8 printed modes, 1.2', &
-         ratios(minloc(worst, dim=1)), minloc(worst, dim=1) == 3, 'greatest error of the first 8 in percent at r = 1 ... 1.5: '// &
-         listed(100.0_wp*worst, 2)//'; of the first 6: '//listed(100.0_wp*worst_six, 3)//'; modes within 1 %: '//listed(good, 0), &
-         '', 'by the greatest error of the 8 printed modes; by that of the first 6 it is '// &
-         number(ratios(minloc(worst_six, dim=1)), 1)//', by the modes within 1 % '//number(ratios(maxloc(good, dim=1)), 1))
-      call add(list, '1d', 'r = 1.3 brings 7 modes within 1 %.', 'number of the lowest modes within 1 % at r = 1.3, 7', good(4), &
+         ratios(minloc(worst, dim=1)), minloc(worst, dim=1) == 3, &
+         'greatest error of the first 8 in percent at r = 1 ... 1.5: '// &
+         listed(100.0_wp*worst, 2)//'; of the first 6: '//listed(100.0_wp*worst_six, 3)//'; modes within 1 %: '// &
+         listed(good, 0), '', 'by the greatest error of the 8 printed modes; by that of the first 6 it is '// &
+         number(ratios(minloc(worst_six, dim=1)), 1)//', by the modes within 1 % '// &
+         number(ratios(maxloc(good, dim=1)), 1))
+      call add(list, '1d', 'r = 1.3 brings 7 modes within 1 %.', &
+         'number of the lowest modes within 1 % at r = 1.3, 7', good(4), &
          nint(good(4)) == 7, 'within 1 % at r = 1, 1.1 ... 1.5: '//listed(good, 0), '')
       lowest = min(minval(eight), minval(sixteen))
       call model_of_wedge(16, 1.2_wp, model, error)
@@ -69,7 +72,7 @@ contains
       printed = lambda(3)
       call add(list, '1e', 'All values lie somewhat above the exact ones.', &
          'least relative error over all modes and meshes, not below -1e-12', lowest, lowest > -1.0e-12_wp, &
-         'third mode at n = 16, exact '//number(exact(3), 5)//', by the paper''s eigen-solver in double precision '// &
+         'third mode at n = 16, exact '//number(exact(3), 5)//", by the paper's eigen-solver in double precision "// &
          number(printed, 5), 'the printed 7.743 lies below the exact value: a slip, see tests/regression/slips.txt')
       call model_of_wedge(8, 1.2_wp, model, error)
       if (allocated(error)) return
@@ -77,7 +80,8 @@ contains
       if (allocated(error)) return
       product = (lambda(2)/lambda1)**2
       call add(list, '1f', 'The actual frequency follows from lambda_i and omega1 by a product.', &
-         'omega_2/omega1 of the wedge over lambda_2, 1', product/lambda(2), abs(product/lambda(2) - 1.0_wp) < 1.0e-3_wp, &
+         'omega_2/omega1 of the wedge over lambda_2, 1', product/lambda(2), &
+         abs(product/lambda(2) - 1.0_wp) < 1.0e-3_wp, &
          'lambda_2 = '//number(lambda(2), 4)//', omega_2/omega1 = '//number(product, 4), &
          'omega_i = (lambda_i/1.875)^2 omega1: lambda is the root of a frequency')
    end subroutine judge_frequencies
@@ -96,8 +100,8 @@ contains
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
 
-      call add_statement(list, label, text, measure, spread(figure, 1, way_count), spread(holds, 1, way_count), detail, reason, &
-                         remark)
+      call add_statement(list, label, text, measure, spread(figure, 1, way_count), spread(holds, 1, way_count), &
+         detail, reason, remark)
    end subroutine add
 
    !> The full wedge.
@@ -141,7 +145,6 @@ contains
 
    !> How many of the first values are within a limit, up to the first that is not.
    pure function first_within(values, limit) result(number_within)
-      !> Values
       real(wp), intent(in) :: values(:)
       !> Limit of their magnitude
       real(wp), intent(in) :: limit

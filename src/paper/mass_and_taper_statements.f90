@@ -49,7 +49,7 @@ contains
          'With a large tip mass the beam comes close to an impact oscillator of one degree of freedom.', &
          'main peak at mu = 2 against the eps of that oscillator, within 0.1', off, off < 0.1_wp, &
          'main peaks at mu = 0 ... 2, 10, 30: '//listed(peaks, 3), &
-         'at mu = 2 the beam''s own mass still takes energy away in its higher modes', &
+         "at mu = 2 the beam's own mass still takes energy away in its higher modes", &
          'at mu = 2; from mu = '//number(mass%value(tends), 0)//' on it does')
       call add_statement(list, '7c', 'mu = 0.5 gives small displacements after the impact.', &
          'mu with the lowest main peak, 0.5', smallest, abs(smallest - 0.5_wp) < 1.0e-6_wp .or. half_is_low(mass), &
@@ -111,7 +111,8 @@ contains
          longer(way) = min(ends(none), ends(wedge))/ends(middle) - 1.0_wp
          soonest(way) = taper%value(minloc(ends, dim=1))
          lower(way) = taper%outcome(much, way)%main_peak - taper%outcome(none, way)%main_peak
-         less(way) = taper%outcome(wedge, way)%kinetic_at_first/max(taper%outcome(none, way)%kinetic_at_first, 1.0e-12_wp)
+         less(way) = taper%outcome(wedge, way)%kinetic_at_first/max(taper%outcome(none, way)%kinetic_at_first, &
+            1.0e-12_wp)
          more(way) = taper%outcome(wedge, way)%lost_at_first/max(taper%outcome(none, way)%lost_at_first, 1.0e-12_wp)
       end do
       do way = 1, way_count
@@ -122,11 +123,12 @@ contains
          end do
       end do
       ends = ends_of(taper, fine, usual_end)
-      rivals = count([(minloc(taper%outcome(2:, fine)%ends(definition), dim=1) + 1 == middle, definition=1, definition_count)])
+      rivals = count([(minloc(taper%outcome(2:, fine)%ends(definition), dim=1) + 1 == middle, definition=1, &
+         definition_count)])
       call add_statement_of_ends(list, '8a', 'With very little or much taper the vibration lasts longer.', &
          'how much longer alpha = 0 and 0.15 last than 0.075, the lesser, over 0.05', longer, outlasts, &
          'ends at tau = '//listed(ends, 1)//' at alpha = 0, 0.025 ... 0.15; energy down to 1 %: '// &
-         listed(ends_of(taper, fine, energy_end), 1)//'; paper''s mesh, nodal reading: '// &
+         listed(ends_of(taper, fine, energy_end), 1)//"; paper's mesh, nodal reading: "// &
          listed(ends_of(taper, coarse_nodal, usual_end), 1), &
          'without taper it ends about as soon as with 0.075, in between later; much taper does last longer')
       call add_statement_of_ends(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', soonest, first, &
@@ -134,22 +136,22 @@ contains
          number(real(definition_count, wp), 0)//' definitions; the uniform beam ends about as soon')
       call add_statement(list, '8c', 'With little taper the mass near the tip keeps the displacement small.', &
          'main peak at alpha = 0.125 less that of the uniform beam, over 0', lower, lower > 0.0_wp, &
-         'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(ends))], 3)//' at alpha = 0, 0.025 ... 0.15', &
-         'the least displacement is that at alpha = 0.05')
+         'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(ends))], 3)// &
+         ' at alpha = 0, 0.025 ... 0.15', 'the least displacement is that at alpha = 0.05')
       call add_statement(list, '8d', 'With much taper little kinetic energy takes part.', &
-         'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', less, less < 0.9_wp, &
-         'shares '//listed([(taper%outcome(i, fine)%kinetic_at_first, i=1, size(ends))], 3)// &
+         'kinetic energy at the first impact, of the energy to lose, wedge over uniform beam, under 0.9', less, &
+         less < 0.9_wp, 'shares '//listed([(taper%outcome(i, fine)%kinetic_at_first, i=1, size(ends))], 3)// &
          '; mass that takes part in an impact, of the beam: '// &
          listed([(1.0_wp/taper%outcome(i, fine)%mobility, i=1, size(ends))], 5), '')
       call add_statement(list, '8e', 'With much taper more energy is lost at impacts.', &
          'energy lost at impacts until the main rebound, wedge over uniform beam, over 1', more, more > 1.0_wp, &
          'shares until the main rebound: '//listed([(taper%outcome(i, fine)%lost_at_first, i=1, size(ends))], 4)// &
          '; in all: '//listed([(taper%outcome(i, fine)%lost_at_impacts, i=1, size(ends))], 4)// &
-         '; paper''s mesh, nodal reading, in all: '// &
+         "; paper's mesh, nodal reading, in all: "// &
          listed([(taper%outcome(i, coarse_nodal)%lost_at_impacts, i=1, size(ends))], 2)//', created: '// &
          listed([(taper%outcome(i, coarse_nodal)%created, i=1, size(ends))], 2), &
-         'the mass that takes part in an impact shrinks with the taper, and with it what an impact can take; the nodal reading '// &
-         'takes more as the taper grows, but of the strongest tapers it creates as well')
+         'the mass that takes part in an impact shrinks with the taper, and with it what an impact can take; the '// &
+         'nodal reading takes more as the taper grows, but of the strongest tapers it creates as well')
    end subroutine judge_taper
 
 end module mass_and_taper_statements

@@ -5,8 +5,8 @@ module paper_cases
    use beam_section, only: tapered_section
    use failures, only: failure_t
    use kinds, only: wp
-   use scene_types, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, method_newmark, &
-                          stop_settings_t
+   use scene_types, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, &
+      method_newmark, stop_settings_t
    implicit none (type, external)
    private
    public :: case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
@@ -67,13 +67,12 @@ contains
       ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum)
       ways(coarse_nodal) = way_t('exact, coarse, nodal', coarse_elements, method_exact, impulse_nodal)
       ways(fine_nodal) = way_t('exact, fine, nodal', fine_elements, method_exact, impulse_nodal)
-      ways(paper_nodal) = way_t('paper''s steps, nodal', coarse_elements, method_newmark, impulse_nodal)
-      ways(paper_momentum) = way_t('paper''s steps', coarse_elements, method_newmark, impulse_momentum)
+      ways(paper_nodal) = way_t("paper's steps, nodal", coarse_elements, method_newmark, impulse_nodal)
+      ways(paper_momentum) = way_t("paper's steps", coarse_elements, method_newmark, impulse_momentum)
    end subroutine make_ways
 
    !> The assembled beam of a case.
    pure subroutine model_of_case(this, elements, model, error)
-      !> The case
       type(case_t), intent(in) :: this
       !> Elements of equal length
       integer, intent(in) :: elements
@@ -86,13 +85,12 @@ contains
 
       call make_mesh(elements, 1.0_wp, this%position, mesh, error)
       if (allocated(error)) return
-      call make_beam_model(tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp)), &
-                           mesh, this%tip_mass, model)
+      call make_beam_model(tapered_section(height_ratio + 0.5_wp*this%taper, &
+         max(height_ratio - 0.5_wp*this%taper, 0.0_wp)), mesh, this%tip_mass, model)
    end subroutine model_of_case
 
    !> The stop of a case; of the three-element stop beta = 20 and c* = 0.3 as in the paper.
    pure function stop_of_case(this, impulse) result(stop_settings)
-      !> The case
       type(case_t), intent(in) :: this
       !> Reading of the impulse
       integer, intent(in) :: impulse

@@ -19,8 +19,8 @@ module paper_convergence
       real(wp), allocatable :: mass(:)
       !> First meeting with the stop, tau
       real(wp), allocatable :: first_tau(:)
-      !> By mesh and reading: main peak; when |eta_c| last exceeds 2 percent; when 1 percent of the energy is left; energy lost at
-      !> impacts and created, of the energy to lose
+      !> By mesh and reading: main peak; when |eta_c| last exceeds 2 percent; when 1 percent of the energy is left;
+      !> energy lost at impacts and created, of the energy to lose
       real(wp), allocatable :: main_peak(:, :)
       real(wp), allocatable :: quiet(:, :)
       real(wp), allocatable :: spent(:, :)
@@ -53,10 +53,11 @@ contains
       allocate (convergence%elements, source=[(coarsest*2**(i - 1), i=1, meshes)])
       allocate (convergence%mass(meshes), convergence%first_tau(meshes))
       allocate (convergence%main_peak(meshes, 2), convergence%quiet(meshes, 2), convergence%spent(meshes, 2), &
-                convergence%lost(meshes, 2), convergence%created(meshes, 2))
+         convergence%lost(meshes, 2), convergence%created(meshes, 2))
       do i = 1, meshes
          do k = 1, 2
-            call find_outcome(case_t(), way_t('', convergence%elements(i), method_exact, readings(k)), duration, outcome, error)
+            call find_outcome(case_t(), way_t('', convergence%elements(i), method_exact, readings(k)), duration, &
+               outcome, error)
             if (allocated(error)) return
             convergence%mass(i) = 1.0_wp/outcome%mobility
             convergence%first_tau(i) = outcome%first_tau

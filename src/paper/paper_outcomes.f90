@@ -72,7 +72,6 @@ contains
 
    !> Compute a case and measure it.
    subroutine find_outcome(this, way, duration, outcome, error)
-      !> The case
       type(case_t), intent(in) :: this
       !> How it is computed
       type(way_t), intent(in) :: way
@@ -113,7 +112,6 @@ contains
 
    !> The motion of a case.
    subroutine respond(this, way, model, modes, duration, output, response, error)
-      !> The case
       type(case_t), intent(in) :: this
       !> How it is computed
       type(way_t), intent(in) :: way
@@ -168,7 +166,7 @@ contains
          end do
          do i = 1, size(end_shares)
             last = findloc(energy%kinetic + energy%strain + energy%stop - rest > end_shares(i)*to_lose, .true., dim=1, &
-                           back=.true.)
+               back=.true.)
             if (last < size(tau)) outcome%ends(size(end_levels) + i) = tau(last)
          end do
          outcome%created = energy%created(size(tau))/to_lose
@@ -204,7 +202,6 @@ contains
 
    !> The parts of the modes early in the first rebound.
    pure subroutine measure_components(this, model, modes, response, outcome)
-      !> The case
       type(case_t), intent(in) :: this
       !> Its beam and the modes of the beam
       type(beam_model_t), intent(in) :: model

@@ -28,7 +28,8 @@ contains
       type(need_t), intent(out) :: need
 
       associate (unused => threads, statements => scene%statements)
-         call add_samples(statements%duration/sample_step, 55, '&statements', 'give &statements a shorter duration', need)
+         call add_samples(statements%duration/sample_step, 55, '&statements', 'give &statements a shorter duration', &
+            need)
          ! the example is run on a mesh of twice as many
          call add_modes(2*statements%fine_elements, 1, 'give &statements fewer fine_elements', need)
       end associate

@@ -20,7 +20,7 @@ module paper_series
 
    !> What they vary, as users write it, and its sign in the paper
    character(*), parameter :: series_names(7) = [character(16) :: 'preload', 'restitution', 'position', 'zeta', &
-                                                 'tip_mass_ratio', 'taper', 'stiffness_ratio']
+      'tip_mass_ratio', 'taper', 'stiffness_ratio']
    character(*), parameter :: series_signs(7) = [character(8) :: 'delta', 'eps', 'Lc/L', 'zeta', 'mu', 'alpha', 'kappa']
 
    type :: series_t
@@ -78,7 +78,6 @@ contains
 
    !> Compute all its cases in every way.
    subroutine compute_series(ways, duration, series, error)
-      !> The ways
       type(way_t), intent(in) :: ways(way_count)
       !> Length of the runs, tau
       real(wp), intent(in) :: duration
@@ -100,9 +99,7 @@ contains
 
    !> The instants of the end over the cases of a series.
    pure function ends_of(series, way, definition) result(ends)
-      !> The series
       type(series_t), intent(in) :: series
-      !> The way
       integer, intent(in) :: way
       !> Definition of the end
       integer, intent(in) :: definition

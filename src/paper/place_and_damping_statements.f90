@@ -27,7 +27,8 @@ contains
       integer :: way, i, definition
 
       do way = 1, way_count
-         third(way) = max(position%outcome(half, way)%energy_share(3), position%outcome(eighty_seven, way)%energy_share(3))
+         third(way) = max(position%outcome(half, way)%energy_share(3), &
+            position%outcome(eighty_seven, way)%energy_share(3))
          second(way) = position%outcome(seventy, way)%energy_share(2)
          do definition = 1, definition_count
             ends = ends_of(position, way, definition)
@@ -38,24 +39,26 @@ contains
       end do
       ends = ends_of(position, fine, usual_end)
       call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
-         'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third, third < absent, &
-         'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
+         'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third, &
+         third < absent, 'share of mode 3 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
          listed([(position%outcome(i, fine)%energy_share(3), i=1, size(ends))], 5), &
          'nodes of mode 3 lie at 0.504 and 0.868')
       call add_statement(list, '5b', 'Contact at a node of mode 2 (0.70) leaves out its component.', &
-         'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7, under 0.001', second, second < absent, &
-         'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
+         'share of the energy in mode 2 early in the main rebound at Lc/L = 0.7, under 0.001', second, &
+         second < absent, 'share of mode 2 at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1: '// &
          listed([(position%outcome(i, fine)%energy_share(2), i=1, size(ends))], 5), &
          'the node of mode 2 lies at 0.783, not at 0.70')
       call add_statement_of_ends(list, '5c', 'Contact at 0.875 ends soonest.', &
          'Lc/L that ends soonest, 0.875', soonest, first, 'ends at tau = '//listed(ends, 1)// &
-         ' at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1; paper''s mesh, nodal reading: '// &
+         " at Lc/L = 0.5, 0.7, 0.75, 0.87, 0.875, 1; paper's mesh, nodal reading: "// &
          listed(ends_of(position, coarse_nodal, usual_end), 2)//'; energy down to 1 %: '// &
          listed(ends_of(position, fine, energy_end), 1), &
-         'from 0.75 to 1 the ends lie near each other and their order changes with the definition; by energy it is the tip')
+         'from 0.75 to 1 the ends lie near each other and their order changes with the definition; by energy it is '// &
+         'the tip')
    end subroutine judge_position
 
-   !> 6: small damping, strong high components; the larger the damping, the sooner the end; a third of the time on the stop.
+   !> 6: small damping, strong high components; the larger the damping, the sooner the end; a third of the time on the
+   !> stop.
    subroutine judge_damping(zeta, list)
       !> zeta = 0.001, 0.01, 0.05, 0.1
       type(series_t), intent(in) :: zeta
@@ -69,11 +72,13 @@ contains
       integer :: way, i, definition
 
       do way = 1, way_count
-         ratio(way) = zeta%outcome(least, way)%high_velocity/max(zeta%outcome(five_percent, way)%high_velocity, 1.0e-12_wp)
+         ratio(way) = zeta%outcome(least, way)%high_velocity/max(zeta%outcome(five_percent, way)%high_velocity, &
+            1.0e-12_wp)
          fall(way) = order(ends_of(zeta, way, usual_end))
-         on_stop(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio + zeta%outcome(five_percent, way)%contact_ratio)
+         on_stop(way) = 0.5_wp*(zeta%outcome(one_percent, way)%contact_ratio &
+            + zeta%outcome(five_percent, way)%contact_ratio)
          farthest(way) = max(abs(zeta%outcome(one_percent, way)%contact_ratio - third), &
-                             abs(zeta%outcome(five_percent, way)%contact_ratio - third))
+            abs(zeta%outcome(five_percent, way)%contact_ratio - third))
       end do
       do way = 1, way_count
          do definition = 1, definition_count
@@ -86,14 +91,16 @@ contains
          listed([(zeta%outcome(i, fine)%high_velocity, i=1, size(zeta%cases))], 4), '')
       call add_statement_of_ends(list, '6b', 'The larger the damping, the sooner the vibration ends.', &
          'order of the ends over zeta, under -0.6', fall, falls, 'ends at tau = '// &
-         listed(ends_of(zeta, fine, usual_end), 1)//'; energy down to 1 %: '//listed(ends_of(zeta, fine, energy_end), 1), '')
+         listed(ends_of(zeta, fine, usual_end), 1)//'; energy down to 1 %: '// &
+         listed(ends_of(zeta, fine, energy_end), 1), '')
       call add_statement(list, '6c', &
          'With ordinary damping (0.01 to 0.05) the beam stays on the stop for about 1/3 of the time away.', &
          'time on the stop over time away at zeta = 0.01 and 0.05: mean, both nearer 1/3 than 1/4', on_stop, &
          farthest < 0.5_wp*(third - quarter), &
-         'ratio at zeta = 0.001, 0.01, 0.05, 0.1: '//listed([(zeta%outcome(i, fine)%contact_ratio, i=1, size(zeta%cases))], 3), &
-         'it is about 1/4: half a period of the first mode of the beam held at its tip (lambda = 3.927) over half a period '// &
-         'of the free one is 0.228')
+         'ratio at zeta = 0.001, 0.01, 0.05, 0.1: '// &
+         listed([(zeta%outcome(i, fine)%contact_ratio, i=1, size(zeta%cases))], 3), &
+         'it is about 1/4: half a period of the first mode of the beam held at its tip (lambda = 3.927) over half '// &
+         'a period of the free one is 0.228')
    end subroutine judge_damping
 
 end module place_and_damping_statements

@@ -18,7 +18,7 @@ module statement_types
    !> It holds on the paper's mesh, but not on the fine one.
    integer, parameter :: verdict_coarse = 4
    character(*), parameter :: verdict_names(4) = [character(40) :: 'holds', 'does not hold', &
-                                                  'holds only under the nodal reading', 'holds only on the coarse mesh']
+      'holds only under the nodal reading', 'holds only on the coarse mesh']
 
    type :: statement_t
       !> Its number, such as 4a
@@ -27,7 +27,8 @@ module statement_types
       character(:), allocatable :: text
       !> What was measured, and the condition on it
       character(:), allocatable :: measure
-      !> The figure that decides, and whether the condition is met, by way; where the way has no part in it, all the same
+      !> The figure that decides, and whether the condition is met, by way; where the way has no part in it, all the
+      !> same
       real(wp) :: figure(way_count) = 0.0_wp
       logical :: holds(way_count) = .false.
       !> The numbers behind it, on the fine mesh
@@ -50,7 +51,6 @@ contains
 
    !> Append a statement.
    subroutine add_statement(list, label, text, measure, figure, holds, detail, reason, remark)
-      !> The list
       type(statements_t), intent(inout) :: list
       !> Parts of the statement
       character(*), intent(in) :: label
@@ -87,7 +87,6 @@ contains
 
    !> Append a statement about the end of the motion: in a way it holds if it does for most definitions of the end.
    subroutine add_statement_of_ends(list, label, text, measure, figure, holds, detail, reason, remark)
-      !> The list
       type(statements_t), intent(inout) :: list
       !> Parts of the statement; the condition by definition of the end and way
       character(*), intent(in) :: label
@@ -99,7 +98,8 @@ contains
       character(*), intent(in) :: reason
       character(*), intent(in), optional :: remark
 
-      call add_statement(list, label, text, measure, figure, 2*count(holds, dim=1) > definition_count, detail, reason, remark)
+      call add_statement(list, label, text, measure, figure, 2*count(holds, dim=1) > definition_count, detail, reason, &
+         remark)
       associate (new => list%item(size(list%item)))
          new%has_end = .true.
          new%definitions = count(holds, dim=1)
@@ -126,7 +126,6 @@ contains
 
    !> The verdict with its remark, and whether it hangs on how the end of the motion is defined.
    pure function verdict_in_words(item) result(words)
-      !> The statement
       type(statement_t), intent(in) :: item
       character(:), allocatable :: words
 
@@ -139,8 +138,9 @@ contains
       way = fine
       if (verdict == verdict_coarse) way = coarse
       if (verdict == verdict_nodal) way = coarse_nodal
-      if (item%definitions(way) > 1 .and. item%definitions(way) < definition_count - 1) &
+      if (item%definitions(way) > 1 .and. item%definitions(way) < definition_count - 1) then
          words = words//' (hangs on the definition of the end)'
+      end if
    end function verdict_in_words
 
    !> How well a sequence is in order: share of the pairs that rise less those that fall (Kendall's rank correlation).
@@ -164,7 +164,6 @@ contains
 
    !> Numbers side by side.
    pure function listed(values, digits) result(text)
-      !> The numbers
       real(wp), intent(in) :: values(:)
       !> Digits behind the point
       integer, intent(in) :: digits
@@ -181,7 +180,6 @@ contains
 
    !> A number; what never happens as such.
    pure function number(value, digits) result(text)
-      !> The number
       real(wp), intent(in) :: value
       !> Digits behind the point
       integer, intent(in) :: digits
@@ -206,7 +204,6 @@ contains
 
    !> A share in percent.
    pure function percent(share) result(text)
-      !> The share
       real(wp), intent(in) :: share
       character(:), allocatable :: text
 

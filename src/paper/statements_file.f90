@@ -1,7 +1,7 @@
 !> The results file of the statements, and the same as text.
 module statements_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use failures, only: failure_t
    use file_system, only: kind_nothing, kind_of, load_file, make_folder, replace_file
    use hdf5_writing, only: hdf5_group_t
@@ -49,7 +49,8 @@ contains
       group = root%group('statements')
       call write_verdicts(group, study%ways, study%list)
       do i = 1, size(study%series)
-         call write_series(group%group('over_'//trim(series_names(i))), trim(series_names(i)), study%ways, study%series(i))
+         call write_series(group%group('over_'//trim(series_names(i))), trim(series_names(i)), study%ways, &
+            study%series(i))
       end do
       call write_convergence(group%group('convergence'), study%convergence)
       call finish_results(root, folder, scene, error)
@@ -81,11 +82,8 @@ contains
 
    !> The statements, with their verdicts.
    subroutine write_verdicts(group, ways, list)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
-      !> The ways
       type(way_t), intent(in) :: ways(way_count)
-      !> The statements
       type(statements_t), intent(in) :: list
 
       character(text_room), dimension(size(list%item)) :: text, measure, detail, reason, verdict
@@ -104,25 +102,26 @@ contains
       call group%add('label', list%item%label, 'none', 'number of the statement', along='statement')
       call group%add('text', text, 'none', 'what the paper says', along='statement')
       call group%add('measure', measure, 'none', 'what was measured, and the condition on it', along='statement')
-      call group%add('detail', detail, 'none', 'the numbers behind it, exact motion on the fine mesh', along='statement')
+      call group%add('detail', detail, 'none', 'the numbers behind it, exact motion on the fine mesh', &
+         along='statement')
       call group%add('reason', reason, 'none', 'why the paper and the program differ', along='statement')
       call group%add('verdict', verdict, 'none', &
-                     'verdict', along='statement')
-      call group%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', along='statement')
+         'verdict', along='statement')
+      call group%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', &
+         along='statement')
       call group%note('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, way_count
          call group%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
-                        along='statement')
+            along='statement')
          call group%add(name_of('definitions', i), list%item%definitions(i), '1', &
-                        'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
-         call group%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '//trim(ways(i)%name), &
-                        along='statement')
+            'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
+         call group%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '// &
+            trim(ways(i)%name), along='statement')
       end do
    end subroutine write_verdicts
 
    !> What was measured of the cases of one figure, [case, way]; what did not happen is NaN.
    subroutine write_series(group, name, ways, series)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> What is varied
       character(*), intent(in) :: name
@@ -139,12 +138,13 @@ contains
       call group%add('way_name', ways%name, 'none', 'name of the way', along='way')
       do i = 1, size(end_levels)
          write (end_name, '(a, i0)') 'end_level_', i
-         call add(trim(end_name), known(series%outcome%ends(i)), 'tau when |eta_c| last exceeds '//to_text(end_levels(i)))
+         call add(trim(end_name), known(series%outcome%ends(i)), 'tau when |eta_c| last exceeds '// &
+            to_text(end_levels(i)))
       end do
       do i = 1, size(end_shares)
          write (end_name, '(a, i0)') 'end_energy_', i
          call add(trim(end_name), known(series%outcome%ends(size(end_levels) + i)), &
-                  'tau when the energy above rest last exceeds this share of the start''s: '//to_text(end_shares(i)))
+            "tau when the energy above rest last exceeds this share of the start's: "//to_text(end_shares(i)))
       end do
       call add('first_impact', known(series%outcome%first_tau), 'first meeting with the stop, tau')
       call add('main_peak', series%outcome%main_peak, 'highest rebound within a period, eta')
@@ -153,11 +153,12 @@ contains
       call add('contact_ratio', series%outcome%contact_ratio, 'time on the stop over time away')
       call add('lost_at_impacts', series%outcome%lost_at_impacts, 'energy lost at impacts, of the energy to lose')
       call add('created', series%outcome%created, 'energy created by the nodal reading, of the energy to lose')
-      call add('kinetic_at_first', series%outcome%kinetic_at_first, 'kinetic energy at the first impact, of the energy to lose')
+      call add('kinetic_at_first', series%outcome%kinetic_at_first, &
+         'kinetic energy at the first impact, of the energy to lose')
       call add('mass_in_impact', 1.0_wp/series%outcome%mobility, 'mass that takes part in an impact, of the beam')
       call add('later_velocity', series%outcome%later_velocity, 'greatest velocity of approach after the main rebound')
       call add('high_displacement', series%outcome%high_displacement, &
-               'part of the modes above the second in the displacement of the stop point early in the main rebound')
+         'part of the modes above the second in the displacement of the stop point early in the main rebound')
       call add('high_velocity', series%outcome%high_velocity, 'the same part in its velocity')
       call add('own_frequency', series%outcome%own_frequency, 'lowest frequency of the beam, in omega1')
 
@@ -181,7 +182,6 @@ contains
 
    !> The value, or NaN if it is never.
    elemental function known(value) result(number)
-      !> The value
       real(wp), intent(in) :: value
       real(wp) :: number
 
@@ -191,7 +191,6 @@ contains
 
    !> How the first example settles with the mesh.
    subroutine write_convergence(group, convergence)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(convergence_t), intent(in) :: convergence
@@ -199,12 +198,15 @@ contains
       character(*), parameter :: along(2) = [character(8) :: 'elements', 'reading']
 
       call group%add('elements', convergence%elements, '1', 'equal elements', is_scale=.true.)
-      call group%add('reading', [1, 2], '1', 'reading of the impulse: '//reading_names(1)//', '//reading_names(2), is_scale=.true.)
-      call group%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', along='elements')
+      call group%add('reading', [1, 2], '1', 'reading of the impulse: '//reading_names(1)//', '//reading_names(2), &
+         is_scale=.true.)
+      call group%add('mass_in_impact', convergence%mass, '1', 'mass that takes part in an impact, of the beam', &
+         along='elements')
       call group%add('first_impact', convergence%first_tau, '1', 'first meeting with the stop, tau', along='elements')
       call group%add('main_peak', convergence%main_peak, '1', 'highest rebound within a period, eta', along)
       call group%add('quiet', known(convergence%quiet), '1', 'tau when |eta_c| last exceeds 0.02', along)
-      call group%add('spent', known(convergence%spent), '1', 'tau when 1 percent of the energy above rest is left', along)
+      call group%add('spent', known(convergence%spent), '1', 'tau when 1 percent of the energy above rest is left', &
+         along)
       call group%add('lost_at_impacts', convergence%lost, '1', 'energy lost at impacts, of the energy to lose', along)
       call group%add('created', convergence%created, '1', 'energy created, of the energy to lose', along)
    end subroutine write_convergence
@@ -239,7 +241,6 @@ contains
 
    !> A name with a number.
    pure function name_of(name, index) result(text)
-      !> The name
       character(*), intent(in) :: name
       !> The number
       integer, intent(in) :: index

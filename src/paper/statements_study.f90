@@ -7,8 +7,8 @@ module statements_study
    use mass_and_taper_statements, only: judge_mass, judge_taper
    use paper_cases, only: coarse, fine, way_count, way_t
    use paper_convergence, only: convergence_t, find_convergence
-   use paper_series, only: compute_series, make_series, series_t, vary_mass, vary_position, vary_preload, vary_restitution, &
-                           vary_stiffness, vary_taper, vary_zeta
+   use paper_series, only: compute_series, make_series, series_t, vary_mass, vary_position, vary_preload, &
+      vary_restitution, vary_stiffness, vary_taper, vary_zeta
    use place_and_damping_statements, only: judge_damping, judge_position
    use statement_types, only: statements_t
    use stop_statements, only: judge_models, judge_preload, judge_restitution
@@ -30,7 +30,6 @@ contains
 
    !> Compute all cases in every way and judge all statements, in their order.
    subroutine judge_statements(ways, duration, study, error)
-      !> The ways
       type(way_t), intent(in) :: ways(way_count)
       !> Length of the runs, tau
       real(wp), intent(in) :: duration
@@ -50,8 +49,8 @@ contains
          call compute_series(ways, duration, study%series(i), error)
          if (allocated(error)) return
       end do
-      call find_convergence(min(coarsest, ways(coarse)%elements), 2*ways(fine)%elements, min(duration, longest_example), &
-                            study%convergence, error)
+      call find_convergence(min(coarsest, ways(coarse)%elements), 2*ways(fine)%elements, &
+         min(duration, longest_example), study%convergence, error)
       if (allocated(error)) return
       call judge_frequencies(study%list, error)
       if (allocated(error)) return

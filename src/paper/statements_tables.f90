@@ -36,8 +36,8 @@ contains
       end do
       write (unit, '(a)') 'Verdicts:'
       do k = 1, size(verdict_names)
-         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%list%item(i)%holds) == k, i=1, size(study%list%item))]), &
-            trim(verdict_names(k))
+         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%list%item(i)%holds) == k, i=1, &
+            size(study%list%item))]), trim(verdict_names(k))
       end do
    end subroutine print_statements
 
@@ -57,18 +57,20 @@ contains
             '|eta| > 2 %', 'energy < 1 %', 'lost, impacts', 'created'
          do k = 1, size(reading_names)
             do i = 1, size(c%elements)
-               write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), c%first_tau(i), c%mass(i), &
-                  reading_names(k), c%main_peak(i, k), adjustr(padded(number(c%quiet(i, k), 4), 14)), &
+               write (unit, '(i6, f14.7, f16.6, 4x, a8, f14.6, 2a14, 2f14.6)') c%elements(i), c%first_tau(i), &
+                  c%mass(i), reading_names(k), c%main_peak(i, k), adjustr(padded(number(c%quiet(i, k), 4), 14)), &
                   adjustr(padded(number(c%spent(i, k), 4), 14)), c%lost(i, k), c%created(i, k)
             end do
          end do
       end associate
-      write (unit, '(/, a)') 'Every case in every way: the end by six definitions (|eta_c| last exceeds a level, energy above rest'
-      write (unit, '(a)') 'falls to a share), then: highest main rebound, energy lost at impacts and created, part of the modes'
+      write (unit, '(/, a)') 'Every case in every way: the end by six definitions (|eta_c| last exceeds a level, '// &
+         'energy above rest'
+      write (unit, '(a)') 'falls to a share), then: highest main rebound, energy lost at impacts and created, part '// &
+         'of the modes'
       write (unit, '(a)') 'above the second in displacement and velocity of the stop point early in that rebound'
       do i = 1, size(study%series)
-         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_signs(i), 'way                   ', 'eta 5 %', 'eta 2 %', 'eta 1 %', &
-            'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
+         write (unit, '(/, a8, 2x, a22, 6a9, 5a10)') series_signs(i), 'way                   ', 'eta 5 %', 'eta 2 %', &
+            'eta 1 %', 'E 5 %', 'E 1 %', 'E 0.2 %', 'peak', 'lost', 'created', 'high eta', 'high v'
          do k = 1, size(study%series(i)%cases)
             do way = 1, way_count
                associate (outcome => study%series(i)%outcome(k, way))
@@ -86,7 +88,6 @@ contains
 
    !> Words with blanks behind them.
    pure function padded(words, length) result(cell)
-      !> The words
       character(*), intent(in) :: words
       !> Length with the blanks
       integer, intent(in) :: length
@@ -97,9 +98,7 @@ contains
 
    !> The deciding figure by way, each with yes or no.
    function figures(item, ways) result(text)
-      !> The statement
       type(statement_t), intent(in) :: item
-      !> The ways
       type(way_t), intent(in) :: ways(way_count)
       character(:), allocatable :: text
 
@@ -107,13 +106,14 @@ contains
 
       text = ''
       if (.not. item%has_end .and. maxval(item%figure) - minval(item%figure) <= 0.0_wp .and. &
-          (all(item%holds) .or. .not. any(item%holds))) then
+         (all(item%holds) .or. .not. any(item%holds))) then
          text = in_short(item%figure(1))//trim(merge(' (yes)', ' (no) ', item%holds(1)))
          return
       end if
       do way = 1, way_count
          if (way > 1) text = text//'; '
-         text = text//trim(ways(way)%name)//' '//in_short(item%figure(way))//' ('//trim(merge('yes', 'no ', item%holds(way)))
+         text = text//trim(ways(way)%name)//' '//in_short(item%figure(way))//' ('// &
+            trim(merge('yes', 'no ', item%holds(way)))
          if (item%has_end) text = text//', '//number(real(item%definitions(way), wp), 0)//' of ' &
             //number(real(definition_count, wp), 0)
          text = text//')'

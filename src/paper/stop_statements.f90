@@ -48,14 +48,15 @@ contains
          remark(3) = 'with the printed kappa; from kappa = '//first_of(share, 0.05_wp)//' on it does'
       end do
       call add_statement(list, '2a', 'The two models of the stop give no marked difference.', &
-         'difference of the main peaks at the printed kappa = 10, under 0.05', worst_difference, alike, trim(detail(1)), &
-         'the printed kappa has probably lost its exponent', trim(remark(1)))
+         'difference of the main peaks at the printed kappa = 10, under 0.05', worst_difference, alike, &
+         trim(detail(1)), 'the printed kappa has probably lost its exponent', trim(remark(1)))
       call add_statement(list, '2b', 'The stop yields very slightly.', &
          'deepest indentation in eta at the printed kappa = 10, under 0.01', worst_yielding, stiff, trim(detail(2)), &
          'the printed kappa has probably lost its exponent', trim(remark(2)))
       call add_statement(list, '2c', 'The time of an impact is short against the period.', &
          'first contact over 2 pi at the printed kappa = 10, under 0.05', worst_share, short, trim(detail(3)), &
-         'a first contact is a series of impacts and rests that lasts as long as the higher modes press the beam on the stop', &
+         'a first contact is a series of impacts and rests that lasts as long as the higher modes press the beam '// &
+         'on the stop', &
          trim(remark(3)))
 
    contains
@@ -118,16 +119,17 @@ contains
          figure(way) = ratio_of(way, usual_end)
          do definition = 1, definition_count
             sooner(definition, way) = ratio_of(way, definition) < 0.8_wp .and. &
-                                      order(ends_of(preload, way, definition)) < -0.3_wp
+               order(ends_of(preload, way, definition)) < -0.3_wp
          end do
       end do
       ends = ends_of(preload, fine, usual_end)
       call add_statement_of_ends(list, '3', 'The larger the preload, the sooner the vibration ends.', &
          'end at delta = 0.5 over the end at 0, under 0.8, and most pairs in order', figure, sooner, &
          'ends at tau = '//listed(ends, 1)//' at delta = 0, 0.1 ... 0.5: order '//number(order(ends), 2)// &
-         ' (-1: each sooner than the one before); energy down to 1 %: '//listed(ends_of(preload, fine, energy_end), 1), &
-         'at delta = 0.2 a nearly periodic bounce delays the end, its rebounds '//listed(preload%outcome(3, fine)%peak_eta, 2), &
-         'as a trend')
+         ' (-1: each sooner than the one before); energy down to 1 %: '// &
+         listed(ends_of(preload, fine, energy_end), 1), &
+         'at delta = 0.2 a nearly periodic bounce delays the end, its rebounds '// &
+         listed(preload%outcome(3, fine)%peak_eta, 2), 'as a trend')
 
    contains
 
@@ -170,17 +172,17 @@ contains
       peaks = [(restitution%outcome(i, fine)%main_peak, i=1, size(peaks))]
       call add_statement_of_ends(list, '4a', 'The smaller eps, the somewhat sooner the vibration ends.', &
          'by what share eps = 0 ends before eps = 0.6, over 0.05', gain, sooner, &
-         'ends at tau = '//listed(ends, 2)//'; paper''s mesh, nodal reading: '// &
+         'ends at tau = '//listed(ends, 2)//"; paper's mesh, nodal reading: "// &
          listed(ends_of(restitution, coarse_nodal, usual_end), 2)//', energy down to 1 %: '// &
          listed(ends_of(restitution, coarse_nodal, energy_end), 2)//'; spread of the main peaks '// &
          number(1.0e6_wp*(maxval(peaks) - minval(peaks)), 2)//'e-6', &
          'with a consistent impulse the mass that takes part in an impact, '// &
          percent(1.0_wp/restitution%outcome(1, fine)%mobility)// &
-         ' of the beam on the fine mesh, shrinks with the elements, so eps ceases to matter unless there is a tip mass; '// &
-         'by the nodal reading eps matters, but its order is not the same by eta and by energy')
+         ' of the beam on the fine mesh, shrinks with the elements, so eps ceases to matter unless there is a tip '// &
+         'mass; by the nodal reading eps matters, but its order is not the same by eta and by energy')
       call add_statement_of_ends(list, '4b', 'Above eps = 0.6 there is no marked difference.', &
          'spread of the ends over eps = 0.6 ... 0.9, under 0.1', spread_above, alike, 'ends at tau = '// &
-         listed(ends(base:), 2)//'; paper''s mesh, nodal reading: '// &
+         listed(ends(base:), 2)//"; paper's mesh, nodal reading: "// &
          listed(pick(ends_of(restitution, coarse_nodal, usual_end), base), 2), '')
 
    contains
@@ -192,7 +194,8 @@ contains
          integer, intent(in) :: definition
          real(wp) :: gain
 
-         associate (none => restitution%outcome(1, way)%ends(definition), usual => restitution%outcome(base, way)%ends(definition))
+         associate (none => restitution%outcome(1, way)%ends(definition), &
+            usual => restitution%outcome(base, way)%ends(definition))
             gain = (usual - none)/usual
          end associate
       end function gain_of
@@ -201,7 +204,6 @@ contains
 
    !> The values from a place on.
    pure function pick(values, first) result(picked)
-      !> The values
       real(wp), intent(in) :: values(:)
       !> The place
       integer, intent(in) :: first
