@@ -1,4 +1,4 @@
-!> The first zero of a signal, found so that no zero before it can be missed.
+!> The first zero of a signal, found so that no zero before it can be missed (docs/theory.md, section 9).
 !>
 !> A signal tells its value s, its slope s' and a bound B on |s''| that holds from that instant on. As
 !> long as s + s' h - B h^2/2 > 0 there is no zero: each step goes up to the root of that parabola.

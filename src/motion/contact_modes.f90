@@ -1,4 +1,4 @@
-!> The beam in contact with the three-element stop, in closed form.
+!> The beam in contact with the three-element stop, in closed form (docs/theory.md, section 8).
 !>
 !> Everything that moves is a sum of exp(s t) over the roots s of `contact_secular`, its amplitudes the residues of
 !> the Laplace transform.

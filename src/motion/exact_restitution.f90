@@ -1,5 +1,6 @@
 !> Model A in closed form: free flights, impacts with a coefficient of restitution, capture, contact as a
-!> pinned support, release. No step in time: every phase ends at an event that `certified_search` finds.
+!> pinned support, release. No step in time: every phase ends at an event that `certified_search` finds
+!> (docs/theory.md, section 7).
 module exact_restitution
    use certified_search, only: certified_signal_t, first_zero, found_never_left, found_none, found_zero, local_t, search_t
    use damped_oscillators, only: elastic_and_viscous, propagate

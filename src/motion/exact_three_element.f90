@@ -1,5 +1,6 @@
 !> Model B in closed form: free flights over a surface that relaxes, and contacts with the three-element
-!> stop. No step in time: every phase ends at an event that `certified_search` finds.
+!> stop. No step in time: every phase ends at an event that `certified_search` finds
+!> (docs/theory.md, section 8).
 module exact_three_element
    use certified_search, only: found_never_left, found_none, found_zero, first_zero, search_t
    use contact_losses, only: contact_losses_t, losses_of_step, losses_until, make_contact_losses

@@ -1,4 +1,4 @@
-!> Which modes of the beam a run can do without, and how far that may be trusted.
+!> Which modes of the beam a run can do without, and how far that may be trusted (docs/theory.md, section 13).
 module mode_choice
    use history_list, only: eta_stop, eta_tip, history_table
    use kinds, only: lambda1, pi, wp

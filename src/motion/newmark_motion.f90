@@ -1,5 +1,5 @@
 !> The beam and the stop through time, the paper's way: Newmark steps, halved at an event until the condition of
-!> the stop is met.
+!> the stop is met (docs/theory.md, section 10).
 !>
 !> Every state stands at a dyadic fraction of the step; after an event the steps grow again as fast as
 !> this grid allows, so that the samples are met exactly. A step is taken back by not changing to the state that it

@@ -1,8 +1,8 @@
 !> What a run through time leaves behind: events, histories at equal steps, shapes, energies. Both
 !> methods (`newmark`, `exact`) fill it; measures, files and tables read it.
 !>
-!> Scales as everywhere behind the scene: displacement eta = (y - d)/(y_c(0) - d), time tau = omega1 t,
-!> mass in rho Abar L; so energies come in rho Abar L omega1^2 (y_c(0) - d)^2, impulses in
+!> Scales as everywhere behind the scene (docs/theory.md, section 2): displacement eta = (y - d)/(y_c(0) - d), time
+!> tau = omega1 t, mass in rho Abar L; so energies come in rho Abar L omega1^2 (y_c(0) - d)^2, impulses in
 !> rho Abar L omega1 (y_c(0) - d), and forces as Pbar of the paper.
 module response_types
    use history_list, only: history_count

@@ -1,5 +1,5 @@
 !> What is measured of a run, by any method: the tally that its phases or steps keep, and what follows from it and from
-!> the events at the end.
+!> the events at the end (docs/theory.md, section 12).
 !>
 !> An episode is all that the stop does to the beam between two flights that rise above `quiet_level`: impacts in their
 !> cluster, contacts that last, low hops between them. Single impacts and contacts change with the mesh, an episode's impulse

@@ -1,4 +1,4 @@
-!> The two models of the stop as arithmetic on scalars, for any way through time.
+!> The two models of the stop as arithmetic on scalars, for any way through time (docs/theory.md, sections 7 and 8).
 !>
 !> Scales: displacement eta, time tau, mass in rho Abar L; so forces are Pbar / (hbar/L) and stiffnesses
 !> k / (lambda1^4 E Ibar / L^3).
