@@ -211,6 +211,11 @@ def check_page(page, drawing, broken):
                 broken.append(f"CONTRIBUTING.md: there is no {quoted}")
         elif re.fullmatch(r"[a-z]\w*_\w+", quoted) and quoted not in words:
             broken.append(f"CONTRIBUTING.md: no {quoted} in src/")
+    with open(os.path.join(ROOT, "docs", "theory.md"), encoding="utf-8") as stream:
+        sections = set(re.findall(r"^## (\d+)\.", stream.read(), re.MULTILINE))
+    for named in re.findall(r"theory\.md, sections? ((?:\d+(?:, | and )?)+)", source):
+        for number in sorted(set(re.findall(r"\d+", named)) - sections):
+            broken.append(f"src/: points to section {number} of docs/theory.md, which is not there")
 
 
 def main(arguments):
