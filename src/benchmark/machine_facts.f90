@@ -12,6 +12,7 @@ module machine_facts
    interface
       !> Give freed memory back to the system, where that can be done.
       subroutine return_free_memory() bind(c, name='impactbeam_return_free_memory')
+         implicit none (type, external)
       end subroutine return_free_memory
    end interface
 
