@@ -34,7 +34,8 @@ contains
             if (size(precision%steps) > 0) step = minval(precision%steps)
          end if
          if (allocated(precision%mesh_elements)) elements = max(elements, maxval(precision%mesh_elements))
-         call add_samples(precision%duration/step, 34, '&precision', 'give &precision a shorter duration or longer steps', need)
+         call add_samples(precision%duration/step, 34, '&precision', &
+            'give &precision a shorter duration or longer steps', need)
       end associate
       call add_modes(elements, 1, 'give fewer elements', need)
    end subroutine needs_of_precision

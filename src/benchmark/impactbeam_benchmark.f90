@@ -7,6 +7,6 @@ program impactbeam_benchmark
    integer :: status
 
    call run_program(program_t('impactbeam-benchmark', 'Measures run time against error: scenes with &precision.', &
-                              needs_of_precision, run_precision_scene), status)
+      needs_of_precision, run_precision_scene), status)
    if (status /= 0) stop status, quiet=.true.
 end program impactbeam_benchmark

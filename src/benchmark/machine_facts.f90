@@ -1,5 +1,5 @@
-!> What a timing depends on besides the program: processor, compiler, build; and the memory of the process. From /proc, where
-!> the system has it.
+!> What a timing depends on besides the program: processor, compiler, build; and the memory of the process. From /proc,
+!> where the system has it.
 module machine_facts
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use kinds, only: wp
@@ -68,7 +68,8 @@ contains
       if (index(compiler_options(), '-fcheck') > 0) kind = kind//' with checks'
    end function kind_of_build
 
-   !> Most memory that the process has held since the last call of `forget_peak_memory`, in bytes; 0 where it is not known.
+   !> Most memory that the process has held since the last call of `forget_peak_memory`, in bytes; 0 where it is not
+   !> known.
    function peak_memory() result(bytes)
       real(wp) :: bytes
 
@@ -96,9 +97,7 @@ contains
 
    !> What stands behind the colon in the first line of a file that begins with a name; empty if there is none.
    function value_in(file, name) result(value)
-      !> The file
       character(*), intent(in) :: file
-      !> The name
       character(*), intent(in) :: name
       character(:), allocatable :: value
 
@@ -120,7 +119,6 @@ contains
 
    !> Blanks for tabulators.
    pure function replace_tabs(text) result(plain)
-      !> A text
       character(*), intent(in) :: text
       character(len(text)) :: plain
 

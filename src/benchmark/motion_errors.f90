@@ -8,7 +8,8 @@ module motion_errors
    use skyline_matrix, only: factorise, multiply, skyline_t, solve_factorised
    implicit none (type, external)
    private
-   public :: motion_errors_t, motion_facts_t, balance_t, make_balance, facts_of, difference_of, extrapolate, horizon_of, ledger_gap
+   public :: motion_errors_t, motion_facts_t, balance_t, make_balance, facts_of, difference_of, extrapolate, &
+      horizon_of, ledger_gap
 
    !> What a run is judged by, up to a horizon.
    type :: motion_facts_t
@@ -50,7 +51,8 @@ module motion_errors
 
 contains
 
-   !> Where comparison ends: at the peak of the third rebound, or with the run; on a grid of instants that all runs sample.
+   !> Where comparison ends: at the peak of the third rebound, or with the run; on a grid of instants that all runs
+   !> sample.
    pure function horizon_of(response, duration, grid) result(horizon)
       !> The run, measured
       type(response_t), intent(in) :: response
@@ -98,9 +100,10 @@ contains
       facts%history(:, 2) = response%history(eta_tip)%values(:last)
    end subroutine facts_of
 
-   !> What the stop has given to the beam up to the last sample, from the balance with the static shape s of a unit force at the
-   !> stop: s.(M y'' + 2 zeta K y' + K y) = s_c f with s.K y = y_c, integrated. Only y_c is integrated over samples; the force
-   !> itself falls within a fraction of a sample after each impact. The shape kept is that at this instant.
+   !> What the stop has given to the beam up to the last sample, from the balance with the static shape s of a unit
+   !> force at the stop: s.(M y'' + 2 zeta K y' + K y) = s_c f with s.K y = y_c, integrated. Only y_c is integrated over
+   !> samples; the force itself falls within a fraction of a sample after each impact. The shape kept is that at this
+   !> instant.
    pure function contact_impulse(response, balance, last) result(impulse)
       !> The run, with one shape
       type(response_t), intent(in) :: response
@@ -115,15 +118,14 @@ contains
       associate (eta => response%history(eta_stop)%values, tau => response%tau)
          way = sum(0.5_wp*(eta(2:last) + eta(:last - 1))*(tau(2:last) - tau(:last - 1))) + balance%preload*tau(last)
          impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, 1)) &
-                   + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, 1)) &
-                   + balance%two_zeta*(eta(last) - eta(1)) + way
+            + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, 1)) &
+            + balance%two_zeta*(eta(last) - eta(1)) + way
          impulse = impulse/balance%flexibility
       end associate
    end function contact_impulse
 
    !> Prepare the balance of impulses.
    pure subroutine make_balance(model, preload, zeta, balance, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> delta
       real(wp), intent(in) :: preload
@@ -161,7 +163,7 @@ contains
 
       errors%impact_tau = abs(facts%impact_tau - reference%impact_tau)
       errors%impact_velocity = abs(facts%impact_velocity - reference%impact_velocity) &
-                               /max(abs(reference%impact_velocity), tiny(1.0_wp))
+         /max(abs(reference%impact_velocity), tiny(1.0_wp))
       errors%energy = abs(facts%energy - reference%energy)
       errors%impulse = abs(facts%impulse - reference%impulse)/max(abs(reference%impulse), tiny(1.0_wp))
       samples = min(size(facts%history, 1), size(reference%history, 1))
@@ -195,7 +197,7 @@ contains
 
       associate (e => response%energy)
          gap = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop &
-                          + e%dissipated_impact - e%created - response%initial_energy))/response%initial_energy
+            + e%dissipated_impact - e%created - response%initial_energy))/response%initial_energy
       end associate
    end function ledger_gap
 

@@ -3,8 +3,10 @@
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
-   use motion_errors, only: balance_t, difference_of, extrapolate, facts_of, horizon_of, ledger_gap, make_balance, motion_facts_t
-   use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_modes, task_motion, task_run, task_t
+   use motion_errors, only: balance_t, difference_of, extrapolate, facts_of, horizon_of, ledger_gap, make_balance, &
+      motion_facts_t
+   use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_modes, task_motion, task_run, &
+      task_t
    use precision_types, only: check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_step
    use scene_types, only: contender_average, contender_exact, response_settings_t, scene_t
    use timed_tasks, only: measure_time
@@ -23,7 +25,6 @@ contains
 
    !> Run and time all that the scene compares.
    subroutine compare_motion(scene, study, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Gets entries, horizon and check
       type(precision_t), intent(inout) :: study
@@ -37,7 +38,7 @@ contains
       call make_reference(scene, scene%mesh%elements, reference, error)
       if (allocated(error)) return
       study%horizon = horizon_of(reference%response, scene%precision%duration, &
-                                 max(comparison_step, maxval(scene%precision%steps)))
+         max(comparison_step, maxval(scene%precision%steps)))
       reference%output%shape_times = [study%horizon]
       call reference%run(error)
       if (allocated(error)) return
@@ -60,7 +61,6 @@ contains
 
    !> What is compared: each list varied by itself.
    pure subroutine list_entries(scene, entries)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> The entries, nothing measured yet
       type(motion_entry_t), allocatable, intent(out) :: entries(:)
@@ -73,8 +73,8 @@ contains
       associate (asked => scene%precision)
          do i = 1, size(asked%methods)
             entry = motion_entry_t(contender=asked%methods(i), varied=varied_step, step=comparison_step, &
-                                   hop_tolerance=defaults%hop_tolerance, mode_tolerance=defaults%mode_tolerance, &
-                                   elements=scene%mesh%elements)
+               hop_tolerance=defaults%hop_tolerance, mode_tolerance=defaults%mode_tolerance, &
+               elements=scene%mesh%elements)
             if (asked%methods(i) /= contender_exact) then
                do k = 1, size(asked%steps)
                   entry%step = asked%steps(k)
@@ -108,7 +108,6 @@ contains
 
    !> Assemble a mesh and find its modes.
    subroutine make_task(scene, elements, task, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its mesh
       integer, intent(in) :: elements
@@ -129,7 +128,6 @@ contains
 
    !> The strictest run on a mesh.
    subroutine make_reference(scene, elements, task, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its mesh
       integer, intent(in) :: elements
@@ -151,7 +149,6 @@ contains
 
    !> The reference against Newmark's steps extrapolated to none, events located to rounding.
    subroutine check_reference(scene, horizon, reference, check)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Up to here
       real(wp), intent(in) :: horizon
@@ -224,7 +221,6 @@ contains
 
    !> Errors and time of an entry. An entry that fails keeps the reason.
    subroutine measure_entry(scene, horizon, reference, entry)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Up to here
       real(wp), intent(in) :: horizon

@@ -11,8 +11,8 @@ module motion_tasks
    use natural_solver, only: natural_lambda
    use response_types, only: response_t
    use run_settings, only: run_settings_t
-   use scene_beam_model, only: model_of, run_of
    use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t
+   use scene_beam_model, only: model_of, run_of
    use scene_types, only: contender_average, contender_exact, contender_linear, precision_settings_t, scene_t, &
       solver_dsygv, solver_lanczos, solver_natural
    use timed_tasks, only: timed_task_t
@@ -114,8 +114,8 @@ contains
       end select
    end subroutine solve
 
-   !> Settings of a run by one of the methods compared. Newmark's tolerances are those of the paper at the paper's step, 0.01, and
-   !> fall with its square as the method's error does.
+   !> Settings of a run by one of the methods compared. Newmark's tolerances are those of the paper at the paper's step,
+   !> 0.01, and fall with its square as the method's error does.
    pure function settings_for(contender, precision, step) result(settings)
       !> One of the `contender_` constants
       integer, intent(in) :: contender

@@ -45,34 +45,38 @@ contains
       do i = 1, size(study%motion)
          associate (entry => study%motion(i), errors => study%motion(i)%errors)
             if (entry%failure /= '') then
-               write (unit, '(2x, a22, a16, es10.1, 2x, a)') contender_names(entry%contender), varied_names(entry%varied), &
-                  value_of(entry), trim(entry%failure)
+               write (unit, '(2x, a22, a16, es10.1, 2x, a)') contender_names(entry%contender), &
+                  varied_names(entry%varied), value_of(entry), trim(entry%failure)
                cycle
             end if
-            write (unit, numbers) contender_names(entry%contender), adjustr(varied_names(entry%varied)(:16)), value_of(entry), &
-               errors%impact_tau, errors%impact_velocity, errors%history, errors%energy, errors%impulse, errors%ledger, &
+            write (unit, numbers) contender_names(entry%contender), adjustr(varied_names(entry%varied)(:16)), &
+               value_of(entry), &
+               errors%impact_tau, errors%impact_velocity, errors%history, errors%energy, errors%impulse, &
+               errors%ledger, &
                entry%whole%median, '  '//short(entry%whole%lower_quartile)//' ... '//short(entry%whole%upper_quartile)
          end associate
       end do
-      write (unit, '(2x, a, f0.3)') 'differences from exact motion, all modes, hop tolerance 1e-14, up to tau = ', study%horizon
+      write (unit, '(2x, a, f0.3)') 'differences from exact motion, all modes, hop tolerance 1e-14, up to tau = ', &
+         study%horizon
       associate (check => study%check)
          if (check%failure /= '') then
             write (unit, '(2x, a)') 'no check of this reference: '//trim(check%failure)
          else
-            write (unit, '(2x, a, es8.1)') 'this reference against average_acceleration extrapolated from two steps, the longer ', &
+            write (unit, '(2x, a, es8.1)') 'this reference against average_acceleration extrapolated from two '// &
+               'steps, the longer ', &
                check%steps(1)
             write (unit, '(2x, a48, 5es10.1)') 'that step from the extrapolation', check%between_steps%impact_tau, &
                check%between_steps%impact_velocity, check%between_steps%history, check%between_steps%energy, &
                check%between_steps%impulse
             write (unit, '(2x, a48, 5es10.1)') 'the extrapolation from the reference', check%difference%impact_tau, &
-               check%difference%impact_velocity, check%difference%history, check%difference%energy, check%difference%impulse
+               check%difference%impact_velocity, check%difference%history, check%difference%energy, &
+               check%difference%impulse
          end if
       end associate
    end subroutine print_motion
 
    !> The value that an entry varies.
    pure function value_of(entry) result(value)
-      !> The entry
       type(motion_entry_t), intent(in) :: entry
       real(wp) :: value
 
@@ -90,7 +94,6 @@ contains
 
    !> Two digits.
    function short(value) result(text)
-      !> A number
       real(wp), intent(in) :: value
       character(8) :: text
 
@@ -124,8 +127,8 @@ contains
 
       integer :: i
 
-      write (unit, '(/, 2x, a32, 2a11, a8, a12, a)') adjustl('seconds without and with a skip '), 'without', 'with', 'saved', &
-         'difference', '  of'
+      write (unit, '(/, 2x, a32, 2a11, a8, a12, a)') adjustl('seconds without and with a skip '), 'without', 'with', &
+         'saved', 'difference', '  of'
       do i = 1, size(study%savings)
          associate (saving => study%savings(i))
             write (unit, '(2x, a32, 2es11.2, i6, a)', advance='no') saving%name(:32), saving%without%median, &
@@ -150,15 +153,16 @@ contains
       integer :: i, last
 
       if (size(study%curves) == 0) return
-      write (unit, '(/, 2x, a40, a12, a10, a)') adjustl('growth                                  '), 'with', 'exponent', &
-         '  from ... to'
+      write (unit, '(/, 2x, a40, a12, a10, a)') adjustl('growth                                  '), 'with', &
+         'exponent', '  from ... to'
       do i = 1, size(study%curves)
          associate (curve => study%curves(i))
             last = size(curve%abscissa)
             if (last == 0) cycle
-            write (unit, '(2x, a40, a12, f10.2, a)') curve%name(:40), adjustr(curve%abscissa_name(:12)), curve%exponent, &
-               '  '//short(curve%ordinate(1))//' at '//to_text(curve%abscissa(1))//' ... '//short(curve%ordinate(last)) &
-               //' at '//to_text(curve%abscissa(last))//', '//trim(curve%unit)
+            write (unit, '(2x, a40, a12, f10.2, a)') curve%name(:40), adjustr(curve%abscissa_name(:12)), &
+               curve%exponent, &
+               '  '//short(curve%ordinate(1))//' at '//to_text(curve%abscissa(1))//' ... '// &
+               short(curve%ordinate(last))//' at '//to_text(curve%abscissa(last))//', '//trim(curve%unit)
          end associate
       end do
    end subroutine print_curves
@@ -173,12 +177,12 @@ contains
       character(*), parameter :: rounding = '  rounding takes over beyond'
       integer :: i, start
 
-      write (unit, '(/, 2x, a12, a10, a8, 2a12, a11)') adjustl('solver      '), 'elements', 'ratio', 'lambda_1', 'largest', &
-         'seconds'
+      write (unit, '(/, 2x, a12, a10, a8, 2a12, a11)') adjustl('solver      '), 'elements', 'ratio', 'lambda_1', &
+         'largest', 'seconds'
       do i = 1, size(study%solvers)
          associate (entry => study%solvers(i))
-            write (unit, '(2x, a12, i10, f8.2, 2es12.1, es11.2)', advance='no') entry%solver(:12), entry%elements, entry%ratio, &
-               entry%first_error, entry%largest_error, entry%timing%median
+            write (unit, '(2x, a12, i10, f8.2, 2es12.1, es11.2)', advance='no') entry%solver(:12), entry%elements, &
+               entry%ratio, entry%first_error, entry%largest_error, entry%timing%median
             start = rounding_start(study%solvers, trim(entry%solver), entry%ratio)
             if (start == entry%elements) write (unit, '(a)', advance='no') rounding
             write (unit, '()')

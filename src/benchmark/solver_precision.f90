@@ -33,9 +33,10 @@ contains
       associate (asked => scene%frequencies)
          count = asked%count
          if (count == 0) count = default_count
-         if (asked%reference == reference_exact .and. has_exact_frequencies(section_of(scene%beam), scene%tip_mass_ratio)) then
+         if (asked%reference == reference_exact .and. has_exact_frequencies(section_of(scene%beam), &
+            scene%tip_mass_ratio)) then
             call exact_lambda(count, (scene%beam%height_root - scene%beam%height_tip) &
-                              /(scene%beam%height_root + scene%beam%height_tip), scene%tip_mass_ratio, exact, error)
+               /(scene%beam%height_root + scene%beam%height_tip), scene%tip_mass_ratio, exact, error)
             if (allocated(error)) return
          end if
          allocate (study%solvers(size(asked%mesh_elements)*size(asked%solver)))
@@ -56,7 +57,8 @@ contains
                   task%what = task_solver
                   task%solver = asked%solver(j)
                   task%count = min(count, 2*entry%elements)
-                  call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%timing, trouble)
+                  call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%timing, &
+                     trouble)
                   if (.not. allocated(trouble)) call take_errors(task%lambda, exact, entry)
                end associate
             end do
@@ -82,9 +84,9 @@ contains
       entry%largest_error = maxval(abs(lambda(:modes)/exact(:modes) - 1.0_wp))
    end subroutine take_errors
 
-   !> The mesh beyond which more elements no longer make the first frequency better: there rounding takes over. 0: nowhere.
+   !> The mesh beyond which more elements no longer make the first frequency better: there rounding takes over. 0:
+   !> nowhere.
    pure function rounding_start(entries, solver, ratio) result(elements)
-      !> All entries
       type(solver_entry_t), intent(in) :: entries(:)
       !> Solver and ratio
       character(*), intent(in) :: solver
@@ -109,7 +111,6 @@ contains
 
       !> Does an entry belong to the solver and the ratio, and has it an error?
       pure function of_kind(entry) result(belongs)
-         !> The entry
          type(solver_entry_t), intent(in) :: entry
          logical :: belongs
 

@@ -48,7 +48,6 @@ contains
 
    !> Time a task.
    subroutine measure_time(task, repetitions, shortest, timing, error)
-      !> The task
       class(timed_task_t), intent(inout) :: task
       !> Number of timings; a task of more than a second gets at most three
       integer, intent(in) :: repetitions
@@ -91,7 +90,6 @@ contains
 
    !> Seconds a run, over several.
    subroutine time_runs(task, runs, seconds, error)
-      !> The task
       class(timed_task_t), intent(inout) :: task
       !> How often
       integer, intent(in) :: runs
