@@ -9,11 +9,12 @@ module program_run
    use memory_needs, only: check_need, need_t
    use process, only: open_text, prepare_process, print_text, text_of
    use program_identity, only: program_version
+   use programs, only: program_called
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
    use scene_checks, only: check_scene
-   use scene_echo, only: reference_table
-   use scene_reader, only: complain_of_scene, read_scene
+   use scene_reader, only: read_scene
+   use scene_reference, only: reference_table
    use scene_types, only: scene_t
    use study_job, only: job_t
    use sweep_ranks, only: greatest_of_all, is_first_rank, start_ranks, stop_ranks
@@ -120,8 +121,7 @@ contains
 
       allocate (scenes(size(files)))
       do i = 1, size(files)
-         call read_scene(files(i)%text, scenes(i), error)
-         if (.not. allocated(error)) call refuse_others(program, scenes(i), error)
+         call read_scene(files(i)%text, scenes(i), error, program_called(program%name))
          if (.not. allocated(error)) call check_scene(scenes(i), error)
          if (allocated(error)) return
          do j = 1, i - 1
@@ -133,22 +133,6 @@ contains
          end do
       end do
    end subroutine read_scenes
-
-   !> Say which program runs a scene, if it is not this one.
-   subroutine refuse_others(program, scene, error)
-      type(program_t), intent(in) :: program
-      type(scene_t), intent(in) :: scene
-      !> Set when it is another
-      type(failure_t), allocatable, intent(inout) :: error
-
-      if (scene%wants_statements .and. program%name /= 'impactbeam-paper') then
-         call complain_of_scene(scene, 'statements', [''], 'impactbeam-paper runs this scene', error)
-      else if (scene%wants_precision .and. program%name /= 'impactbeam-benchmark') then
-         call complain_of_scene(scene, 'precision', [''], 'impactbeam-benchmark runs this scene', error)
-      else if (.not. (scene%wants_statements .or. scene%wants_precision) .and. program%name /= 'impactbeam') then
-         call fail(error, status_bad_input, scene%file//': impactbeam runs this scene')
-      end if
-   end subroutine refuse_others
 
    !> Is there room for each scene? Processes may see different rooms: the first one decides.
    subroutine check_needs(program, scenes, threads, error)
@@ -229,7 +213,7 @@ contains
       if (command%wants_version) text = text//program%name//' '//program_version//next
       if (command%wants_help) text = text//usage(program%name, program%purpose)//next
       if (command%wants_names) then
-         call reference_table(names)
+         call reference_table(names, program_called(program%name))
          text = text//names//next
       end if
       call print_text(text, error)

@@ -1,16 +1,15 @@
 !> What the text of a scene does not tell but its beam does, told before anything runs.
 module scene_checks
    use beam_model, only: beam_model_t
-   use cases_settings, only: case_parameter_names, case_parameters
    use failures, only: failure_t
    use motion_run, only: check_motion
    use number_text, only: to_text
    use run_settings, only: method_newmark
    use scene_beam_model, only: model_of, run_of
+   use scene_parameters, only: set_parameter
    use scene_reader, only: complain_of_scene
    use scene_types, only: scene_t
-   use sweep_plan, only: set_parameter
-   use sweep_settings, only: is_of_beam, is_swept, parameter_count, parameter_zeta
+   use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)
    private
    public :: check_scene
@@ -26,27 +25,26 @@ contains
 
       type(beam_model_t) :: model
       type(scene_t) :: one
-      integer :: i, k, parameter
+      integer :: i
 
       if (.not. scene%wants_response .or. scene%response%method /= method_newmark) return
       if (scene%wants_sweep) then
-         do k = 1, parameter_count
-            if (changes_step(k) .and. is_swept(scene%sweep%swept(k))) return
-         end do
+         if (any(is_swept(scene%sweep%swept) .and. changes_step(scene%sweep%swept%parameter))) return
       end if
       if (.not. scene%wants_cases) then
          call check_run(scene, scene, '', .true., model, error)
          return
       end if
       one = scene
-      parameter = case_parameters(scene%cases%choice)
-      do i = 1, size(scene%cases%values)
-         if (i > 1 .and. .not. changes_step(parameter)) return
-         call set_parameter(one, parameter, scene%cases%values(i))
-         call check_run(scene, one, trim(case_parameter_names(scene%cases%choice))//' = '// &
-                        to_text(scene%cases%values(i))//': ', i == 1 .or. is_of_beam(parameter), model, error)
-         if (allocated(error)) return
-      end do
+      associate (parameter => scene%cases%parameter)
+         do i = 1, size(scene%cases%values)
+            if (i > 1 .and. .not. changes_step(parameter)) return
+            call set_parameter(one, parameter, scene%cases%values(i))
+            call check_run(scene, one, trim(parameter%name)//' = '//to_text(scene%cases%values(i))//': ', &
+               i == 1 .or. parameter%is_of_beam, model, error)
+            if (allocated(error)) return
+         end do
+      end associate
    end subroutine check_scene
 
    !> Can this run start?
@@ -73,12 +71,11 @@ contains
    end subroutine check_run
 
    !> Does the longest step of a Newmark scheme depend on this parameter?
-   pure function changes_step(parameter) result(changes)
-      !> One of the `parameter_` constants
-      integer, intent(in) :: parameter
+   elemental function changes_step(parameter) result(changes)
+      type(parameter_t), intent(in) :: parameter
       logical :: changes
 
-      changes = is_of_beam(parameter) .or. parameter == parameter_zeta
+      changes = parameter%is_of_beam .or. parameter%name == 'zeta'
    end function changes_step
 
 end module scene_checks

@@ -7,7 +7,7 @@ module scene_needs
    use memory_needs, only: add_modes, add_need, bytes_of_number, most_samples, need_t, overhead, refuse_need, so_many
    use number_text, only: to_text
    use scene_types, only: law_restitution, method_exact, scene_t, solver_auto, solver_dsygv, solver_lanczos
-   use sweep_settings, only: parameter_duration, parameter_elements, swept_t
+   use sweep_settings, only: place_of, swept_t
    use sweep_study, only: cases_of, threads_for
    implicit none (type, external)
    private
@@ -177,10 +177,10 @@ contains
       ! the random order of one of them besides
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
                //so_many(cases_of(scene%sweep))//' cases', 'give &sweep fewer cases, or design = ''grid''')
-      elements = nint(greatest_of(scene%sweep%swept(parameter_elements), real(scene%mesh%elements, wp)))
+      elements = nint(greatest_of(scene%sweep%swept(place_of('elements', scene%sweep%swept)), real(scene%mesh%elements, wp)))
       call add_beam(scene, elements, workers, need)
       if (scene%response%method /= method_exact) then
-         duration = greatest_of(scene%sweep%swept(parameter_duration), scene%response%duration)
+         duration = greatest_of(scene%sweep%swept(place_of('duration', scene%sweep%swept)), scene%response%duration)
          call add_need(need, bytes_of_number*real(5*workers, wp)*duration/scene%response%step, 'the samples of a case', &
                   'give &response a longer step')
       end if

@@ -16,7 +16,6 @@ module results_file
    use program_identity, only: program_name, program_version
    use response_types, only: event_name, event_separation, response_t, run_measures_t
    use run_measures, only: row_of
-   use scene_echo, only: echo_scene, echo_t
    use scene_types, only: name_length, scales_t, scene_t
    implicit none (type, external)
    private
@@ -239,13 +238,12 @@ contains
       type(hdf5_group_t) :: echoed
       character(:), allocatable :: name
       integer :: i
-      type(echo_t), allocatable :: entries(:)
 
       if (allocated(scene%text)) call group%add('text', scene%text, 'none', 'scene file as read')
-      call echo_scene(scene, entries)
+      if (.not. allocated(scene%echo)) return
       name = ''
-      do i = 1, size(entries)
-         associate (entry => entries(i))
+      do i = 1, size(scene%echo)
+         associate (entry => scene%echo(i))
             if (entry%group /= name) then
                name = entry%group
                echoed = group%group(name)

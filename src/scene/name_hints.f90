@@ -1,35 +1,34 @@
 !> What to tell a user about a name that does not exist: the nearest one, or all there are.
 module name_hints
+   use name_table, only: table_t
    use near_names, only: nearest_name
    use scene_types, only: name_length
    implicit none (type, external)
    private
-   public :: known_name_t, group_hint, item_hint
-
-   !> A name that a scene file may have.
-   type :: known_name_t
-      character(name_length) :: group = ''
-      character(name_length) :: name = ''
-   end type known_name_t
+   public :: group_hint, item_hint
 
 contains
 
    !> What a user who wrote an unknown group may have meant.
-   pure function group_hint(known, group) result(hint)
+   pure function group_hint(table, program, group) result(hint)
       !> All the names there are
-      type(known_name_t), intent(in) :: known(:)
+      type(table_t), intent(in) :: table
+      !> One of the `program_` constants, or a sum of them: what the user started
+      integer, intent(in) :: program
       !> What the user wrote
       character(*), intent(in) :: group
       character(:), allocatable :: hint
 
-      character(name_length) :: groups(size(known))
+      character(name_length) :: groups(table%group_count)
       integer :: i, count, nearest
 
       count = 0
-      do i = 1, size(known)
-         if (any(groups(:count) == known(i)%group)) cycle
-         count = count + 1
-         groups(count) = known(i)%group
+      do i = 1, table%group_count
+         associate (known => table%groups(i))
+            if (iand(known%programs, program) == 0 .or. known%occurrence > 1) cycle
+            count = count + 1
+            groups(count) = known%name
+         end associate
       end do
       nearest = nearest_name(group, groups(:count))
       if (nearest > 0) then
@@ -40,33 +39,38 @@ contains
    end function group_hint
 
    !> What a user who wrote an unknown name may have meant.
-   pure function item_hint(known, group, name) result(hint)
+   pure function item_hint(table, program, group, name) result(hint)
       !> All the names there are
-      type(known_name_t), intent(in) :: known(:)
+      type(table_t), intent(in) :: table
+      !> One of the `program_` constants, or a sum of them: what the user started
+      integer, intent(in) :: program
       !> Where the user wrote it
       character(*), intent(in) :: group
       !> What the user wrote
       character(*), intent(in) :: name
       character(:), allocatable :: hint
 
-      character(name_length) :: names(size(known))
-      integer :: i, count, nearest
+      character(name_length) :: names(table%entry_count)
+      integer :: i, count, nearest, place
 
       count = 0
-      do i = 1, size(known)
-         if (known(i)%group /= group) cycle
+      place = table%find_group(group)
+      do i = 1, table%entry_count
+         if (table%entries(i)%group /= place) cycle
          count = count + 1
-         names(count) = known(i)%name
+         names(count) = table%entries(i)%name%name
       end do
       nearest = nearest_name(name, names(:count))
       if (nearest > 0) then
          hint = 'did you mean '//trim(names(nearest))//'?'
          return
       end if
-      do i = 1, size(known)
-         if (known(i)%name /= name) cycle
-         hint = 'it belongs to &'//trim(known(i)%group)
-         return
+      do i = 1, table%entry_count
+         associate (home => table%groups(table%entries(i)%group))
+            if (table%entries(i)%name%name /= name .or. iand(home%programs, program) == 0) cycle
+            hint = 'it belongs to &'//trim(home%name)
+            return
+         end associate
       end do
       hint = '&'//group//' takes'//joined(names(:count), '')
    end function item_hint

@@ -298,17 +298,24 @@ contains
       namelist%values(namelist%value_count) = value
    end subroutine add_value
 
-   !> First group of that name; 0: there is none.
-   pure function find_group(namelist, name) result(position)
+   !> Group of that name; 0: there is none.
+   pure function find_group(namelist, name, occurrence) result(position)
       !> Where to look
       type(namelist_t), intent(in) :: namelist
       !> Name in small letters
       character(*), intent(in) :: name
+      !> Which of several; absent: the first
+      integer, intent(in), optional :: occurrence
       integer :: position
 
+      integer :: to_come
+
+      to_come = 1
+      if (present(occurrence)) to_come = occurrence
       do position = 1, namelist%group_count
          associate (group => namelist%groups(position))
-            if (is_called(namelist%text, group%first, group%last, name)) return
+            if (is_called(namelist%text, group%first, group%last, name)) to_come = to_come - 1
+            if (to_come == 0) return
          end associate
       end do
       position = 0

@@ -299,12 +299,11 @@ contains
       character(*), intent(in) :: text
       character(len(text)) :: lower
 
-      integer :: i, position
+      integer :: i
 
       lower = text
       do i = 1, len(text)
-         position = index(capitals, text(i:i))
-         if (position > 0) lower(i:i) = letters(position:position)
+         if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') lower(i:i) = achar(iachar(text(i:i)) + iachar('a') - iachar('A'))
       end do
    end function lower_case
 

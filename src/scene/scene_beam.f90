@@ -7,10 +7,12 @@ module scene_beam
    use scene_types, only: beam_settings_t, shape_height_table, shape_section_table, shape_taper
    implicit none (type, external)
    private
-   public :: resolve_beam, mean_section
+   public :: resolve_beam, mean_section, set_taper
 
    !> The paper's mean height over length.
    real(wp), parameter :: default_height_ratio = 0.075_wp
+   !> A tip less high than this in terms of the root, but not 0, is neither a taper nor a wedge in rounded numbers.
+   real(wp), parameter :: smallest_tip = 1.0e-9_wp
 
 contains
 
@@ -27,26 +29,16 @@ contains
       real(wp), parameter :: smallest_area = 1.0e-24_wp
       real(wp), parameter :: smallest_inertia = 1.0e-48_wp
 
+      beam%shape = shape_taper
+      if (allocated(beam%height)) beam%shape = shape_height_table
+      if (allocated(beam%area)) beam%shape = shape_section_table
       select case (beam%shape)
       case (shape_taper)
          call resolve_taper(input, physical, beam)
       case (shape_height_table)
-         if (.not. allocated(beam%station)) then
-            call input%complain('beam', 'height', 'needs station; a beam without a table takes height_root')
-         else if (.not. allocated(beam%height)) then
-            call input%complain('beam', 'station', 'needs height, or area and inertia')
-         else
-            call check_stations(input, beam%length, beam%station)
-            call check_column(input, 'height', beam%station, beam%height, smallest_height)
-         end if
+         call check_stations(input, beam%length, beam%station)
+         call check_column(input, 'height', beam%station, beam%height, smallest_height)
       case (shape_section_table)
-         if (.not. allocated(beam%area)) then
-            call input%complain('beam', 'inertia', 'needs area too')
-            return
-         else if (.not. allocated(beam%inertia)) then
-            call input%complain('beam', 'area', 'needs inertia too')
-            return
-         end if
          if (.not. allocated(beam%station) .and. size(beam%area) == 1 .and. size(beam%inertia) == 1) then
             beam%station = [0.0_wp, beam%length]
             beam%area = spread(beam%area(1), 1, 2)
@@ -70,19 +62,11 @@ contains
       !> Heights out
       type(beam_settings_t), intent(inout) :: beam
 
-      !> A tip less high than this in terms of the root, but not 0, is neither a taper nor a wedge in
-      !> rounded numbers
-      real(wp), parameter :: smallest_tip = 1.0e-9_wp
-      logical :: has_root, has_tip
+      logical :: has_root
 
       has_root = input%has('beam', 'height_root')
-      has_tip = input%has('beam', 'height_tip')
-      if (has_tip .and. .not. has_root) then
-         call input%complain('beam', 'height_tip', 'needs height_root too (or give taper and mean_height_ratio)')
-         return
-      end if
       if (has_root) then
-         if (.not. has_tip) beam%height_tip = beam%height_root
+         if (.not. input%has('beam', 'height_tip')) beam%height_tip = beam%height_root
       else if (input%has('beam', 'taper') .or. input%has('beam', 'mean_height_ratio')) then
          if (abs(physical%taper) > 2.0_wp*physical%mean_height_ratio) then
             call input%complain('beam', 'taper', 'must be at most twice mean_height_ratio = ' &
@@ -103,6 +87,21 @@ contains
             'the height at the tip must be 0 or at least '//to_text(smallest_tip)//' of that at the clamp')
       end if
    end subroutine resolve_taper
+
+   !> Another taper of a beam that tapers linearly; the mean height stays.
+   pure subroutine set_taper(beam, taper)
+      type(beam_settings_t), intent(inout) :: beam
+      !> alpha
+      real(wp), intent(in) :: taper
+
+      real(wp) :: mean
+
+      mean = 0.5_wp*(beam%height_root + beam%height_tip)
+      beam%height_root = mean + 0.5_wp*taper*beam%length
+      beam%height_tip = mean - 0.5_wp*taper*beam%length
+      ! a wedge in rounded numbers
+      if (beam%height_tip < smallest_tip*mean) beam%height_tip = 0.0_wp
+   end subroutine set_taper
 
    !> Stations must run from 0 to the length, ascending; the last is made the length exactly.
    subroutine check_stations(input, length, station)

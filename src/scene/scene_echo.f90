@@ -1,96 +1,120 @@
-!> The names of a scene with their values, for result files and tables, and with their defaults, for
-!> the reference.
+!> The names of a scene with the values that they came to, for result files.
 module scene_echo
    use echo_types, only: echo_t
-   use scene_groups, only: physical_t, walk_scene
+   use kinds, only: wp
+   use name_table, only: entry_t, kind_logical, kind_text, kind_word, table_t
+   use scene_groups, only: list_scene, physical_t
    use scene_types, only: scales_t, scene_t
-   use scene_walk, only: scene_walk_t
    implicit none (type, external)
    private
-   public :: echo_t, echo_scene, list_names, reference_table
+   public :: make_echo, words_of
 
 contains
 
-   !> The names and values of a scene that count in it: ratios instead of physical units, defaults
-   !> filled in, without the groups that it does not ask for.
-   subroutine echo_scene(scene, entries)
-      !> The scene
-      type(scene_t), intent(in) :: scene
-      !> Names and values, group by group; the last group is `scales`
-      type(echo_t), allocatable, intent(out) :: entries(:)
+   !> Put what counts in a scene into its echo: ratios instead of physical units, defaults filled in, without the groups that
+   !> it does not ask for.
+   subroutine make_echo(table, scene)
+      !> Its names; their values need not be its own
+      type(table_t), intent(inout) :: table
+      !> Resolved
+      type(scene_t), intent(inout) :: scene
 
-      type(scene_walk_t) :: walk
       type(physical_t) :: physical
-      type(scene_t) :: copy
+      type(echo_t), allocatable :: echo(:)
+      integer :: i, count
 
-      copy = scene
-      if (allocated(copy%text)) deallocate (copy%text)
-      call walk%start_echo()
-      call walk_scene(walk, copy, physical)
-      call walk_scales(walk, copy%scales)
-      call walk%take_entries(entries)
-   end subroutine echo_scene
-
-   !> What turns ratios into the user's units; no file gives it.
-   subroutine walk_scales(walk, scales)
-      !> The walk, echoing
-      type(scene_walk_t), intent(inout) :: walk
-      !> The scales
-      type(scales_t), intent(inout) :: scales
-
-      call walk%open_group('scales')
-      call walk%note_number('length', 'length L', scales%length)
-      call walk%note_number('omega1', 'reference frequency omega1, rad per time', scales%omega1)
-      call walk%note_number('bending_stiffness', 'E Ibar', scales%bending_stiffness)
-      call walk%note_number('beam_mass', 'rho Abar L', scales%beam_mass)
-      call walk%note_number('height_ratio', 'mean height over length', scales%height_ratio)
-      call walk%note_number('displacement', 'y_c(0) - d, length; 0: not given', scales%displacement)
-   end subroutine walk_scales
-
-   !> Every name that a scene file may have; the values are the defaults.
-   subroutine list_names(entries)
-      !> Names and defaults, group by group
-      type(echo_t), allocatable, intent(out) :: entries(:)
-
-      type(scene_walk_t) :: walk
-      type(physical_t) :: physical
-      type(scene_t) :: scene
-
-      call walk_scene(walk, scene, physical)
-      call walk%take_entries(entries)
-   end subroutine list_names
-
-   !> The same as a table in Markdown, lines separated by new_line('a').
-   subroutine reference_table(text)
-      !> The table
-      character(:), allocatable, intent(out) :: text
-
-      type(echo_t), allocatable :: entries(:)
-      integer :: i
-
-      call list_names(entries)
-      text = '| group | name | value | default | meaning |'//new_line('a')//'|---|---|---|---|---|'//new_line('a')
-      do i = 1, size(entries)
-         associate (entry => entries(i))
-            text = text//'| `&'//entry%group//'` | `'//entry%name//'` | '//without_bars(entry%allowed)//' | ' &
-               //entry%text//' | '//without_bars(entry%meaning)//' |'//new_line('a')
+      call table%take_values()
+      call list_scene(table, scene, physical)
+      do i = 1, table%entry_count
+         associate (entry => table%entries(i))
+            entry%is_given = allocated(entry%list) .or. (entry%name%is_optional .and. entry%value > 0.0_wp)
          end associate
       end do
-   end subroutine reference_table
+      allocate (echo(table%entry_count + 6))
+      count = 0
+      do i = 1, table%entry_count
+         associate (entry => table%entries(i))
+            if (.not. table%groups(entry%group)%is_wanted .or. entry%name%instead_of /= '') cycle
+            if (entry%name%is_optional .and. .not. entry%is_given) cycle
+            if (.not. table%counts(i)) cycle
+            count = count + 1
+            call echo_entry(table, entry, echo(count))
+         end associate
+      end do
+      call echo_scales(scene%scales, echo, count)
+      scene%echo = echo(:count)
+   end subroutine make_echo
 
-   !> A text for a cell of a table: bars, which would end the cell, escaped.
-   pure function without_bars(text) result(cell)
-      !> The text
-      character(*), intent(in) :: text
-      character(:), allocatable :: cell
+   !> One name and its value.
+   subroutine echo_entry(table, entry, echo)
+      type(table_t), intent(in) :: table
+      type(entry_t), intent(in) :: entry
+      type(echo_t), intent(out) :: echo
+
+      echo%group = trim(table%groups(entry%group)%name)
+      echo%name = trim(entry%name%name)
+      echo%is_list = entry%is_list
+      select case (entry%kind)
+      case (kind_logical, kind_text, kind_word)
+         echo%text = words_of(entry)
+      case default
+         if (.not. entry%is_list) then
+            echo%number = [entry%value]
+         else if (allocated(entry%list)) then
+            echo%number = entry%list
+         else
+            allocate (echo%number(0))
+         end if
+      end select
+   end subroutine echo_entry
+
+   !> A text, a logical, a word, or words with commas between them.
+   pure function words_of(entry) result(text)
+      type(entry_t), intent(in) :: entry
+      character(:), allocatable :: text
 
       integer :: i
 
-      cell = ''
-      do i = 1, len(text)
-         if (text(i:i) == '|') cell = cell//'\'
-         cell = cell//text(i:i)
-      end do
-   end function without_bars
+      text = ''
+      if (allocated(entry%text)) text = entry%text
+      if (entry%kind == kind_logical) text = trim(merge('.true. ', '.false.', nint(entry%value) == 1))
+      if (entry%kind /= kind_word) return
+      if (.not. entry%is_list) then
+         if (nint(entry%value) > 0) text = trim(entry%words(nint(entry%value)))
+      else if (allocated(entry%list)) then
+         do i = 1, size(entry%list)
+            if (i > 1) text = text//', '
+            text = text//trim(entry%words(nint(entry%list(i))))
+         end do
+      end if
+   end function words_of
+
+   !> What turns ratios into the user's units; no file gives it.
+   subroutine echo_scales(scales, echo, count)
+      type(scales_t), intent(in) :: scales
+      type(echo_t), intent(inout) :: echo(:)
+      !> Number of elements that are meant
+      integer, intent(inout) :: count
+
+      call add('length', scales%length)
+      call add('omega1', scales%omega1)
+      call add('bending_stiffness', scales%bending_stiffness)
+      call add('beam_mass', scales%beam_mass)
+      call add('height_ratio', scales%height_ratio)
+      call add('displacement', scales%displacement)
+
+   contains
+
+      subroutine add(name, value)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: value
+
+         count = count + 1
+         echo(count)%group = 'scales'
+         echo(count)%name = name
+         echo(count)%number = [value]
+      end subroutine add
+
+   end subroutine echo_scales
 
 end module scene_echo

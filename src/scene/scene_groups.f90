@@ -1,28 +1,25 @@
-!> The groups of a scene file and the names in them: one call a name, with its meaning and what it
-!> may be. Defaults are those declared in `scene_types`. To add a name, add its component there and a
-!> call here; reading, the echo in result files and the reference follow.
+!> The names of scene files: one entry a name, bound to its component, whose declaration has the default. All that is done
+!> with names follows from here; to add one, add its entry and its component.
+!>
+!> What a name needs stands before it, in its own group or an earlier one.
 module scene_groups
-   use cases_groups, only: walk_cases
    use history_list, only: history_count, history_table
    use kinds, only: wp
-   use scene_ranges, only: branch_range, damper_range, duration_range, elements_range, hop_range, most_elements, &
-      position_ratio_range, preload_range, ratio_range, restitution_range, step_range, stiffness_range, taper_range, &
-      tip_mass_range, zeta_range
+   use measure_list, only: measure_status, measure_table
+   use name_parameters, only: list_parameters, parameter_of
+   use name_table, only: group_t, name_t, need_t, sweep_t, table_t
+   use programs, only: program_any, program_benchmark, program_motion, program_paper
    use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, impulse_names, law_names, &
-      law_restitution, &
-      law_three_element, mesh_settings_t, method_exact, method_names, method_newmark, name_length, &
-      output_settings_t, precision_settings_t, reference_names, response_settings_t, scene_t, shape_height_table, &
-      shape_section_table, shape_taper, solver_names, statements_settings_t, stop_settings_t
-   use scene_walk, only: scene_walk_t
-   use sweep_groups, only: walk_best, walk_sweep
-   use value_rules, only: above, range_t, role_t, within
+      mesh_settings_t, method_names, name_length, output_settings_t, precision_settings_t, reference_names, &
+      response_settings_t, scene_t, solver_names, statements_settings_t, stop_settings_t
+   use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
+   use value_rules, only: above, range_t, within
    implicit none (type, external)
    private
-   public :: physical_t, walk_scene
+   public :: physical_t, group_names, list_scene, list_group, most_cases
    public :: scheme_average_acceleration, scheme_linear_acceleration, scheme_explicit
 
-   !> Quantities that a file may give instead of the ratios of a scene, in the user's units. Which of
-   !> them it gives the input knows.
+   !> Quantities that a file may give instead of the ratios of a scene, in the user's units.
    type :: physical_t
       !> (h0 - h1) / L, and (h0 + h1) / (2 L)
       real(wp) :: taper = 0.0_wp
@@ -56,323 +53,389 @@ module scene_groups
    character(*), parameter :: history_names(history_count + 2) = [character(name_length) :: &
       history_table%name, 'all', 'none']
 
-   integer, parameter :: longest_title = 200
+   !> In the order of the reference and the echo.
+   character(*), parameter :: group_names(14) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', 'tip_mass', &
+      'stop', 'response', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
+   integer, parameter :: in_motion_and_benchmark = program_motion + program_benchmark
+
+   ! What more than one name needs
+   type(need_t), parameter :: heights = need_t(without='area inertia', phrase='heights, not with area and inertia')
+   type(need_t), parameter :: linear_taper = need_t(without='station height area inertia', &
+      phrase='a linear taper, not with tables')
+   type(need_t), parameter :: sections = need_t(phrase='area and inertia, and station where they vary')
+   type(need_t), parameter :: restitution = need_t(name='law', word='restitution')
+   type(need_t), parameter :: three_element = need_t(name='law', word='three_element')
+   type(need_t), parameter :: exact = need_t(name='method', word='exact')
+   type(need_t), parameter :: newmark = need_t(name='method', word='newmark')
+   type(need_t), parameter :: hypercube = need_t(name='design', word='latin_hypercube')
+   type(need_t), parameter :: refinement = need_t(name='refine')
+   type(need_t), parameter :: a_stop = need_t(group='stop')
+   type(need_t), parameter :: a_response = need_t(group='response')
+
+   ! Ranges of more than one name
+   integer, parameter :: most_elements = 200000
    integer, parameter :: most_elements_judged = 128
-   ! Ranges in the user's units: wide, but products and quotients of a few of them stay far from
-   ! overflow
+   integer, parameter :: most_elements_dense = 1000
+   integer, parameter :: most_cases = 1000000000
+   type(range_t), parameter :: elements_range = range_t(1.0_wp, real(most_elements, wp))
+   type(range_t), parameter :: judged_range = range_t(1.0_wp, real(most_elements_judged, wp))
+   type(range_t), parameter :: modes_range = range_t(1.0_wp, 2.0_wp*real(most_elements, wp))
+   type(range_t), parameter :: ratio_range = range_t(0.1_wp, 10.0_wp)
+   type(range_t), parameter :: hop_range = range_t(1.0e-14_wp, 0.1_wp)
+   type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
+   type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
+   ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
    type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
    type(range_t), parameter :: position_range = range_t(-1.0e12_wp, 1.0e12_wp)
-   type(range_t), parameter :: area_range = range_t(0.0_wp, 1.0e24_wp)
-   type(range_t), parameter :: inertia_range = range_t(0.0_wp, 1.0e48_wp)
    ! kilograms per cubic nanometre among them
    type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
 
 contains
 
-   !> Call for every name of every group.
-   subroutine walk_scene(walk, scene, physical)
-      !> What the calls do: read, echo or list
-      type(scene_walk_t), intent(inout) :: walk
-      !> What is read into or echoed
+   !> Every name of every group.
+   subroutine list_scene(table, scene, physical)
+      class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
-      !> Reading: what the file gives in physical units
       type(physical_t), intent(inout) :: physical
 
-      call walk%open_group('scene')
-      call walk%item('name', scene%name, 'name of the results file: letters, digits, . _ -', name_length, &
-         role_t(default='name of the scene file'))
-      call walk%item('title', scene%title, 'heading of tables and pictures', longest_title, &
-         role_t(default='the name'))
-      call walk_beam(walk, scene%beam, physical)
-      call walk_mesh(walk, scene%mesh)
-      call walk%open_group('damping')
-      call walk%item('zeta', scene%zeta, 'damping ratio gamma omega1 / 2', zeta_range)
-      call walk%item('stiffness_coefficient', physical%stiffness_coefficient, 'gamma of C = gamma K, time', &
-         physical_range, role_t(instead_of='zeta'))
-      call walk%open_group('tip_mass')
-      call walk%item('ratio', scene%tip_mass_ratio, 'mu = tip mass over mass of the beam', tip_mass_range)
-      call walk%item('mass', physical%mass, 'tip mass', physical_range, role_t(instead_of='ratio'))
-      call walk%open_group('stop', scene%has_stop)
-      call walk_stop(walk, scene%stop, physical)
-      call walk%open_group('response', scene%wants_response)
-      call walk_response(walk, scene%response, physical)
-      call walk%open_group('frequencies', scene%wants_frequencies)
-      call walk_frequencies(walk, scene%frequencies)
-      call walk%open_group('precision', scene%wants_precision)
-      call walk_precision(walk, scene%precision, scene%has_stop)
-      call walk%open_group('sweep', scene%wants_sweep)
-      call walk_sweep(walk, scene)
-      call walk%open_group('best', scene%wants_best)
-      call walk_best(walk, scene%best)
-      call walk%open_group('cases', scene%wants_cases)
-      call walk_cases(walk, scene)
-      call walk%open_group('statements', scene%wants_statements)
-      call walk_statements(walk, scene%statements)
-      call walk%open_group('output')
-      call walk_output(walk, scene%output, scene%wants_response .and. (walk%is_reading() .or. .not. scene%wants_sweep), &
-         scene%wants_frequencies)
-   end subroutine walk_scene
-
-   !> &beam
-   subroutine walk_beam(walk, beam, physical)
-      !> What the calls do
-      type(scene_walk_t), intent(inout) :: walk
-      !> The beam
-      type(beam_settings_t), intent(inout) :: beam
-      !> Its taper, if that is what the file gives
-      type(physical_t), intent(inout) :: physical
-
-      character(*), parameter :: heights = 'heights, not with area and inertia'
-      character(*), parameter :: taper = 'a linear taper, not with tables'
-      character(*), parameter :: height_table = 'station, not with area and inertia'
-      character(*), parameter :: section_table = 'area and inertia, and station where they vary'
-      character(*), parameter :: any_table = 'height, or with area and inertia'
-      logical :: is_taper, is_section
-
-      if (walk%is_reading()) beam%shape = shape_from_names(walk)
-      is_taper = beam%shape == shape_taper
-      is_section = beam%shape == shape_section_table
-      call walk%open_group('beam')
-      call walk%item('length', beam%length, 'length L', length_range)
-      call walk%item('width', beam%width, 'width b', length_range, role_t(.not. is_section, heights))
-      call walk%item('youngs_modulus', beam%youngs_modulus, 'Young''s modulus E', material_range)
-      call walk%item('density', beam%density, 'density rho', material_range)
-      call walk%item('height_root', beam%height_root, 'height at the clamp', length_range, &
-         role_t(is_taper, taper, default='0.075 length'))
-      call walk%item('height_tip', beam%height_tip, 'height at the tip; 0: a full wedge', height_range, &
-         role_t(is_taper, taper, default='height_root'))
-      call walk%item('taper', physical%taper, 'alpha = (height_root - height_tip) / length', &
-         taper_range, role_t(is_taper, taper, 'height_root', '0'))
-      call walk%item('mean_height_ratio', physical%mean_height_ratio, 'mean height over length', &
-         range_t(1.0e-9_wp, 1.0_wp), role_t(is_taper, taper, 'height_root', '0.075'))
-      call walk%item('station', beam%station, 'positions of the table, from 0 to length, ascending', &
-         height_range, role_t(.not. is_taper, any_table))
-      call walk%item('height', beam%height, 'heights at the stations, linear between them', height_range, &
-         role_t(beam%shape == shape_height_table, height_table))
-      call walk%item('area', beam%area, 'areas at the stations, linear between them', area_range, &
-         role_t(is_section, section_table))
-      call walk%item('inertia', beam%inertia, 'second moments of area at the stations', inertia_range, &
-         role_t(is_section, section_table))
-   end subroutine walk_beam
-
-   !> Which description of the section the file gives; what contradicts it is reported later.
-   function shape_from_names(walk) result(shape)
-      !> The file
-      type(scene_walk_t), intent(in) :: walk
-      integer :: shape
-
-      shape = shape_taper
-      if (walk%input%has('beam', 'area') .or. walk%input%has('beam', 'inertia')) then
-         shape = shape_section_table
-      else if (walk%input%has('beam', 'height') .or. walk%input%has('beam', 'station')) then
-         shape = shape_height_table
-      end if
-   end function shape_from_names
-
-   !> &mesh
-   subroutine walk_mesh(walk, mesh)
-      !> What the calls do
-      type(scene_walk_t), intent(inout) :: walk
-      !> The mesh
-      type(mesh_settings_t), intent(inout) :: mesh
-
-      call walk%open_group('mesh')
-      call walk%item('elements', mesh%elements, 'number of elements', elements_range)
-      call walk%item('ratio', mesh%ratio, 'length of an element over that of the next towards the tip', &
-         ratio_range)
-   end subroutine walk_mesh
-
-   !> &stop
-   subroutine walk_stop(walk, stop, physical)
-      !> What the calls do; the group is open
-      type(scene_walk_t), intent(inout) :: walk
-      !> The stop
-      type(stop_settings_t), intent(inout) :: stop
-      !> What the file gives in physical units
-      type(physical_t), intent(inout) :: physical
-
-      character(*), parameter :: restitution = 'law = ''restitution'''
-      character(*), parameter :: three_element = 'law = ''three_element'''
-      logical :: is_restitution, is_three
-
-      call walk%item('position', stop%position, 'position of the stop Lc over length; the tip where the element ' &
-         //'beyond would be under 1/100 of its neighbour', position_ratio_range)
-      call walk%item('preload', stop%preload, 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
-         preload_range)
-      call walk%item('surface_height', physical%surface_height, 'd, the stop above the unstressed beam, length', &
-         position_range, role_t(instead_of='preload'))
-      call walk%item('initial_height', physical%initial_height, 'y_c(0) above the unstressed beam, length', &
-         position_range, role_t(instead_of='preload'))
-      call walk%choice('law', stop%law, 'model of the stop', law_names)
-      is_restitution = stop%law == law_restitution
-      is_three = stop%law == law_three_element
-      call walk%item('restitution', stop%restitution, 'coefficient of restitution eps', restitution_range, &
-         role_t(is_restitution, restitution))
-      call walk%choice('impulse', stop%impulse, 'what an impact acts on: the whole beam, or one velocity', &
-         impulse_names, role_t(is_restitution, restitution))
-      call walk%item('stiffness_ratio', stop%stiffness_ratio, 'kappa = k / (3 E Ibar / L^3)', stiffness_range, &
-         role_t(is_three, three_element))
-      call walk%item('stiffness', physical%stiffness, 'spring k, force over length', physical_range, &
-         role_t(is_three, three_element, 'stiffness_ratio'))
-      call walk%item('branch_ratio', stop%branch_ratio, 'beta = spring of the Maxwell branch over k', &
-         branch_range, role_t(is_three, three_element))
-      call walk%item('branch_stiffness', physical%branch_stiffness, 'spring beta k, force over length', &
-         physical_range, role_t(is_three, three_element, 'branch_ratio'))
-      call walk%item('damper_ratio', stop%damper_ratio, 'c* = c omega1 / (3 E Ibar / L^3); 0: no branch', &
-         damper_range, role_t(is_three, three_element))
-      call walk%item('damper', physical%damper, 'damper c of the branch, force over velocity', physical_range, &
-         role_t(is_three, three_element, 'damper_ratio'))
-   end subroutine walk_stop
-
-   !> &response
-   subroutine walk_response(walk, response, physical)
-      !> What the calls do; the group is open
-      type(scene_walk_t), intent(inout) :: walk
-      !> The response
-      type(response_settings_t), intent(inout) :: response
-      !> What the file gives in physical units
-      type(physical_t), intent(inout) :: physical
-
-      character(*), parameter :: newmark = 'method = ''newmark'''
-      character(*), parameter :: exact = 'method = ''exact'''
-      logical :: is_newmark, is_exact
-
-      call walk%item('duration', response%duration, 'length of the run, tau = omega1 t', duration_range)
-      call walk%item('duration_time', physical%duration_time, 'length of the run, time', physical_range, &
-         role_t(instead_of='duration'))
-      call walk%item('step', response%step, 'distance of the samples, and Newmark''s step, d tau', step_range)
-      call walk%item('step_time', physical%step_time, 'the same in time', physical_range, &
-         role_t(instead_of='step'))
-      call walk%choice('method', response%method, 'way through time', method_names)
-      is_newmark = response%method == method_newmark
-      is_exact = response%method == method_exact
-      call walk%item('newmark_beta', response%newmark_beta, 'Newmark''s beta', within(0.0_wp, 1.0_wp), &
-         role_t(is_newmark, newmark))
-      call walk%choice('newmark_scheme', physical%newmark_scheme, 'beta by name: 1/4, 1/6, 0', scheme_names, &
-         role_t(is_newmark, newmark, 'newmark_beta'))
-      call walk%item('newmark_gamma', response%newmark_gamma, 'Newmark''s gamma; below 1/2 no step is stable', &
-         within(0.5_wp, 1.0_wp), role_t(is_newmark, newmark))
-      call walk%item('substep', response%substep, 'divide a step that is too long for the scheme', &
-         role_t(is_newmark, newmark))
-      call walk%item('contact_tolerance', response%contact_tolerance, '|eta_c| at which an approach is a contact', &
-         above(0.0_wp, 0.1_wp), role_t(is_newmark, newmark))
-      call walk%item('release_tolerance', response%release_tolerance, 'Pbar at which contact is over', &
-         above(0.0_wp, 1.0e3_wp), role_t(is_newmark, newmark))
-      call walk%item('hop_tolerance', response%hop_tolerance, 'eta that a flight must exceed to be no rest', &
-         hop_range)
-      call walk%item('event_limit', response%event_limit, 'events after which the run fails', &
-         within(1, 1000000000))
-      call walk%item('mode_tolerance', response%mode_tolerance, 'eta by which leaving out modes may change the motion', &
-         within(0.0_wp, 0.1_wp), role_t(is_exact, exact))
-      call walk%item('keep_all_modes', response%keep_all_modes, 'leave out no mode', role_t(is_exact, exact))
-   end subroutine walk_response
-
-   !> &frequencies
-   subroutine walk_frequencies(walk, frequencies)
-      !> What the calls do; the group is open
-      type(scene_walk_t), intent(inout) :: walk
-      !> The table
-      type(frequency_settings_t), intent(inout) :: frequencies
-
-      integer :: reference
-
-      call walk%item('count', frequencies%count, 'number of modes', within(1, 2*most_elements), &
-         role_t(default='as many as the mesh has, up to 12'))
-      call walk%choices('solver', frequencies%solver, 'eigen-solvers, one column each', solver_names, &
-         role_t(default='natural; auto beyond 100 elements'))
-      call walk%item('mesh_elements', frequencies%mesh_elements, 'elements of each mesh; one value serves all', &
-         elements_range, role_t(default='elements of &mesh'))
-      call walk%item('mesh_ratios', frequencies%mesh_ratios, 'ratio of each mesh; one value serves all', &
-         ratio_range, role_t(default='ratio of &mesh'))
-      ! Its constants begin with 0, choices with 1
-      reference = frequencies%reference + 1
-      call walk%choice('reference', reference, 'values to compare with', reference_names, &
-         role_t(default='exact where they are known'))
-      frequencies%reference = reference - 1
-   end subroutine walk_frequencies
-
-   !> &statements
-   subroutine walk_statements(walk, statements)
-      !> What the calls do
-      type(scene_walk_t), intent(inout) :: walk
-      !> The study
-      type(statements_settings_t), intent(inout) :: statements
-
-      call walk%item('elements', statements%elements, 'elements of the paper''s mesh', within(1, most_elements_judged))
-      call walk%item('fine_elements', statements%fine_elements, 'elements of a mesh that is fine enough to judge by', &
-         within(1, most_elements_judged))
-      call walk%item('duration', statements%duration, 'length of the runs, tau', duration_range)
-   end subroutine walk_statements
-
-   !> &precision
-   subroutine walk_precision(walk, precision, has_stop)
-      !> What the calls do; the group is open
-      type(scene_walk_t), intent(inout) :: walk
-      !> The study
-      type(precision_settings_t), intent(inout) :: precision
-      !> The scene has a stop, so motion is compared; else frequencies alone
-      logical, intent(in) :: has_stop
-
-      character(*), parameter :: stop = '&stop'
-      integer, parameter :: most_elements_dense = 1000
-
-      call walk%choices('methods', precision%methods, 'ways through time to compare', contender_names, &
-         role_t(has_stop, stop, default='all'))
-      call walk%item('duration', precision%duration, 'length of the runs, tau', duration_range, role_t(has_stop, stop))
-      call walk%item('steps', precision%steps, 'Newmark''s steps d tau; tolerances fall with their squares', &
-         range_t(1.0e-6_wp, 0.1_wp), role_t(has_stop, stop, default='0.04 halved up to seven times'))
-      call walk%item('hop_tolerances', precision%hop_tolerances, 'hop tolerances of exact motion', &
-         within(1.0e-14_wp, 0.1_wp), role_t(has_stop, stop, default='1e-2, 1e-3 ... 1e-12'))
-      call walk%item('mode_tolerances', precision%mode_tolerances, 'mode tolerances of exact motion', &
-         within(0.0_wp, 0.1_wp), role_t(has_stop, stop, default='none'))
-      call walk%item('mesh_elements', precision%mesh_elements, 'meshes of exact motion', &
-         within(1, most_elements_dense), role_t(has_stop, stop, default='none'))
-      call walk%item('scaling_elements', precision%scaling_elements, 'meshes over which cost and memory grow', &
-         elements_range, role_t(has_stop, stop, default='none'))
-      call walk%item('scaling_modes', precision%scaling_modes, 'modes for which these are solved', within(1, 100), &
-         role_t(has_stop, stop))
-      call walk%item('scaling_durations', precision%scaling_durations, 'lengths of runs over which cost grows, tau', &
-         duration_range, role_t(has_stop, stop, default='none'))
-      call walk%item('skips', precision%skips, 'time what skipping saves, and compare the answers', &
-         role_t(has_stop, stop))
-      call walk%item('repetitions', precision%repetitions, 'timings of each entry, of which the median counts', &
-         within(1, 1000))
-      call walk%item('shortest_timing', precision%shortest_timing, 'seconds that a timing lasts at least', &
-         within(1.0e-4_wp, 10.0_wp))
-   end subroutine walk_precision
-
-   !> &output
-   subroutine walk_output(walk, output, has_response, has_frequencies)
-      !> What the calls do; the group is open
-      type(scene_walk_t), intent(inout) :: walk
-      !> What goes into the file
-      type(output_settings_t), intent(inout) :: output
-      !> The scene asks for a response
-      logical, intent(in) :: has_response
-      !> The scene asks for frequencies
-      logical, intent(in) :: has_frequencies
-
-      integer, allocatable :: histories(:)
       integer :: i
 
+      do i = 1, size(group_names)
+         call list_group(trim(group_names(i)), table, scene, physical)
+      end do
+   end subroutine list_scene
+
+   !> The names of one group.
+   subroutine list_group(group, table, scene, physical)
+      !> One of `group_names`
+      character(*), intent(in) :: group
+      class(table_t), intent(inout) :: table
+      type(scene_t), intent(inout) :: scene
+      type(physical_t), intent(inout) :: physical
+
+      select case (group)
+      case ('scene')
+         call table%open(group_t('scene', program_any))
+         call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
+            within(1, name_length), default='name of the scene file'))
+         call table%bind(scene%title, name_t('title', 'heading of tables and pictures', within(1, 200), default='the name'))
+      case ('beam')
+         call list_beam(table, scene%beam, physical)
+      case ('mesh')
+         call list_mesh(table, scene%mesh)
+      case ('damping')
+         call table%open(group_t('damping', in_motion_and_benchmark))
+         call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', within(0.0_wp, 10.0_wp), &
+            sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
+         call table%bind(physical%stiffness_coefficient, name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
+            physical_range, instead_of='zeta'))
+      case ('tip_mass')
+         call table%open(group_t('tip_mass', in_motion_and_benchmark))
+         call table%bind(scene%tip_mass_ratio, name_t('ratio', 'mu = tip mass over mass of the beam', &
+            within(0.0_wp, 1.0e6_wp), &
+            sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
+         call table%bind(physical%mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio'))
+      case ('stop')
+         call table%open(group_t('stop', in_motion_and_benchmark), scene%has_stop)
+         if (table%is_open) call list_stop(table, scene%stop, physical)
+      case ('response')
+         call table%open(group_t('response'), scene%wants_response)
+         if (table%is_open) call list_response(table, scene%response, physical)
+      case ('frequencies')
+         call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
+         if (table%is_open) call list_frequencies(table, scene%frequencies)
+      case ('precision')
+         call table%open(group_t('precision', program_benchmark), scene%wants_precision)
+         if (table%is_open) call list_precision(table, scene%precision)
+      case ('sweep')
+         call table%open(group_t('sweep'), scene%wants_sweep)
+         if (table%is_open) call list_sweep(table, scene%sweep)
+      case ('best')
+         call table%open(group_t('best'), scene%wants_best)
+         if (table%is_open) call list_best(table, scene%best)
+      case ('cases')
+         call table%open(group_t('cases'), scene%wants_cases)
+         if (table%is_open) call list_cases(table, scene%cases)
+      case ('statements')
+         call table%open(group_t('statements', program_paper), scene%wants_statements)
+         if (table%is_open) call list_statements(table, scene%statements)
+      case ('output')
+         call list_output(table, scene%output, scene%wants_sweep)
+      end select
+   end subroutine list_group
+
+   subroutine list_beam(table, beam, physical)
+      class(table_t), intent(inout) :: table
+      type(beam_settings_t), intent(inout) :: beam
+      type(physical_t), intent(inout) :: physical
+
+      call table%open(group_t('beam', in_motion_and_benchmark))
+      call table%bind(beam%length, name_t('length', 'length L', length_range))
+      call table%bind(beam%width, name_t('width', 'width b', length_range, heights))
+      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', 'Young''s modulus E', material_range))
+      call table%bind(beam%density, name_t('density', 'density rho', material_range))
+      call table%bind(beam%height_root, name_t('height_root', 'height at the clamp', length_range, linear_taper, &
+         default='0.075 length'))
+      call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
+         linear_taper, default='height_root'))
+      call table%bind(physical%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
+         within(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
+         sweep=sweep_t(3, is_of_beam=.true., is_in_cases=.true., &
+         meaning='alpha = (height_root - height_tip) / length, mean height kept')))
+      call table%bind(physical%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
+         within(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
+      call table%bind(beam%station, name_t('station', 'positions of the table, from 0 to length, ascending', &
+         height_range, need_t(phrase='height, or with area and inertia'), is_optional=.true.))
+      call table%bind(beam%height, name_t('height', 'heights at the stations, linear between them', height_range, &
+         need_t(without='area inertia', phrase='station, not with area and inertia'), is_optional=.true.))
+      call table%bind(beam%area, name_t('area', 'areas at the stations, linear between them', &
+         within(0.0_wp, 1.0e24_wp), sections, is_optional=.true.))
+      call table%bind(beam%inertia, name_t('inertia', 'second moments of area at the stations', &
+         within(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
+   end subroutine list_beam
+
+   subroutine list_mesh(table, mesh)
+      class(table_t), intent(inout) :: table
+      type(mesh_settings_t), intent(inout) :: mesh
+
+      call table%open(group_t('mesh', in_motion_and_benchmark))
+      call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
+         sweep=sweep_t(1, is_of_beam=.true.)))
+      call table%bind(mesh%ratio, name_t('ratio', 'length of an element over that of the next towards the tip', &
+         ratio_range, sweep=sweep_t(2, is_of_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
+   end subroutine list_mesh
+
+   subroutine list_stop(table, stop, physical)
+      class(table_t), intent(inout) :: table
+      type(stop_settings_t), intent(inout) :: stop
+      type(physical_t), intent(inout) :: physical
+
+      call table%bind(stop%position, name_t('position', 'position of the stop Lc over length; the tip where the element ' &
+         //'beyond would be under 1/100 of its neighbour', within(1.0e-3_wp, 1.0_wp), &
+         sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
+      call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
+         within(-1.0e6_wp, 1.0e6_wp), sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
+      call table%bind(physical%surface_height, name_t('surface_height', 'd, the stop above the unstressed beam, length', &
+         position_range, instead_of='preload'))
+      call table%bind(physical%initial_height, name_t('initial_height', 'y_c(0) above the unstressed beam, length', &
+         position_range, instead_of='preload'))
+      call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
+      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', within(0.0_wp, 1.0_wp), &
+         restitution, sweep=sweep_t(10, is_in_cases=.true.)))
+      call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
+         needs=restitution), impulse_names)
+      call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
+         within(1.0e-6_wp, 1.0e12_wp), three_element, sweep=sweep_t(11, is_in_cases=.true.)))
+      call table%bind(physical%stiffness, name_t('stiffness', 'spring k, force over length', physical_range, &
+         three_element, instead_of='stiffness_ratio'))
+      call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
+         within(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true.)))
+      call table%bind(physical%branch_stiffness, name_t('branch_stiffness', 'spring beta k, force over length', &
+         physical_range, three_element, instead_of='branch_ratio'))
+      call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3); 0: no branch', &
+         within(0.0_wp, 1.0e9_wp), three_element, &
+         sweep=sweep_t(13, is_in_cases=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
+      call table%bind(physical%damper, name_t('damper', 'damper c of the branch, force over velocity', physical_range, &
+         three_element, instead_of='damper_ratio'))
+   end subroutine list_stop
+
+   subroutine list_response(table, response, physical)
+      class(table_t), intent(inout) :: table
+      type(response_settings_t), intent(inout) :: response
+      type(physical_t), intent(inout) :: physical
+
+      call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
+         sweep=sweep_t(6, meaning='length of the run, tau')))
+      call table%bind(physical%duration_time, name_t('duration_time', 'length of the run, time', physical_range, &
+         instead_of='duration'))
+      call table%bind(response%step, name_t('step', 'distance of the samples, and Newmark''s step, d tau', &
+         within(1.0e-9_wp, 1.0e9_wp)))
+      call table%bind(physical%step_time, name_t('step_time', 'the same in time', physical_range, instead_of='step'))
+      call table%bind(response%method, name_t('method', 'way through time'), method_names)
+      call table%bind(response%newmark_beta, name_t('newmark_beta', 'Newmark''s beta', within(0.0_wp, 1.0_wp), newmark))
+      call table%bind(physical%newmark_scheme, name_t('newmark_scheme', 'beta by name: 1/4, 1/6, 0', needs=newmark, &
+         instead_of='newmark_beta'), scheme_names)
+      call table%bind(response%newmark_gamma, name_t('newmark_gamma', 'Newmark''s gamma; below 1/2 no step is stable', &
+         within(0.5_wp, 1.0_wp), newmark))
+      call table%bind(response%substep, name_t('substep', 'divide a step that is too long for the scheme', needs=newmark))
+      call table%bind(response%contact_tolerance, name_t('contact_tolerance', &
+         '|eta_c| at which an approach is a contact', above(0.0_wp, 0.1_wp), newmark))
+      call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
+         above(0.0_wp, 1.0e3_wp), newmark))
+      call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'eta that a flight must exceed to be no rest', &
+         hop_range, sweep=sweep_t(7)))
+      call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
+         within(1, 1000000000)))
+      call table%bind(response%mode_tolerance, name_t('mode_tolerance', &
+         'eta by which leaving out modes may change the motion', mode_range, exact))
+      call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode', needs=exact))
+   end subroutine list_response
+
+   subroutine list_frequencies(table, frequencies)
+      class(table_t), intent(inout) :: table
+      type(frequency_settings_t), intent(inout) :: frequencies
+
+      call table%bind(frequencies%count, name_t('count', 'number of modes', modes_range, &
+         default='as many as the mesh has, up to 12'))
+      call table%bind(frequencies%solver, name_t('solver', 'eigen-solvers, one column each', &
+         default='natural; auto beyond 100 elements'), solver_names)
+      call table%bind(frequencies%mesh_elements, name_t('mesh_elements', 'elements of each mesh; one value serves all', &
+         elements_range, default='elements of &mesh'))
+      call table%bind(frequencies%mesh_ratios, name_t('mesh_ratios', 'ratio of each mesh; one value serves all', &
+         ratio_range, default='ratio of &mesh'))
+      call table%bind(frequencies%reference, name_t('reference', 'values to compare with', &
+         default='exact where they are known'), reference_names)
+   end subroutine list_frequencies
+
+   subroutine list_precision(table, precision)
+      class(table_t), intent(inout) :: table
+      type(precision_settings_t), intent(inout) :: precision
+
+      call table%bind(precision%methods, name_t('methods', 'ways through time to compare', needs=a_stop, default='all'), &
+         contender_names)
+      call table%bind(precision%duration, name_t('duration', 'length of the runs, tau', duration_range, a_stop))
+      call table%bind(precision%steps, name_t('steps', 'Newmark''s steps d tau; tolerances fall with their squares', &
+         within(1.0e-6_wp, 0.1_wp), a_stop, default='0.04 halved up to seven times'))
+      call table%bind(precision%hop_tolerances, name_t('hop_tolerances', 'hop tolerances of exact motion', hop_range, &
+         a_stop, default='1e-2, 1e-3 ... 1e-12'))
+      call table%bind(precision%mode_tolerances, name_t('mode_tolerances', 'mode tolerances of exact motion', mode_range, &
+         a_stop, default='none'))
+      call table%bind(precision%mesh_elements, name_t('mesh_elements', 'meshes of exact motion', &
+         within(1, most_elements_dense), a_stop, default='none'))
+      call table%bind(precision%scaling_elements, name_t('scaling_elements', &
+         'meshes over which cost and memory grow', elements_range, a_stop, default='none'))
+      call table%bind(precision%scaling_modes, name_t('scaling_modes', 'modes for which these are solved', &
+         within(1, 100), a_stop))
+      call table%bind(precision%scaling_durations, name_t('scaling_durations', &
+         'lengths of runs over which cost grows, tau', duration_range, a_stop, default='none'))
+      call table%bind(precision%skips, name_t('skips', 'time what skipping saves, and compare the answers', needs=a_stop))
+      call table%bind(precision%repetitions, name_t('repetitions', 'timings of each entry, of which the median counts', &
+         within(1, 1000)))
+      call table%bind(precision%shortest_timing, name_t('shortest_timing', 'seconds that a timing lasts at least', &
+         within(1.0e-4_wp, 10.0_wp)))
+   end subroutine list_precision
+
+   !> Every name that can be swept, as a list, and every number that is not whole as a range too.
+   subroutine list_sweep(table, sweep)
+      class(table_t), intent(inout) :: table
+      type(sweep_settings_t), intent(inout) :: sweep
+
+      integer, allocatable :: places(:)
+      type(name_t) :: name
+      integer :: k
+
+      call table%bind(sweep%design, name_t('design', 'which combinations of the values: all, the lists side by side, ' &
+         //'or a random sample'), design_names)
+      call table%bind(sweep%count, name_t('count', 'number of cases', within(1, most_cases), hypercube, default='none'))
+      call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', within(1, 2000000000), hypercube))
+      call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', within(1, 1000000), &
+         default='a 400th, 10 to 16384'))
+      call list_parameters(table, places)
+      if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
+      do k = 1, size(places)
+         associate (swept => sweep%swept(k))
+            swept%parameter = parameter_of(table, places(k))
+            name = name_t(swept%parameter%name, swept%parameter%meaning, default='not swept', is_optional=.true.)
+            name%range = table%entries(places(k))%name%range
+            name%needs = table%entries(places(k))%name%needs
+            if (name%needs%name /= '' .or. name%needs%phrase /= '') name%needs%group = swept%parameter%group
+            call table%bind(swept%list, name, swept%parameter%is_whole)
+            if (swept%parameter%is_whole) cycle
+            name%name = trim(swept%parameter%name)//'_range'
+            name%meaning = 'least and greatest, divided evenly'
+            call table%bind(swept%range, name)
+            name%name = trim(swept%parameter%name)//'_log_range'
+            name%meaning = 'the same, divided evenly in the logarithm'
+            call table%bind(swept%log_range, name)
+            name%name = trim(swept%parameter%name)//'_points'
+            name%meaning = 'number of values in the range'
+            name%range = within(2, 1000000)
+            call table%bind(swept%points, name)
+         end associate
+      end do
+   end subroutine list_sweep
+
+   subroutine list_best(table, best)
+      class(table_t), intent(inout) :: table
+      type(best_settings_t), intent(inout) :: best
+
+      integer :: chosen
+
+      ! whether a case failed is nothing to compare
+      chosen = best%measure - measure_status
+      call table%bind(chosen, name_t('measure', 'measure by which cases are compared; with restitution greatest_force ' &
+         //'is the mean over the first 0.1 of tau of an episode, as the peak has no limit in the mesh'), &
+         measure_table(measure_status + 1:)%name)
+      best%measure = chosen + measure_status
+      call table%bind(best%goal, name_t('goal', 'which of its values is the best'), goal_names)
+      call table%bind(best%count, name_t('count', 'cases in the table of the best', within(1, 10000)))
+      call table%bind(best%refine, name_t('refine', 'seek better ones between the swept values, from the best case'))
+      call table%bind(best%evaluations, name_t('evaluations', 'most cases that the refinement computes', &
+         within(1, 10000000), refinement))
+      call table%bind(best%precision, name_t('precision', 'share of each range at which it ends', &
+         within(1.0e-12_wp, 0.1_wp), refinement))
+   end subroutine list_best
+
+   subroutine list_cases(table, cases)
+      class(table_t), intent(inout) :: table
+      type(cases_settings_t), intent(inout) :: cases
+
+      integer, allocatable :: places(:)
+      character(name_length), allocatable :: names(:)
+      type(parameter_t) :: parameter
+      integer :: k, chosen
+
+      call list_parameters(table, places)
+      places = pack(places, table%entries(places)%name%sweep%is_in_cases)
+      allocate (names(size(places)))
+      chosen = 0
+      do k = 1, size(places)
+         parameter = parameter_of(table, places(k))
+         names(k) = parameter%name
+         if (names(k) == cases%parameter%name) chosen = k
+      end do
+      call table%bind(chosen, name_t('parameter', 'what differs from case to case', default='none: give one'), names)
+      if (chosen > 0) cases%parameter = parameter_of(table, places(chosen))
+      call table%bind(cases%values, name_t('values', 'its values, one case each', within(-1.0e6_wp, 1.0e12_wp), &
+         default='none: give some', range_of='parameter'))
+   end subroutine list_cases
+
+   subroutine list_statements(table, statements)
+      class(table_t), intent(inout) :: table
+      type(statements_settings_t), intent(inout) :: statements
+
+      call table%bind(statements%elements, name_t('elements', 'elements of the paper''s mesh', judged_range))
+      call table%bind(statements%fine_elements, name_t('fine_elements', &
+         'elements of a mesh that is fine enough to judge by', judged_range))
+      call table%bind(statements%duration, name_t('duration', 'length of the runs, tau', duration_range))
+   end subroutine list_statements
+
+   subroutine list_output(table, output, is_of_sweep)
+      class(table_t), intent(inout) :: table
+      type(output_settings_t), intent(inout) :: output
+      !> The results of a sweep are its rows alone
+      logical, intent(in) :: is_of_sweep
+
+      integer, allocatable :: histories(:)
+      logical :: is_wanted
+      integer :: i
+
+      is_wanted = .not. is_of_sweep
+      call table%open(group_t('output'), is_wanted)
       histories = pack([(i, i=1, history_count)], output%history)
       if (size(histories) == 0) histories = [history_none]
-      call walk%choices('histories', histories, 'histories at the sample times', history_names, &
-         role_t(has_response, '&response', default='all'))
-      if (walk%is_reading() .and. size(histories) > 1 .and. any(histories >= history_all)) then
-         call walk%input%complain('output', 'histories', '''all'' and ''none'' stand alone')
-      end if
-      if (any(histories == history_all)) histories = [(i, i=1, history_count)]
-      output%history = [(any(histories == i), i=1, history_count)]
-      call walk%item('shape_times', output%shape_times, 'instants at which the shape is stored, tau', &
-         within(0.0_wp, 1.0e9_wp), role_t(has_response, '&response', default='none'))
-      call walk%item('shape_step', output%shape_step, 'distance of further such instants, from 0 to the end, tau; 0: none', &
-         within(0.0_wp, 1.0e9_wp), role_t(has_response, '&response'))
-      call walk%item('energy', output%energy, 'the energy ledger', role_t(has_response, '&response'))
-      call walk%item('mode_shapes', output%mode_shapes, 'number of mode shapes to store', &
-         within(0, 2*most_elements), role_t(has_frequencies, '&frequencies'))
-   end subroutine walk_output
+      call table%bind(histories, name_t('histories', 'histories at the sample times', needs=a_response, default='all', &
+         alone=[character(32) :: 'all', 'none']), history_names)
+      output%history = [(any(histories == i .or. histories == history_all), i=1, history_count)]
+      call table%bind(output%shape_times, name_t('shape_times', 'instants at which the shape is stored, tau', &
+         within(0.0_wp, 1.0e9_wp), a_response, default='none'))
+      call table%bind(output%shape_step, name_t('shape_step', &
+         'distance of further such instants, from 0 to the end, tau; 0: none', within(0.0_wp, 1.0e9_wp), a_response))
+      call table%bind(output%energy, name_t('energy', 'the energy ledger', needs=a_response))
+      call table%bind(output%mode_shapes, name_t('mode_shapes', 'number of mode shapes to store', &
+         within(0.0_wp, 2.0_wp*real(most_elements, wp)), need_t(group='frequencies')))
+   end subroutine list_output
 
 end module scene_groups

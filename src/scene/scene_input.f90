@@ -1,16 +1,18 @@
-!> The names and values of one scene file: each is taken once, by a call that says what is allowed.
-!> What no call took is unknown. Of all the problems in a file the one that stands first is kept.
+!> A scene file read into a table of names. What the table does not have is unknown. Of all the problems in a file the
+!> one that stands first is kept.
 module scene_input
    use kinds, only: i8, wp
-   use name_hints, only: group_hint, item_hint, known_name_t
+   use name_hints, only: group_hint, item_hint
+   use name_parameters, only: chosen_parameter
+   use name_table, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, table_t
    use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
-   use scene_types, only: name_length
-   use value_rules, only: contains_value, one_of, range_t, range_text, role_t
+   use programs, only: name_of_program, program_any
+   use value_rules, only: contains_value, one_of, range_t, range_text
    implicit none (type, external)
    private
    public :: scene_input_t
@@ -20,449 +22,126 @@ module scene_input
 
    type :: scene_input_t
       private
-      !> The file, its parts, and which of them a call has asked for
+      !> The file, and its parts
       character(:), allocatable :: file
       type(namelist_t) :: namelist
-      logical, allocatable :: group_is_known(:)
-      logical, allocatable :: item_is_known(:)
-      !> The group of the calls to come, and where it is in the file; 0: it is not
-      character(:), allocatable :: group
-      integer :: group_position = 0
-      !> The names asked for so far
-      type(known_name_t), allocatable :: names(:)
-      integer :: name_count = 0
       !> Where in the text the first problem is, and what it is
       integer :: problem_position = huge(1)
       character(:), allocatable :: problem
    contains
       procedure :: start
-      procedure :: open_group
-      procedure :: take_real
-      procedure :: take_integer
-      procedure :: take_logical
-      procedure :: take_text
-      procedure :: take_reals
-      procedure :: take_integers
-      procedure :: take_choice
-      procedure :: take_choices
+      procedure :: read_table
       procedure :: has_group
       procedure :: has
       procedure :: complain
-      procedure :: finish
       procedure :: has_problem
       procedure :: get_problem
-      procedure, private :: find, find_single, numbers, words_chosen, reject, report
+      procedure, private :: read_entry, read_numbers, read_words, read_switch, read_line, report_groups, report_items, reject, &
+         report
    end type scene_input_t
 
 contains
 
    !> Begin with the parts of a file.
    subroutine start(input, file, namelist)
-      !> The input
       class(scene_input_t), intent(inout) :: input
-      !> Name of the file, for messages
+      !> Its name, for messages
       character(*), intent(in) :: file
-      !> Its parts
       type(namelist_t), intent(in) :: namelist
 
       input%file = file
       input%namelist = namelist
-      allocate (input%group_is_known(namelist%group_count), source=.false.)
-      allocate (input%item_is_known(namelist%item_count), source=.false.)
-      allocate (input%names(32))
    end subroutine start
 
-   !> The calls to come take from this group.
-   subroutine open_group(input, group, is_there)
-      !> The input
+   !> Put what the file gives into a table; what the file does not give, or what is a problem, stays as it is there.
+   subroutine read_table(input, table, program)
       class(scene_input_t), intent(inout) :: input
-      !> Its name
-      character(*), intent(in) :: group
-      !> The file has it
-      logical, intent(out) :: is_there
+      !> Listed, with the defaults
+      type(table_t), intent(inout) :: table
+      !> One of the `program_` constants, or a sum of them: groups of others are problems
+      integer, intent(in) :: program
 
-      input%group = group
-      input%group_position = find_group(input%namelist, group)
-      is_there = input%group_position > 0
-      if (is_there) input%group_is_known(input%group_position) = .true.
-   end subroutine open_group
+      !> For each entry its item in the file; 0: it is not given
+      integer :: items(table%entry_count)
+      !> For each group of the table its place in the file
+      integer :: places(table%group_count)
+      integer :: i
 
-   !> A number.
-   subroutine take_real(input, name, value, range, role)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      real(wp), intent(inout) :: value
-      !> What is allowed
-      type(range_t), intent(in) :: range
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      real(wp), allocatable :: list(:)
-      integer :: item
-
-      call input%find_single(name, item, role)
-      if (item == 0) return
-      call input%numbers(item, range, .false., list)
-      if (allocated(list)) value = list(1)
-   end subroutine take_real
-
-   !> A whole number.
-   subroutine take_integer(input, name, value, range, role)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      integer, intent(inout) :: value
-      !> What is allowed
-      type(range_t), intent(in) :: range
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      real(wp), allocatable :: list(:)
-      integer :: item
-
-      call input%find_single(name, item, role)
-      if (item == 0) return
-      call input%numbers(item, range, .true., list)
-      if (allocated(list)) value = nint(list(1))
-   end subroutine take_integer
-
-   !> A logical.
-   subroutine take_logical(input, name, value, role)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      logical, intent(inout) :: value
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      integer :: item, first
-      logical :: read_value, is_legal
-
-      call input%find_single(name, item, role)
-      if (item == 0) return
-      first = input%namelist%items(item)%first_value
-      call read_logical(value_text(input%namelist, first), read_value, is_legal)
-      if (is_legal .and. .not. input%namelist%values(first)%is_quoted) then
-         value = read_value
-      else
-         call input%reject(item, first, 'must be .true. or .false.')
-      end if
-   end subroutine take_logical
-
-   !> A text of one line, without blanks at its end.
-   subroutine take_text(input, name, value, longest)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      character(:), allocatable, intent(inout) :: value
-      !> Most characters
-      integer, intent(in) :: longest
-
-      character(:), allocatable :: text
-      integer :: item, first, i
-
-      call input%find_single(name, item)
-      if (item == 0) return
-      first = input%namelist%items(item)%first_value
-      if (.not. input%namelist%values(first)%is_quoted) then
-         call input%reject(item, first, 'must be a text in quotes')
-         return
-      end if
-      i = input%namelist%values(first)%first - 1
-      text = trim(read_text(value_text(input%namelist, first), slice(input%namelist%text, i, i)))
-      if (len(text) > 0 .and. character_count(text) < 0) then
-         call input%reject(item, first, 'must be UTF-8 free of tabs and other control characters')
-      else if (len(text) == 0 .or. character_count(text) > longest) then
-         call input%reject(item, first, 'must have 1 to '//to_text(longest)//' characters, this has ' &
-            //to_text(character_count(text)))
-      else
-         value = text
-      end if
-   end subroutine take_text
-
-   !> A list of numbers.
-   subroutine take_reals(input, name, value, range, role)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      real(wp), allocatable, intent(inout) :: value(:)
-      !> What is allowed for each
-      type(range_t), intent(in) :: range
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      real(wp), allocatable :: list(:)
-      integer :: item
-
-      call input%find(name, item, role)
-      if (item == 0) return
-      call input%numbers(item, range, .false., list)
-      if (allocated(list)) call move_alloc(list, value)
-   end subroutine take_reals
-
-   !> A list of whole numbers.
-   subroutine take_integers(input, name, value, range, role)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      integer, allocatable, intent(inout) :: value(:)
-      !> What is allowed for each
-      type(range_t), intent(in) :: range
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      real(wp), allocatable :: list(:)
-      integer :: item
-
-      call input%find(name, item, role)
-      if (item == 0) return
-      call input%numbers(item, range, .true., list)
-      if (.not. allocated(list)) return
-      if (allocated(value)) deallocate (value)
-      allocate (value(size(list)))
-      value(:) = nint(list)
-   end subroutine take_integers
-
-   !> One of some words; the value is its position in them.
-   subroutine take_choice(input, name, value, words, role)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      integer, intent(inout) :: value
-      !> What may be chosen
-      character(*), intent(in) :: words(:)
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      integer, allocatable :: chosen(:)
-      integer :: item
-
-      call input%find_single(name, item, role)
-      if (item == 0) return
-      call input%words_chosen(item, words, chosen)
-      if (allocated(chosen)) value = chosen(1)
-   end subroutine take_choice
-
-   !> Some of some words, none twice; the values are their positions in them.
-   subroutine take_choices(input, name, value, words, role)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Stays as it is where the file does not have the name, or there is a problem
-      integer, allocatable, intent(inout) :: value(:)
-      !> What may be chosen
-      character(*), intent(in) :: words(:)
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      integer, allocatable :: chosen(:)
-      integer :: item
-
-      call input%find(name, item, role)
-      if (item == 0) return
-      call input%words_chosen(item, words, chosen)
-      if (allocated(chosen)) call move_alloc(chosen, value)
-   end subroutine take_choices
-
-   !> Does the file have this group?
-   pure function has_group(input, group)
-      !> The input
-      class(scene_input_t), intent(in) :: input
-      !> Its name
-      character(*), intent(in) :: group
-      logical :: has_group
-
-      has_group = find_group(input%namelist, group) > 0
-   end function has_group
-
-   !> Does the file have this name in this group?
-   pure function has(input, group, name)
-      !> The input
-      class(scene_input_t), intent(in) :: input
-      !> The group
-      character(*), intent(in) :: group
-      !> The name
-      character(*), intent(in) :: name
-      logical :: has
-
-      has = .false.
-      if (input%has_group(group)) has = find_item(input%namelist, find_group(input%namelist, group), name) > 0
-   end function has
-
-   !> Report a problem with a name, or with its group or the whole file where that is absent.
-   subroutine complain(input, group, name, problem)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-      !> The group, or nothing
-      character(*), intent(in) :: group
-      !> The name, or nothing
-      character(*), intent(in) :: name
-      !> What is wrong
-      character(*), intent(in) :: problem
-
-      integer :: position
-
-      if (input%has(group, name)) then
-         position = find_item(input%namelist, find_group(input%namelist, group), name)
-         call input%report(input%namelist%items(position)%first, &
-            '&'//group//' '//name//' = '//item_text(input%namelist, position)//': '//problem)
-      else if (input%has_group(group)) then
-         position = find_group(input%namelist, group)
-         call input%report(input%namelist%groups(position)%first, '&'//group//': '//problem)
-      else
-         call input%report(0, problem)
-      end if
-   end subroutine complain
-
-   !> After the last call: report groups and names that no call asked for, and those given twice. Only the first of either
-   !> counts, and it stands behind no more good ones than there are names: the time grows with the text, not its square.
-   subroutine finish(input)
-      !> The input
-      class(scene_input_t), intent(inout) :: input
-
-      character(:), allocatable :: group, name
-      integer :: i, first
-
-      do i = 1, input%namelist%group_count
-         group = group_name(input%namelist, i)
-         first = find_group(input%namelist, group)
-         if (.not. input%group_is_known(first)) then
-            call input%report(input%namelist%groups(i)%first, '&'//excerpt(group)//': unknown group; ' &
-               //group_hint(input%names(:input%name_count), group))
-         else if (first < i) then
-            call input%report(input%namelist%groups(i)%first, '&'//group//': given twice, first in line ' &
-               //to_text(input%namelist%groups(first)%line))
-         else
-            cycle
-         end if
-         exit
-      end do
-      do i = 1, input%namelist%item_count
-         name = item_name(input%namelist, i)
-         group = group_name(input%namelist, input%namelist%items(i)%group)
-         first = find_item(input%namelist, input%namelist%items(i)%group, name)
-         if (first < i) then
-            call input%report(input%namelist%items(i)%first, '&'//excerpt(group)//' '//excerpt(name) &
-               //': given twice, first in line '//to_text(input%namelist%items(first)%line))
-         else if (.not. input%item_is_known(i)) then
-            call input%report(input%namelist%items(i)%first, '&'//excerpt(group)//' '//excerpt(name) &
-               //': unknown name; '//item_hint(input%names(:input%name_count), group, name))
-         else
-            cycle
-         end if
-         exit
-      end do
-   end subroutine finish
-
-   !> Is there a problem so far?
-   pure function has_problem(input)
-      !> The input
-      class(scene_input_t), intent(in) :: input
-      logical :: has_problem
-
-      has_problem = allocated(input%problem)
-   end function has_problem
-
-   !> The first problem, on one line; unallocated: there is none.
-   pure subroutine get_problem(input, problem)
-      !> The input
-      class(scene_input_t), intent(in) :: input
-      !> What the user reads
-      character(:), allocatable, intent(out) :: problem
-
-      if (.not. allocated(input%problem)) return
-      problem = input%file//': '//input%problem
-      if (input%problem_position > 0) &
-         problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
-   end subroutine get_problem
-
-   !> The item of this name in the open group, 0 if the file does not have it or should not.
-   subroutine find(input, name, item, role)
-      !> The input; the name becomes a known one
-      class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Its position
-      integer, intent(out) :: item
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
-
-      type(known_name_t), allocatable :: more(:)
-      integer :: other
-
-      if (input%name_count == size(input%names)) then
-         allocate (more(2*input%name_count))
-         more(:input%name_count) = input%names
-         call move_alloc(more, input%names)
-      end if
-      input%name_count = input%name_count + 1
-      input%names(input%name_count) = known_name_t(input%group, name)
-      item = 0
-      if (input%group_position == 0) return
-      item = find_item(input%namelist, input%group_position, name)
-      if (item == 0) return
-      input%item_is_known(item) = .true.
-      if (.not. present(role)) return
-      other = find_item(input%namelist, input%group_position, trim(role%instead_of))
-      if (other > 0) then
-         associate (later => input%namelist%items(max(item, other)))
-            call input%report(later%first, '&'//input%group//': give '//name//' or ' &
-               //trim(role%instead_of)//', not both')
+      do i = 1, table%group_count
+         associate (group => table%groups(i))
+            places(i) = find_group(input%namelist, trim(group%name), group%occurrence)
+            group%is_wanted = places(i) > 0
          end associate
-         item = 0
-      else if (.not. role%is_relevant) then
-         call input%reject(item, 0, 'only goes with '//trim(role%goes_with))
-         item = 0
-      end if
-   end subroutine find
+      end do
+      do i = 1, table%entry_count
+         associate (entry => table%entries(i))
+            items(i) = 0
+            if (places(entry%group) > 0) items(i) = find_item(input%namelist, places(entry%group), trim(entry%name%name))
+            entry%is_given = items(i) > 0
+         end associate
+      end do
+      do i = 1, table%entry_count
+         if (items(i) > 0) call input%read_entry(table, i, items(i))
+      end do
+      call input%report_groups(table, program)
+      call input%report_items(table, program, items)
+   end subroutine read_table
 
-   !> The same for a name that takes one value.
-   subroutine find_single(input, name, item, role)
-      !> The input; the name becomes a known one
+   !> The value of a name, if it may stand there.
+   subroutine read_entry(input, table, place, item)
       class(scene_input_t), intent(inout) :: input
-      !> Name in small letters
-      character(*), intent(in) :: name
-      !> Its position
-      integer, intent(out) :: item
-      !> What it is to other names
-      type(role_t), intent(in), optional :: role
+      type(table_t), intent(inout) :: table
+      !> The entry; those that it needs have been read
+      integer, intent(in) :: place
+      !> Its item in the file
+      integer, intent(in) :: item
 
-      call input%find(name, item, role)
-      if (item == 0) return
-      if (value_count(input%namelist, item) > 1_i8) then
-         call input%reject(item, 0, 'takes one value, '//to_text(value_count(input%namelist, item))//' given')
-         item = 0
-      end if
-   end subroutine find_single
+      type(range_t) :: range
+      integer :: other, chosen
 
-   !> The values of an item as numbers; unallocated if one of them is none or is not allowed.
-   subroutine numbers(input, item, range, are_whole, list)
-      !> The input
+      associate (entry => table%entries(place), name => table%entries(place)%name)
+         if (name%instead_of /= '') then
+            other = find_item(input%namelist, input%namelist%items(item)%group, trim(name%instead_of))
+            if (other > 0) then
+               call input%report(input%namelist%items(max(item, other))%first, '&'//trim(table%groups(entry%group)%name) &
+                  //': give '//trim(name%name)//' or '//trim(name%instead_of)//', not both')
+               return
+            end if
+         end if
+         if (.not. table%counts(place)) then
+            call input%reject(item, 0, 'only goes with '//table%phrase(place))
+            return
+         end if
+         if (.not. entry%is_list .and. value_count(input%namelist, item) > 1_i8) then
+            call input%reject(item, 0, 'takes one value, '//to_text(value_count(input%namelist, item))//' given')
+            return
+         end if
+         range = name%range
+         if (name%range_of /= '') then
+            chosen = chosen_parameter(table, entry%group, trim(name%range_of))
+            if (chosen > 0) range = table%entries(chosen)%name%range
+         end if
+         select case (entry%kind)
+         case (kind_number, kind_whole)
+            call input%read_numbers(item, range, entry)
+         case (kind_word)
+            call input%read_words(item, entry)
+         case (kind_logical)
+            call input%read_switch(item, entry)
+         case (kind_text)
+            call input%read_line(item, nint(range%most), entry)
+         end select
+      end associate
+   end subroutine read_entry
+
+   !> Numbers; one that is none or is not allowed is a problem.
+   subroutine read_numbers(input, item, range, entry)
       class(scene_input_t), intent(inout) :: input
-      !> The item
       integer, intent(in) :: item
       !> What is allowed
       type(range_t), intent(in) :: range
-      !> Only whole numbers
-      logical, intent(in) :: are_whole
-      !> The numbers
-      real(wp), allocatable, intent(out) :: list(:)
+      !> Gets them
+      type(entry_t), intent(inout) :: entry
 
       real(wp), allocatable :: values(:)
       character(:), allocatable :: reason
@@ -478,7 +157,7 @@ contains
       allocate (values(value_count(input%namelist, item)))
       count = 0
       do i = input%namelist%items(item)%first_value, input%namelist%items(item)%last_value
-         if (are_whole) then
+         if (entry%kind == kind_whole) then
             call read_integer(value_text(input%namelist, i), whole, is_legal)
             number = real(whole, wp)
          else
@@ -487,54 +166,249 @@ contains
          is_legal = is_legal .and. .not. input%namelist%values(i)%is_quoted
          if (is_legal) is_legal = contains_value(range, number)
          if (.not. is_legal) then
-            if (.not. allocated(reason)) &
-               reason = 'must be a '//trim(merge('whole number', 'number      ', are_whole))//' '//range_text(range)
+            if (.not. allocated(reason)) reason = 'must be a ' &
+               //trim(merge('whole number', 'number      ', entry%kind == kind_whole))//' '//range_text(range)
             call input%reject(item, i, reason)
             return
          end if
          values(count + 1:count + input%namelist%values(i)%repeat) = number
          count = count + input%namelist%values(i)%repeat
       end do
-      call move_alloc(values, list)
-   end subroutine numbers
+      if (entry%is_list) then
+         call move_alloc(values, entry%list)
+      else
+         entry%value = values(1)
+      end if
+   end subroutine read_numbers
 
-   !> The values of an item as positions in some words; unallocated if one of them is not there.
-   subroutine words_chosen(input, item, words, list)
-      !> The input
+   !> Words as places in what may be chosen, none twice; one that is not there is a problem.
+   subroutine read_words(input, item, entry)
       class(scene_input_t), intent(inout) :: input
-      !> The item
       integer, intent(in) :: item
-      !> What may be chosen
-      character(*), intent(in) :: words(:)
-      !> The positions
-      integer, allocatable, intent(out) :: list(:)
+      !> Gets them
+      type(entry_t), intent(inout) :: entry
 
       character(:), allocatable :: word
       integer, allocatable :: chosen(:)
-      integer :: i, position
+      integer :: i, place
+      logical :: is_alone
 
-      allocate (chosen(0))
-      do i = input%namelist%items(item)%first_value, input%namelist%items(item)%last_value
+      associate (part => input%namelist%items(item))
+         allocate (chosen(part%first_value:part%last_value), source=0)
+      end associate
+      is_alone = .false.
+      do i = lbound(chosen, 1), ubound(chosen, 1)
          word = lower_case(value_text(input%namelist, i))
-         do position = size(words), 1, -1
-            if (word == words(position)) exit
+         do place = size(entry%words), 1, -1
+            if (word == entry%words(place)) exit
          end do
-         if (.not. input%namelist%values(i)%is_quoted) position = 0
-         if (position == 0 .or. len(word) == 0) then
-            call input%reject(item, i, 'must be '//one_of(words)//', in quotes')
+         if (.not. input%namelist%values(i)%is_quoted) place = 0
+         if (place == 0 .or. len(word) == 0) then
+            call input%reject(item, i, 'must be '//one_of(entry%words)//', in quotes')
             return
-         else if (any(chosen == position) .or. input%namelist%values(i)%repeat > 1) then
+         else if (any(chosen == place) .or. input%namelist%values(i)%repeat > 1) then
             call input%reject(item, i, 'given twice')
             return
          end if
-         chosen = [chosen, position]
+         is_alone = is_alone .or. any(word == entry%name%alone)
+         chosen(i) = place
       end do
-      call move_alloc(chosen, list)
-   end subroutine words_chosen
+      if (is_alone .and. size(chosen) > 1) then
+         call input%reject(item, 0, ''''//trim(entry%name%alone(1))//''' and '''//trim(entry%name%alone(2))//''' stand alone')
+      else if (entry%is_list) then
+         entry%list = real(chosen, wp)
+      else
+         entry%value = real(maxval(chosen), wp)
+      end if
+   end subroutine read_words
+
+   !> A logical.
+   subroutine read_switch(input, item, entry)
+      class(scene_input_t), intent(inout) :: input
+      integer, intent(in) :: item
+      !> Gets it
+      type(entry_t), intent(inout) :: entry
+
+      integer :: first
+      logical :: is_on, is_legal
+
+      first = input%namelist%items(item)%first_value
+      call read_logical(value_text(input%namelist, first), is_on, is_legal)
+      if (is_legal .and. .not. input%namelist%values(first)%is_quoted) then
+         entry%value = merge(1.0_wp, 0.0_wp, is_on)
+      else
+         call input%reject(item, first, 'must be .true. or .false.')
+      end if
+   end subroutine read_switch
+
+   !> A text of one line, without blanks at its end.
+   subroutine read_line(input, item, longest, entry)
+      class(scene_input_t), intent(inout) :: input
+      integer, intent(in) :: item
+      !> Most characters
+      integer, intent(in) :: longest
+      !> Gets it
+      type(entry_t), intent(inout) :: entry
+
+      character(:), allocatable :: text
+      integer :: first, i
+
+      first = input%namelist%items(item)%first_value
+      if (.not. input%namelist%values(first)%is_quoted) then
+         call input%reject(item, first, 'must be a text in quotes')
+         return
+      end if
+      i = input%namelist%values(first)%first - 1
+      text = trim(read_text(value_text(input%namelist, first), slice(input%namelist%text, i, i)))
+      if (len(text) > 0 .and. character_count(text) < 0) then
+         call input%reject(item, first, 'must be UTF-8 free of tabs and other control characters')
+      else if (len(text) == 0 .or. character_count(text) > longest) then
+         call input%reject(item, first, 'must have 1 to '//to_text(longest)//' characters, this has ' &
+            //to_text(character_count(text)))
+      else
+         entry%text = text
+      end if
+   end subroutine read_line
+
+   !> Groups that the table does not have, that another program takes, and those given twice. Only the first counts, and it
+   !> stands behind no more good ones than there are names: the time grows with the text, not its square.
+   subroutine report_groups(input, table, program)
+      class(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
+      !> One of the `program_` constants, or a sum of them
+      integer, intent(in) :: program
+
+      character(:), allocatable :: group, problem
+      integer :: i, first, place, takers
+
+      ! where no program takes all groups, they contradict each other
+      takers = program_any
+      do i = 1, table%group_count
+         if (table%groups(i)%is_wanted) takers = iand(takers, table%groups(i)%programs)
+      end do
+      do i = 1, input%namelist%group_count
+         group = group_name(input%namelist, i)
+         first = find_group(input%namelist, group)
+         place = table%find_group(group)
+         if (place == 0) then
+            problem = '&'//excerpt(group)//': unknown group; '//group_hint(table, program, group)
+         else if (takers > 0 .and. iand(table%groups(place)%programs, program) == 0) then
+            problem = '&'//group//': '//name_of_program(takers)//' runs this scene'
+         else if (first < i .and. .not. table%groups(place)%repeats) then
+            problem = '&'//group//': given twice, first in line '//to_text(input%namelist%groups(first)%line)
+         else
+            cycle
+         end if
+         call input%report(input%namelist%groups(i)%first, problem)
+         return
+      end do
+   end subroutine report_groups
+
+   !> Names that the table does not have, and those given twice; again only the first counts.
+   subroutine report_items(input, table, program, items)
+      class(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
+      !> One of the `program_` constants, or a sum of them
+      integer, intent(in) :: program
+      !> The items of the table's entries
+      integer, intent(in) :: items(:)
+
+      logical :: is_known(input%namelist%item_count)
+      character(:), allocatable :: group, name, problem
+      integer :: i, first
+
+      is_known = .false.
+      is_known(pack(items, items > 0)) = .true.
+      do i = 1, input%namelist%item_count
+         name = item_name(input%namelist, i)
+         group = group_name(input%namelist, input%namelist%items(i)%group)
+         first = find_item(input%namelist, input%namelist%items(i)%group, name)
+         if (first < i) then
+            problem = 'given twice, first in line '//to_text(input%namelist%items(first)%line)
+         else if (.not. is_known(i)) then
+            problem = 'unknown name; '//item_hint(table, program, group, name)
+         else
+            cycle
+         end if
+         call input%report(input%namelist%items(i)%first, '&'//excerpt(group)//' '//excerpt(name)//': '//problem)
+         return
+      end do
+   end subroutine report_items
+
+   !> Does the file have this group?
+   pure function has_group(input, group)
+      class(scene_input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      logical :: has_group
+
+      has_group = find_group(input%namelist, group) > 0
+   end function has_group
+
+   !> Does the file have this name in this group?
+   pure function has(input, group, name, occurrence)
+      class(scene_input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of the groups of this name; absent: the first
+      integer, intent(in), optional :: occurrence
+      logical :: has
+
+      integer :: place
+
+      place = find_group(input%namelist, group, occurrence)
+      has = .false.
+      if (place > 0) has = find_item(input%namelist, place, name) > 0
+   end function has
+
+   !> Report a problem with a name, or with its group or the whole file where that is absent.
+   subroutine complain(input, group, name, problem, occurrence)
+      class(scene_input_t), intent(inout) :: input
+      !> The group, or nothing
+      character(*), intent(in) :: group
+      !> The name, or nothing
+      character(*), intent(in) :: name
+      !> What is wrong
+      character(*), intent(in) :: problem
+      !> Which of the groups of this name; absent: the first
+      integer, intent(in), optional :: occurrence
+
+      integer :: place, item
+
+      place = find_group(input%namelist, group, occurrence)
+      if (place == 0) then
+         call input%report(0, problem)
+         return
+      end if
+      item = find_item(input%namelist, place, name)
+      if (item > 0) then
+         call input%reject(item, 0, problem)
+      else
+         call input%report(input%namelist%groups(place)%first, '&'//group//': '//problem)
+      end if
+   end subroutine complain
+
+   !> Is there a problem so far?
+   pure function has_problem(input)
+      class(scene_input_t), intent(in) :: input
+      logical :: has_problem
+
+      has_problem = allocated(input%problem)
+   end function has_problem
+
+   !> The first problem, on one line; unallocated: there is none.
+   pure subroutine get_problem(input, problem)
+      class(scene_input_t), intent(in) :: input
+      !> What the user reads
+      character(:), allocatable, intent(out) :: problem
+
+      if (.not. allocated(input%problem)) return
+      problem = input%file//': '//input%problem
+      if (input%problem_position > 0) &
+         problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
+   end subroutine get_problem
 
    !> Report a problem with a value of an item, or with the item.
    subroutine reject(input, item, value, problem)
-      !> The input
       class(scene_input_t), intent(inout) :: input
       !> The item
       integer, intent(in) :: item
@@ -546,8 +420,8 @@ contains
       character(:), allocatable :: subject
       integer :: position
 
-      subject = '&'//input%group//' '//excerpt(item_name(input%namelist, item))//' = '
       associate (part => input%namelist%items(item))
+         subject = '&'//group_name(input%namelist, part%group)//' '//item_name(input%namelist, item)//' = '
          if (value > 0 .and. part%last_value > part%first_value) then
             position = input%namelist%values(value)%start
             associate (values => input%namelist%values(part%first_value:value))
@@ -565,7 +439,6 @@ contains
 
    !> Keep a problem if it stands before the one kept so far.
    subroutine report(input, position, problem)
-      !> The input
       class(scene_input_t), intent(inout) :: input
       !> Where it stands in the text; 0: nowhere
       integer, intent(in) :: position

@@ -1,13 +1,15 @@
 !> A scene file read, checked and made dimensionless.
 module scene_reader
    use failures, only: fail, failure_t, status_bad_input
+   use name_table, only: table_t
    use namelist_text, only: namelist_t, parse_namelist
    use number_text, only: to_text
-   use scene_groups, only: physical_t, walk_scene
+   use programs, only: program_any
+   use scene_echo, only: make_echo
+   use scene_groups, only: list_scene, physical_t
    use scene_input, only: scene_input_t
    use scene_resolve, only: resolve_scene
    use scene_types, only: scene_t
-   use scene_walk, only: scene_walk_t
    use text_file, only: load_text
    implicit none (type, external)
    private
@@ -16,13 +18,15 @@ module scene_reader
 contains
 
    !> Read a scene from a file.
-   subroutine read_scene(file, scene, error)
+   subroutine read_scene(file, scene, error, program)
       !> Name of the file
       character(*), intent(in) :: file
       !> What it asks for
       type(scene_t), intent(out) :: scene
       !> What is wrong with it, on one line; unallocated: nothing
       type(failure_t), allocatable, intent(out) :: error
+      !> The program that reads it, one of the `program_` constants; absent: any
+      integer, intent(in), optional :: program
 
       character(:), allocatable :: text, problem
 
@@ -31,11 +35,11 @@ contains
          call fail(error, status_bad_input, trim(file)//': '//problem)
          return
       end if
-      call parse_scene(text, trim(file), scene, error)
+      call parse_scene(text, trim(file), scene, error, program)
    end subroutine read_scene
 
    !> Read a scene from a text.
-   subroutine parse_scene(text, file, scene, error)
+   subroutine parse_scene(text, file, scene, error, program)
       !> The text
       character(*), intent(in) :: text
       !> Name of the file that it came from, for messages and as the name of the scene
@@ -44,13 +48,18 @@ contains
       type(scene_t), intent(out) :: scene
       !> What is wrong with it, on one line; unallocated: nothing
       type(failure_t), allocatable, intent(out) :: error
+      !> The program that reads it, one of the `program_` constants; absent: any
+      integer, intent(in), optional :: program
 
-      type(scene_walk_t) :: walk
+      type(scene_input_t) :: input
+      type(table_t) :: table
       type(physical_t) :: physical
       type(namelist_t) :: namelist
       character(:), allocatable :: problem
-      integer :: line
+      integer :: line, reader
 
+      reader = program_any
+      if (present(program)) reader = program
       scene%file = file
       scene%text = text
       scene%name = name_of_file(file)
@@ -60,12 +69,15 @@ contains
          return
       end if
 
-      call walk%start_reading(file, namelist)
-      call walk_scene(walk, scene, physical)
-      call walk%input%finish()
-      if (.not. walk%input%has_problem()) call resolve_scene(walk%input, physical, scene)
+      call input%start(file, namelist)
+      call list_scene(table, scene, physical)
+      call input%read_table(table, reader)
+      call table%give_values()
+      call list_scene(table, scene, physical)
+      if (.not. input%has_problem()) call resolve_scene(input, table, reader, physical, scene)
       if (.not. allocated(scene%title)) scene%title = scene%name
-      call walk%input%get_problem(problem)
+      if (.not. input%has_problem()) call make_echo(table, scene)
+      call input%get_problem(problem)
       if (allocated(problem)) call fail(error, status_bad_input, problem)
    end subroutine parse_scene
 

@@ -1,20 +1,21 @@
 !> From what a file gives to a scene: the groups checked against each other, defaults that depend on
 !> other values filled in, quantities in the user's units made ratios.
 module scene_resolve
-   use cases_groups, only: resolve_cases
+   use cases_resolve, only: resolve_cases
    use kinds, only: lambda1, wp
+   use name_table, only: table_t
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
+   use programs, only: name_of_program, program_benchmark, program_motion, program_paper
    use scene_beam, only: mean_section, resolve_beam
    use scene_groups, only: physical_t, scheme_average_acceleration, scheme_explicit, scheme_linear_acceleration
    use scene_input, only: scene_input_t
-   use scene_ranges, only: branch_range, damper_range, duration_range, preload_range, step_range, stiffness_range, &
-      tip_mass_range, zeta_range
+   use scene_rules, only: check_rules
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       frequency_settings_t, law_three_element, mesh_settings_t, output_settings_t, precision_settings_t, &
       reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, solver_auto, &
       solver_dsygv, solver_lanczos, solver_names, solver_natural
-   use sweep_groups, only: resolve_sweep
+   use sweep_resolve, only: resolve_sweep
    use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
@@ -42,15 +43,22 @@ module scene_resolve
 contains
 
    !> Check and complete a scene; problems go into the input, and the scene is then not meant to be used.
-   subroutine resolve_scene(input, physical, scene)
+   subroutine resolve_scene(input, table, program, physical, scene)
       !> The file, for what it has and for its problems
       type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> One of the `program_` constants, or a sum of them
+      integer, intent(in) :: program
       !> What it gives in physical units
       type(physical_t), intent(in) :: physical
       !> Read values in; resolved out
       type(scene_t), intent(inout) :: scene
 
-      call check_requests(input, scene)
+      call check_name(input, scene%name)
+      call check_rules(input, table)
+      if (input%has_problem()) return
+      call check_requests(input, program, scene)
       if (input%has_problem()) return
       call resolve_beam(input, physical, scene%beam)
       if (input%has_problem()) return
@@ -59,50 +67,49 @@ contains
       ! The mesh serves the frequencies too: a problem is told where it stands
       call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
       if (input%has_problem()) return
-      call take_ratio(input, 'damping', 'stiffness_coefficient', 'zeta', zeta_range, &
+      call take_ratio(input, table, 'damping', 'stiffness_coefficient', &
          0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
-      call take_ratio(input, 'tip_mass', 'mass', 'ratio', tip_mass_range, &
-         physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
-      if (scene%has_stop) call resolve_stop(input, physical, scene)
-      if (scene%wants_response) call resolve_response(input, physical, scene%scales%omega1, scene%response)
+      call take_ratio(input, table, 'tip_mass', 'mass', physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
+      if (scene%has_stop) call resolve_stop(input, table, physical, scene)
+      if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
       if (input%has_problem()) return
       call resolve_sweep(input, scene)
       if (input%has_problem()) return
-      call resolve_cases(input, scene)
+      call resolve_cases(input, table, scene)
       if (input%has_problem()) return
       call check_output(input, scene)
    end subroutine resolve_scene
 
-   !> The names and the requests.
-   subroutine check_requests(input, scene)
-      !> The file
+   !> The scene's name, which is that of its results.
+   subroutine check_name(input, name)
       type(scene_input_t), intent(inout) :: input
-      !> As read
-      type(scene_t), intent(inout) :: scene
+      character(*), intent(in) :: name
 
       if (.not. input%has('scene', 'name')) then
-         if (.not. can_name_a_file(scene%name)) call input%complain('', '', &
-            'the results cannot have the name of the file, '//excerpt(scene%name)//'; that must be 1 to ' &
+         if (.not. can_name_a_file(name)) call input%complain('', '', &
+            'the results cannot have the name of the file, '//excerpt(name)//'; that must be 1 to ' &
             //to_text(longest_stem)//' bytes before the ending, UTF-8 without control characters, beginning with ' &
             //'neither . nor - nor a blank; give &scene name')
-      else if (verify(scene%name, name_characters) > 0 .or. verify(scene%name(1:1), letters_and_digits) > 0) then
+      else if (verify(name, name_characters) > 0 .or. verify(name(1:1), letters_and_digits) > 0) then
          call input%complain('scene', 'name', &
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
-      if (scene%wants_statements) then
-         call refuse_others(input, 'statements', [character(11) :: 'beam', 'mesh', 'damping', 'tip_mass', 'stop', 'response', &
-            'frequencies', 'precision', 'sweep', 'best', 'cases', 'output'], 'beams, stops and runs of its own')
-      else if (scene%wants_precision) then
-         call refuse_others(input, 'precision', [character(11) :: 'response', 'sweep', 'best', 'cases', 'output'], &
-            'runs of its own')
-         if (.not. (scene%has_stop .or. scene%wants_frequencies)) call input%complain('precision', '', &
-            'needs &stop / to compare motion, or &frequencies / to compare solvers')
-      else if (.not. scene%wants_response) then
-         call complain_of_no_response(input, scene)
-      else if (.not. scene%has_stop) then
-         call input%complain('response', '', 'needs a stop; add &stop / (with or without names in it)')
+   end subroutine check_name
+
+   !> A scene asks for something, and for what the program does.
+   subroutine check_requests(input, program, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> One of the `program_` constants, or a sum of them
+      integer, intent(in) :: program
+      type(scene_t), intent(in) :: scene
+
+      if ((program == program_paper .and. .not. scene%wants_statements) .or. &
+         (program == program_benchmark .and. .not. scene%wants_precision)) then
+         call input%complain('', '', name_of_program(program_motion)//' runs this scene')
+      else if (.not. any([scene%wants_statements, scene%wants_precision, scene%wants_response, scene%wants_frequencies])) then
+         call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
       end if
    end subroutine check_requests
 
@@ -116,46 +123,6 @@ contains
       answer = len(name) >= 1 .and. len(name) <= longest_stem
       if (answer) answer = scan(name(1:1), '.- ') == 0 .and. len_trim(name) == len(name) .and. character_count(name) > 0
    end function can_name_a_file
-
-   !> A study with runs of its own refuses groups that would ask for others.
-   subroutine refuse_others(input, study, others, reason)
-      !> The file
-      type(scene_input_t), intent(inout) :: input
-      !> Group of the study
-      character(*), intent(in) :: study
-      !> What it does not go with
-      character(*), intent(in) :: others(:)
-      !> What it has
-      character(*), intent(in) :: reason
-
-      integer :: i
-
-      do i = 1, size(others)
-         if (input%has_group(trim(others(i)))) &
-            call input%complain(trim(others(i)), '', 'does not go with &'//study//', which has '//reason)
-      end do
-   end subroutine refuse_others
-
-   !> Without a response: name the groups that need one; without any, and without frequencies, nothing is asked for.
-   subroutine complain_of_no_response(input, scene)
-      !> The file
-      type(scene_input_t), intent(inout) :: input
-      !> As read; it has no &response
-      type(scene_t), intent(in) :: scene
-
-      character(*), parameter :: needs = 'needs a response; add &response / (with or without names in it)'
-
-      if (scene%wants_sweep) call input%complain('sweep', '', needs)
-      if (scene%wants_cases) call input%complain('cases', '', needs)
-      if (scene%wants_best .and. .not. scene%wants_sweep) &
-         call input%complain('best', '', 'needs a sweep; add &sweep with the parameters to vary, and &response /')
-      if (scene%wants_frequencies .or. input%has_problem()) return
-      if (input%has_group('output')) then
-         call input%complain('output', '', 'there are no results to store; add &response / or &frequencies /')
-      else
-         call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
-      end if
-   end subroutine complain_of_no_response
 
    !> Scales of the uniform beam of mean section.
    subroutine find_scales(input, beam, scales)
@@ -185,22 +152,24 @@ contains
    end subroutine find_scales
 
    !> A ratio that the file gives by a quantity in physical units.
-   subroutine take_ratio(input, group, name, ratio_name, range, value, ratio)
-      !> The file
+   subroutine take_ratio(input, table, group, name, value, ratio)
       type(scene_input_t), intent(inout) :: input
+      !> Its names
+      type(table_t), intent(in) :: table
       !> Group and name of the quantity
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      !> Name of the ratio
-      character(*), intent(in) :: ratio_name
-      !> What the ratio may be
-      type(range_t), intent(in) :: range
       !> The quantity as a ratio
       real(wp), intent(in) :: value
       !> Replaced by the value if the file has the quantity
       real(wp), intent(inout) :: ratio
 
+      character(:), allocatable :: ratio_name
+      type(range_t) :: range
+
       if (.not. input%has(group, name)) return
+      ratio_name = trim(table%entries(table%find(table%find_group(group), name))%name%instead_of)
+      range = table%range_of(group, ratio_name)
       if (contains_value(range, value)) then
          ratio = value
       else
@@ -210,9 +179,10 @@ contains
    end subroutine take_ratio
 
    !> &stop
-   subroutine resolve_stop(input, physical, scene)
-      !> The file
+   subroutine resolve_stop(input, table, physical, scene)
       type(scene_input_t), intent(inout) :: input
+      !> Its names
+      type(table_t), intent(in) :: table
       !> What it gives in physical units
       type(physical_t), intent(in) :: physical
       !> Scales in; stop and scale of displacements out
@@ -221,23 +191,21 @@ contains
       real(wp) :: unit_stiffness, spring
 
       unit_stiffness = 3.0_wp*scene%scales%bending_stiffness/scene%beam%length**3
-      call resolve_heights(input, physical, scene)
+      call resolve_heights(input, table%range_of('stop', 'preload'), physical, scene)
       if (scene%stop%law /= law_three_element) return
-      call take_ratio(input, 'stop', 'stiffness', 'stiffness_ratio', stiffness_range, &
-         physical%stiffness/unit_stiffness, scene%stop%stiffness_ratio)
+      call take_ratio(input, table, 'stop', 'stiffness', physical%stiffness/unit_stiffness, scene%stop%stiffness_ratio)
       if (input%has_problem()) return
       spring = scene%stop%stiffness_ratio*unit_stiffness
       if (input%has('stop', 'stiffness')) spring = physical%stiffness
-      call take_ratio(input, 'stop', 'branch_stiffness', 'branch_ratio', branch_range, &
-         physical%branch_stiffness/spring, scene%stop%branch_ratio)
-      call take_ratio(input, 'stop', 'damper', 'damper_ratio', damper_range, &
-         physical%damper*scene%scales%omega1/unit_stiffness, scene%stop%damper_ratio)
+      call take_ratio(input, table, 'stop', 'branch_stiffness', physical%branch_stiffness/spring, scene%stop%branch_ratio)
+      call take_ratio(input, table, 'stop', 'damper', physical%damper*scene%scales%omega1/unit_stiffness, &
+         scene%stop%damper_ratio)
    end subroutine resolve_stop
 
    !> The preload from the heights of the stop and of the start.
-   subroutine resolve_heights(input, physical, scene)
-      !> The file
+   subroutine resolve_heights(input, preload_range, physical, scene)
       type(scene_input_t), intent(inout) :: input
+      type(range_t), intent(in) :: preload_range
       !> What it gives in physical units
       type(physical_t), intent(in) :: physical
       !> Beam in; preload and scale of displacements out
@@ -246,19 +214,12 @@ contains
       ! Shares of the length: heights below the first cannot be told from none
       real(wp), parameter :: smallest_lift = 1.0e-15_wp
       real(wp), parameter :: largest_height = 1.0_wp
-      logical :: has_surface, has_initial
       real(wp) :: lift
 
-      has_surface = input%has('stop', 'surface_height')
-      has_initial = input%has('stop', 'initial_height')
-      if (.not. (has_surface .or. has_initial)) return
+      if (.not. input%has('stop', 'surface_height')) return
       lift = physical%initial_height - physical%surface_height
       associate (length => scene%beam%length)
-         if (.not. has_initial) then
-            call input%complain('stop', 'surface_height', 'needs initial_height too')
-         else if (.not. has_surface) then
-            call input%complain('stop', 'initial_height', 'needs surface_height too')
-         else if (abs(physical%surface_height) > largest_height*length) then
+         if (abs(physical%surface_height) > largest_height*length) then
             call input%complain('stop', 'surface_height', 'must be smaller in size than the beam''s length, ' &
                //to_text(length))
          else if (abs(physical%initial_height) > largest_height*length) then
@@ -278,9 +239,10 @@ contains
    end subroutine resolve_heights
 
    !> &response
-   subroutine resolve_response(input, physical, omega1, response)
-      !> The file
+   subroutine resolve_response(input, table, physical, omega1, response)
       type(scene_input_t), intent(inout) :: input
+      !> Its names
+      type(table_t), intent(in) :: table
       !> What it gives in physical units
       type(physical_t), intent(in) :: physical
       !> Reference frequency, rad per unit of time
@@ -296,9 +258,8 @@ contains
       case (scheme_explicit)
          response%newmark_beta = 0.0_wp
       end select
-      call take_ratio(input, 'response', 'duration_time', 'duration', duration_range, &
-         physical%duration_time*omega1, response%duration)
-      call take_ratio(input, 'response', 'step_time', 'step', step_range, physical%step_time*omega1, response%step)
+      call take_ratio(input, table, 'response', 'duration_time', physical%duration_time*omega1, response%duration)
+      call take_ratio(input, table, 'response', 'step_time', physical%step_time*omega1, response%step)
       if (input%has_problem()) return
 
       if (response%step > response%duration) then

@@ -1,11 +1,10 @@
-!> What a value may be, tested and in words, and when it counts.
+!> What a value may be, tested and in words.
 module value_rules
    use kinds, only: wp
    use number_text, only: to_text
-   use scene_types, only: name_length
    implicit none (type, external)
    private
-   public :: role_t, range_t, within, above, contains_value, range_text, one_of
+   public :: range_t, within, above, contains_value, range_text, one_of
 
    !> Numbers from `least`, which itself may be left out, to `most`.
    type :: range_t
@@ -13,18 +12,6 @@ module value_rules
       real(wp) :: most
       logical :: excludes_least = .false.
    end type range_t
-
-   !> What a name is to the others of its scene. Texts are padded with blanks.
-   type :: role_t
-      !> It counts in this scene; if it does not and the file has it, that is a problem
-      logical :: is_relevant = .true.
-      !> What it would count with
-      character(name_length) :: goes_with = ''
-      !> Another name of its group for the same quantity: never both in one file; the other is echoed
-      character(name_length) :: instead_of = ''
-      !> Its default in words, where that is no fixed value
-      character(name_length) :: default = ''
-   end type role_t
 
    !> `within(least, most)`: both ends are allowed.
    interface within

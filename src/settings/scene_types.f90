@@ -4,11 +4,11 @@
 !> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in y_c(0) - d, times
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
-   use cases_settings, only: cases_settings_t
+   use echo_types, only: echo_t
    use kinds, only: wp
    use run_settings, only: impulse_momentum, impulse_names, impulse_nodal, law_names, law_restitution, law_three_element, &
       method_exact, method_names, method_newmark, name_length, output_settings_t, response_settings_t, stop_settings_t
-   use sweep_settings, only: best_settings_t, sweep_settings_t
+   use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
    public :: scene_t, beam_settings_t, mesh_settings_t, stop_settings_t, response_settings_t
@@ -38,9 +38,9 @@ module scene_types
    integer, parameter :: solver_auto = 4
 
    !> No reference values.
-   integer, parameter :: reference_none = 0
+   integer, parameter :: reference_none = 1
    !> The exact frequencies from the determinants.
-   integer, parameter :: reference_exact = 1
+   integer, parameter :: reference_exact = 2
 
    !> What &precision compares: `exact`, and Newmark with beta = 1/4, 1/6 and 0.
    integer, parameter :: contender_exact = 1
@@ -48,12 +48,11 @@ module scene_types
    integer, parameter :: contender_linear = 3
    integer, parameter :: contender_explicit = 4
 
-   !> The constants above as users write them: law_names(law_restitution) and so on; `reference_names`
-   !> begins with reference_none.
+   !> The constants above as users write them: solver_names(solver_dsygv) and so on.
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
    character(*), parameter :: contender_names(4) = [character(name_length) :: &
       'exact', 'average_acceleration', 'linear_acceleration', 'explicit']
-   character(*), parameter :: reference_names(0:1) = [character(name_length) :: 'none', 'exact']
+   character(*), parameter :: reference_names(2) = [character(name_length) :: 'none', 'exact']
 
    !> &beam, in the user's units.
    type :: beam_settings_t
@@ -158,6 +157,8 @@ module scene_types
       character(:), allocatable :: title
       !> The input as read
       character(:), allocatable :: text
+      !> Its names and resolved values, group by group; the last group is `scales`
+      type(echo_t), allocatable :: echo(:)
       type(beam_settings_t) :: beam
       type(mesh_settings_t) :: mesh
       !> zeta = gamma omega1 / 2

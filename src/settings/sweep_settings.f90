@@ -4,41 +4,27 @@ module sweep_settings
    use measure_list, only: measure_quiet
    implicit none (type, external)
    private
-   public :: parameter_count, parameter_names, parameter_meanings, is_of_beam, is_swept, parameter_elements, &
-      parameter_mesh_ratio, parameter_taper, parameter_tip_mass, parameter_position, parameter_duration, &
-      parameter_hop_tolerance, parameter_zeta, parameter_preload, parameter_restitution, parameter_stiffness, &
-      parameter_branch, parameter_damper
-   public :: swept_t, sweep_settings_t, best_settings_t
+   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, place_of
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_least, goal_most, goal_names
 
    integer, parameter :: name_room = 32
-   integer, parameter :: meaning_room = 100
+   integer, parameter :: meaning_room = 180
 
-   !> Parameters; those of the beam and its mesh come first, so that in a grid they vary slowest.
-   integer, parameter :: parameter_elements = 1
-   integer, parameter :: parameter_mesh_ratio = 2
-   integer, parameter :: parameter_taper = 3
-   integer, parameter :: parameter_tip_mass = 4
-   integer, parameter :: parameter_position = 5
-   integer, parameter :: parameter_duration = 6
-   integer, parameter :: parameter_hop_tolerance = 7
-   integer, parameter :: parameter_zeta = 8
-   integer, parameter :: parameter_preload = 9
-   integer, parameter :: parameter_restitution = 10
-   integer, parameter :: parameter_stiffness = 11
-   integer, parameter :: parameter_branch = 12
-   integer, parameter :: parameter_damper = 13
-   integer, parameter :: parameter_count = 13
-   character(*), parameter :: parameter_names(parameter_count) = [character(name_room) :: &
-      'elements', 'mesh_ratio', 'taper', 'tip_mass_ratio', 'position', 'duration', 'hop_tolerance', 'zeta', &
-      'preload', 'restitution', 'stiffness_ratio', 'branch_ratio', 'damper_ratio']
-   character(*), parameter :: parameter_meanings(parameter_count) = [character(meaning_room) :: &
-      'number of elements', 'ratio of neighbouring elements', 'alpha = (height_root - height_tip) / length, mean height kept', &
-      'mu = tip mass over mass of the beam', 'position of the stop Lc over length', 'length of the run, tau', &
-      'eta that a flight must exceed to be no rest', 'damping ratio', 'delta = d / (y_c(0) - d)', &
-      'coefficient of restitution eps', 'kappa = k / (3 E Ibar / L^3)', 'beta = spring of the Maxwell branch over k', &
-      'c* = c omega1 / (3 E Ibar / L^3)']
+   !> A number that a sweep or &cases may vary.
+   type :: parameter_t
+      !> In &sweep and &cases
+      character(name_room) :: name = ''
+      character(meaning_room) :: meaning = ''
+      !> Its own group, and its name there
+      character(name_room) :: group = ''
+      character(name_room) :: name_in_group = ''
+      !> Its place among all parameters; in a grid the first vary slowest
+      integer :: order = 0
+      !> Another value makes another beam or mesh
+      logical :: is_of_beam = .false.
+      logical :: is_whole = .false.
+   end type parameter_t
 
    !> Every combination of the values.
    integer, parameter :: design_grid = 1
@@ -52,8 +38,9 @@ module sweep_settings
    integer, parameter :: goal_most = 2
    character(*), parameter :: goal_names(2) = [character(name_room) :: 'least', 'most']
 
-   !> The values of one parameter; it is not swept if nothing is given.
+   !> A parameter and its values; it is not swept if none are given.
    type :: swept_t
+      type(parameter_t) :: parameter
       !> Values one by one
       real(wp), allocatable :: list(:)
       !> Least and greatest value
@@ -68,8 +55,8 @@ module sweep_settings
    type :: sweep_settings_t
       !> One of the `design_` constants
       integer :: design = design_grid
-      !> Parameters, by the `parameter_` constants
-      type(swept_t) :: swept(parameter_count)
+      !> All parameters there are, in their order
+      type(swept_t), allocatable :: swept(:)
       !> Latin hypercube: number of cases, and what its random numbers start from
       integer :: count = 0
       integer :: seed = 1
@@ -93,16 +80,26 @@ module sweep_settings
       real(wp) :: precision = 1.0e-4_wp
    end type best_settings_t
 
+   !> &cases: one scene, run for several values of one parameter, histories kept
+   type :: cases_settings_t
+      !> Without a name: not given
+      type(parameter_t) :: parameter
+      !> Its values, one case each
+      real(wp), allocatable :: values(:)
+   end type cases_settings_t
+
 contains
 
-   !> Does another value make another beam or mesh?
-   elemental function is_of_beam(parameter) result(is)
-      !> One of the `parameter_` constants
-      integer, intent(in) :: parameter
-      logical :: is
+   !> Place of a parameter in a sweep; 0: there is none of that name.
+   pure function place_of(name, swept) result(place)
+      character(*), intent(in) :: name
+      type(swept_t), intent(in) :: swept(:)
+      integer :: place
 
-      is = parameter <= parameter_position
-   end function is_of_beam
+      do place = size(swept), 1, -1
+         if (swept(place)%parameter%name == name) exit
+      end do
+   end function place_of
 
    !> Does a sweep give this parameter values?
    elemental function is_swept(swept) result(is)

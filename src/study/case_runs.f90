@@ -1,16 +1,14 @@
 !> One scene, run for several values of one parameter: a figure of several curves.
 module case_runs
    use beam_model, only: beam_model_t
-   use cases_settings, only: case_parameters
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use motion_run, only: find_shared_modes, run_motion
    use response_types, only: response_t
    use scene_beam_model, only: model_of, run_of
+   use scene_parameters, only: set_parameter
    use scene_types, only: scene_t
-   use sweep_plan, only: set_parameter
-   use sweep_settings, only: is_of_beam
    implicit none (type, external)
    private
    public :: case_t, run_cases
@@ -37,16 +35,15 @@ contains
 
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
-      integer :: i, parameter
+      integer :: i
 
-      parameter = case_parameters(scene%cases%choice)
       allocate (cases(size(scene%cases%values)))
       do i = 1, size(cases)
          cases(i)%scene = scene
          cases(i)%value = scene%cases%values(i)
          cases(i)%scene%output%measures = .true.
-         call set_parameter(cases(i)%scene, parameter, cases(i)%value)
-         if (i == 1 .or. is_of_beam(parameter)) call make_beam(cases(i)%scene, model, modes, error)
+         call set_parameter(cases(i)%scene, scene%cases%parameter, cases(i)%value)
+         if (i == 1 .or. scene%cases%parameter%is_of_beam) call make_beam(cases(i)%scene, model, modes, error)
          if (allocated(error)) return
          allocate (cases(i)%node_position, source=model%mesh%position)
          call run_motion(model, run_of(cases(i)%scene), cases(i)%response, error, modes)

@@ -3,7 +3,6 @@
 module cases_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use case_runs, only: case_t
-   use cases_settings, only: case_parameters
    use failures, only: failure_t
    use file_system, only: make_folder
    use hdf5_writing, only: hdf5_group_t
@@ -14,7 +13,6 @@ module cases_file
    use results_file, only: begin_results, finish_results, write_run
    use run_measures, only: row_of
    use scene_types, only: scene_t
-   use sweep_settings, only: parameter_meanings, parameter_names
    implicit none (type, external)
    private
    public :: write_cases
@@ -36,17 +34,16 @@ contains
       type(hdf5_group_t) :: root, group, case_group
       character(:), allocatable :: name
       real(wp) :: rows(measure_count, size(cases))
-      integer :: i, parameter
+      integer :: i
 
       call make_folder(folder, error)
       if (allocated(error)) return
-      parameter = case_parameters(scene%cases%choice)
-      name = trim(parameter_names(parameter))
+      name = trim(scene%cases%parameter%name)
       call begin_results(root, expected_bytes, scene)
       group = root%group('cases')
       call group%note('parameter', name)
-      call group%note('meaning', trim(parameter_meanings(parameter)))
-      call group%add(name, cases%value, '1', trim(parameter_meanings(parameter)), is_scale=.true.)
+      call group%note('meaning', trim(scene%cases%parameter%meaning))
+      call group%add(name, cases%value, '1', trim(scene%cases%parameter%meaning), is_scale=.true.)
       do i = 1, size(cases)
          rows(:, i) = row_of(cases(i)%response%measures)
       end do

@@ -1,7 +1,6 @@
 !> The table of several cases for people to read.
 module cases_tables
    use case_runs, only: case_t
-   use cases_settings, only: case_parameter_names
    use kinds, only: wp
    use number_text, only: to_text
    use response_types, only: quiet_level
@@ -26,9 +25,9 @@ contains
       integer :: i
 
       write (unit, '(2x, a)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
-         trim(case_parameter_names(scene%cases%choice))
+         trim(scene%cases%parameter%name)
       write (quiet, '(a, i0, a)') '|eta| > ', nint(100.0_wp*quiet_level), ' %'
-      write (unit, '(/, 2x, 3a16, a9, 3a16)') adjustr(case_parameter_names(scene%cases%choice)(:width)), &
+      write (unit, '(/, 2x, 3a16, a9, 3a16)') adjustr(scene%cases%parameter%name(:width)), &
          'first impact', 'velocity', 'impacts', 'highest rebound', adjustr(quiet), 'energy < 1 %'
       do i = 1, size(cases)
          associate (measures => cases(i)%response%measures)

@@ -7,7 +7,7 @@ module sweep_best
    use sweep_plan, only: plan_t
    use sweep_run, only: run_cases
    use sweep_search, only: learn, next_poll, search_state_t, start_search
-   use sweep_settings, only: goal_most, parameter_elements
+   use sweep_settings, only: goal_most
    implicit none (type, external)
    private
    public :: best_t, start_best, consider, refined_t, refine
@@ -121,7 +121,7 @@ contains
       integer :: i, k, room, winner
 
       if (best%count == 0) return
-      free = plan%axes%parameter /= parameter_elements .and. plan%axes%most > plan%axes%least
+      free = .not. plan%axes%parameter%is_whole .and. plan%axes%most > plan%axes%least
       moved = pack([(k, k=1, size(free))], free)
       allocate (start(size(moved)))
       do i = 1, size(moved)

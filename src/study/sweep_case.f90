@@ -14,9 +14,9 @@ module sweep_case
    use run_measures, only: row_of
    use run_settings, only: output_settings_t
    use scene_beam_model, only: model_of, run_of
+   use scene_parameters, only: set_parameter
    use scene_types, only: scene_t
-   use sweep_plan, only: plan_t, set_parameter
-   use sweep_settings, only: is_of_beam
+   use sweep_plan, only: plan_t
    implicit none (type, external)
    private
    public :: runner_t, start_runner, run_case
@@ -91,7 +91,7 @@ contains
       real(wp), intent(in) :: values(:)
 
       if (allocated(runner%beam_values)) then
-         if (all(abs(values - runner%beam_values) <= 0.0_wp .or. .not. is_of_beam(plan%axes%parameter))) return
+         if (all(abs(values - runner%beam_values) <= 0.0_wp .or. .not. plan%axes%parameter%is_of_beam)) return
          deallocate (runner%beam_values)
       end if
       allocate (runner%beam_values, source=values)

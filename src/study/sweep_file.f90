@@ -18,7 +18,7 @@ module sweep_file
    use sweep_best, only: best_t, consider, refined_t, start_best
    use sweep_parts, only: assembled_file, leave_folder, part_name, part_t, read_part, reason_room
    use sweep_plan, only: first_of_part, plan_t
-   use sweep_settings, only: design_names, goal_names, parameter_elements, parameter_meanings, parameter_names
+   use sweep_settings, only: design_names, goal_names, parameter_t
    implicit none (type, external)
    private
    public :: survey_t, survey_parts, write_sweep
@@ -144,7 +144,7 @@ contains
       integer :: k
 
       call group%note('design', trim(design_names(scene%sweep%design)))
-      call group%note('parameters', joined(parameter_names(plan%axes%parameter)))
+      call group%note('parameters', joined(plan%axes%parameter%name))
       call group%note('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
                                            k=1, size(plan%axes))]))
       call group%note('measures', joined(measure_table%name))
@@ -155,8 +155,8 @@ contains
          axes = group%group('axes')
          do k = 1, size(plan%axes)
             associate (axis => plan%axes(k))
-               call axes%add(trim(parameter_names(axis%parameter)), axis%values, '1', &
-                              trim(parameter_meanings(axis%parameter)), is_scale=.true.)
+               call axes%add(trim(axis%parameter%name), axis%values, '1', &
+                              trim(axis%parameter%meaning), is_scale=.true.)
             end associate
          end do
       end if
@@ -211,8 +211,8 @@ contains
 
       do k = 1, size(plan%axes)
          column = values(k, :)
-         call group%add(trim(parameter_names(plan%axes(k)%parameter)), column, '1', &
-                        trim(parameter_meanings(plan%axes(k)%parameter)), along=along)
+         call group%add(trim(plan%axes(k)%parameter%name), column, '1', &
+                        trim(plan%axes(k)%parameter%meaning), along=along)
       end do
       do k = 1, measure_count
          column = rows(k, :)
@@ -259,8 +259,8 @@ contains
       call note(status)
       do k = 1, size(plan%axes)
          associate (parameter => plan%axes(k)%parameter)
-            call make_column(trim(parameter_names(parameter)), trim(parameter_meanings(parameter)), '1', &
-                             parameter == parameter_elements, 0.0_wp, parameters(k))
+            call make_column(trim(parameter%name), trim(parameter%meaning), '1', &
+                             parameter%is_whole, 0.0_wp, parameters(k))
          end associate
       end do
       do k = 1, measure_count
@@ -312,7 +312,7 @@ contains
 
          call put(case, .true., first, [(real(n, wp), n=first, first + held - 1)])
          do n = 1, size(plan%axes)
-            call put(parameters(n), plan%axes(n)%parameter == parameter_elements, first, values(:held, n))
+            call put(parameters(n), plan%axes(n)%parameter%is_whole, first, values(:held, n))
          end do
          do n = 1, measure_count
             call put(measures(n), measure_table(n)%is_whole, first, rows(:held, n))

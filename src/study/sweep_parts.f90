@@ -17,7 +17,6 @@ module sweep_parts
    use program_identity, only: program_name
    use results_claim, only: refuse_foreign
    use sweep_plan, only: first_of_part, last_of_part, plan_t
-   use sweep_settings, only: parameter_names
    implicit none (type, external)
    private
    public :: part_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
@@ -219,7 +218,7 @@ contains
       call root%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
       call root%note('names', joined(measure_table%name), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
-      call root%note('names', joined(parameter_names(plan%axes%parameter)), 'parameter')
+      call root%note('names', joined(plan%axes%parameter%name), 'parameter')
       call root%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
       call root%add('rows', part%rows, 'mixed', 'measures of each case', ['column', 'case  '])
       call root%add('failed', part%failed, '1', 'cases that failed', is_scale=.true.)

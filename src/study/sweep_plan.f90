@@ -7,20 +7,15 @@ module sweep_plan
    use number_text, only: to_text
    use program_identity, only: program_name, program_version
    use random_numbers, only: next_random, random_t, shuffle, start_random
-   use scene_echo, only: echo_scene, echo_t
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_branch, parameter_count, &
-      parameter_damper, parameter_duration, parameter_elements, parameter_hop_tolerance, parameter_mesh_ratio, &
-      parameter_names, parameter_position, parameter_preload, parameter_restitution, parameter_stiffness, &
-      parameter_taper, parameter_tip_mass, parameter_zeta, swept_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, swept_t
    implicit none (type, external)
    private
-   public :: plan_t, axis_t, make_plan, case_values, set_parameter, first_of_part, last_of_part, plan_text
+   public :: plan_t, axis_t, make_plan, case_values, first_of_part, last_of_part, plan_text
 
    !> The values of one parameter.
    type :: axis_t
-      !> One of the `parameter_` constants
-      integer :: parameter = 0
+      type(parameter_t) :: parameter
       !> Grid: its values. Otherwise one value a case
       real(wp), allocatable :: values(:)
       !> Least and greatest value, and whether they were divided in the logarithm
@@ -57,16 +52,16 @@ contains
 
       associate (sweep => scene%sweep)
          plan%is_grid = sweep%design == design_grid
-         allocate (axes(parameter_count))
+         allocate (axes(size(sweep%swept)))
          count = 0
          plan%cases = merge(sweep%count, 1, sweep%design == design_latin_hypercube)
-         do k = 1, parameter_count
+         do k = 1, size(sweep%swept)
             if (.not. is_swept(sweep%swept(k))) cycle
             count = count + 1
-            axes(count)%parameter = k
+            axes(count)%parameter = sweep%swept(k)%parameter
             axes(count)%is_logarithmic = allocated(sweep%swept(k)%log_range)
             if (sweep%design == design_latin_hypercube) then
-               call draw(sweep%swept(k), sweep%count, sweep%seed, k, axes(count)%values)
+               call draw(sweep%swept(k), sweep%count, sweep%seed, axes(count)%values)
             else
                call divide(sweep%swept(k), axes(count)%values)
             end if
@@ -122,14 +117,12 @@ contains
    end subroutine divide
 
    !> One value in each of as many strata as cases, in random order.
-   subroutine draw(swept, cases, seed, stream, values)
+   subroutine draw(swept, cases, seed, values)
       !> The parameter
       type(swept_t), intent(in) :: swept
       !> Number of cases
       integer, intent(in) :: cases
-      !> Seed, and a number of the parameter's own
       integer, intent(in) :: seed
-      integer, intent(in) :: stream
       !> Its values
       real(wp), allocatable, intent(out) :: values(:)
 
@@ -139,7 +132,7 @@ contains
       integer :: i
 
       allocate (values(cases), stratum(cases))
-      call start_random(seed, stream, random)
+      call start_random(seed, swept%parameter%order, random)
       call shuffle(random, stratum)
       do i = 1, cases
          call next_random(random, place)
@@ -192,52 +185,6 @@ contains
       end do
    end subroutine case_values
 
-   !> Give a scene another value of a parameter.
-   pure subroutine set_parameter(scene, parameter, value)
-      !> The scene
-      type(scene_t), intent(inout) :: scene
-      !> One of the `parameter_` constants
-      integer, intent(in) :: parameter
-      !> Its value
-      real(wp), intent(in) :: value
-
-      real(wp), parameter :: smallest_tip = 1.0e-9_wp
-      real(wp) :: mean
-
-      select case (parameter)
-      case (parameter_elements)
-         scene%mesh%elements = nint(value)
-      case (parameter_mesh_ratio)
-         scene%mesh%ratio = value
-      case (parameter_taper)
-         mean = 0.5_wp*(scene%beam%height_root + scene%beam%height_tip)
-         scene%beam%height_root = mean + 0.5_wp*value*scene%beam%length
-         scene%beam%height_tip = mean - 0.5_wp*value*scene%beam%length
-         ! a wedge in rounded numbers
-         if (scene%beam%height_tip < smallest_tip*mean) scene%beam%height_tip = 0.0_wp
-      case (parameter_tip_mass)
-         scene%tip_mass_ratio = value
-      case (parameter_position)
-         scene%stop%position = value
-      case (parameter_duration)
-         scene%response%duration = value
-      case (parameter_hop_tolerance)
-         scene%response%hop_tolerance = value
-      case (parameter_zeta)
-         scene%zeta = value
-      case (parameter_preload)
-         scene%stop%preload = value
-      case (parameter_restitution)
-         scene%stop%restitution = value
-      case (parameter_stiffness)
-         scene%stop%stiffness_ratio = value
-      case (parameter_branch)
-         scene%stop%branch_ratio = value
-      case (parameter_damper)
-         scene%stop%damper_ratio = value
-      end select
-   end subroutine set_parameter
-
    !> The first case of a part.
    pure function first_of_part(plan, part) result(case)
       !> The plan
@@ -270,7 +217,6 @@ contains
       character(:), allocatable, intent(out) :: text
 
       character, parameter :: next = new_line('a')
-      type(echo_t), allocatable :: entries(:)
       integer :: i, k
 
       text = program_name//' '//program_version//next//'columns'
@@ -278,9 +224,8 @@ contains
          text = text//' '//trim(measure_table(k)%name)
       end do
       text = text//next//'cases '//to_text(plan%cases)//' in parts of '//to_text(plan%part_cases)//next
-      call echo_scene(scene, entries)
-      do i = 1, size(entries)
-         associate (entry => entries(i))
+      do i = 1, size(scene%echo)
+         associate (entry => scene%echo(i))
             if (entry%group == 'scene' .or. entry%group == 'best') cycle
             text = text//'&'//entry%group//' '//entry%name//' = '
             if (allocated(entry%number)) then
@@ -313,7 +258,7 @@ contains
       allocate (bytes(size(numbers)*storage_size(1.0_wp)/8))
       bytes(:) = transfer(numbers, bytes)
       text = ' '//to_text(numbers(1))//' ... '//to_text(numbers(size(numbers)))//', '//to_text(size(numbers)) &
-             //' values, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
+         //' values, checksum '//to_text(checksum(bytes, size(bytes, kind=c_size_t)))
    end function listed
 
 end module sweep_plan

@@ -7,7 +7,7 @@ module sweep_tables
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
    use sweep_plan, only: plan_t
-   use sweep_settings, only: goal_names, parameter_names
+   use sweep_settings, only: goal_names
    implicit none (type, external)
    private
    public :: print_sweep
@@ -39,7 +39,7 @@ contains
       write (unit, '(a)') scene%name//': '//scene%title
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
-            write (unit, '(2x, a20, a)') parameter_names(axis%parameter), values_in_words(k)
+            write (unit, '(2x, a20, a)') axis%parameter%name, values_in_words(k)
          end associate
       end do
       write (unit, '(2x, a20, a)') 'cases               ', to_text(plan%cases)//failed_in_words()
@@ -98,7 +98,7 @@ contains
             write (unit, '(2x, a)') 'no case has one'
             return
          end if
-         write (unit, '(2x, *(a))') cell('case'), (cell(trim(parameter_names(plan%axes(k)%parameter))), k=1, size(plan%axes)), &
+         write (unit, '(2x, *(a))') cell('case'), (cell(trim(plan%axes(k)%parameter%name)), k=1, size(plan%axes)), &
             cell(trim(measure_table(column)%name))
          do i = 1, best%count
             write (unit, '(2x, *(a))') cell(to_text(best%case(i))), &
@@ -124,7 +124,7 @@ contains
          write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
             //trim(measure_table(column)%name)//' from '//rounded(refined%rows(column, 1))//' to ' &
             //rounded(refined%rows(column, last))
-         write (unit, '(2x, *(a))') cell(''), (cell(trim(parameter_names(plan%axes(k)%parameter))), k=1, size(plan%axes)), &
+         write (unit, '(2x, *(a))') cell(''), (cell(trim(plan%axes(k)%parameter%name)), k=1, size(plan%axes)), &
             cell(trim(measure_table(column)%name))
          write (unit, '(2x, *(a))') cell('best'), (cell(rounded(refined%values(k, last))), k=1, size(plan%axes)), &
             cell(rounded(refined%rows(column, last)))

@@ -16,7 +16,7 @@ module scene_checks
    use scene_draft, only: draft_t, drop, mend, put, save_text, text_of
    use scene_drawing, only: place_of_parameter
    use scene_names, only: name_t
-   use scene_reader, only: read_scene
+   use scene_reader, only: parse_scene, read_scene
    use program_run, only: program_t, run_scene
    use scene_needs, only: needs_of_scene
    use scene_run, only: run_motion_scene
@@ -24,8 +24,6 @@ module scene_checks
    use benchmark_run, only: needs_of_precision, run_precision_scene
    use paper_run, only: needs_of_statements, run_statements
    use scene_types, only: impulse_momentum, law_restitution, method_exact, scene_t
-   use cases_settings, only: case_parameter_names
-   use sweep_settings, only: parameter_names
    implicit none (type, external)
    private
    public :: open_folder, settle, complaint_of, tally_t, clean_up
@@ -448,21 +446,24 @@ contains
       character(:), allocatable, intent(inout) :: complaint
 
       type(draft_t) :: single
-      type(scene_t) :: scene
+      type(scene_t) :: scene, whole
       type(failure_t), allocatable :: error
       character(:), allocatable :: path, single_file
       real(wp), allocatable :: column(:), status(:)
       integer :: i, k
 
       status = read_reals(file, 'sweep/status')
+      call parse_scene(text_of(draft), 'draft.nml', whole, error)
       do i = 1, size(status)
          tally%rows = tally%rows + 1
          single = draft
          call drop(single, 'sweep', '')
          call drop(single, 'best', '')
-         do k = 1, size(parameter_names)
-            column = read_reals(file, 'sweep/'//trim(parameter_names(k)))
-            if (size(column) > 0) call put_parameter(names, trim(parameter_names(k)), column(i), file, single)
+         do k = 1, size(whole%sweep%swept)
+            associate (parameter => whole%sweep%swept(k)%parameter)
+               column = read_reals(file, 'sweep/'//trim(parameter%name))
+               if (size(column) > 0) call put_parameter(names, trim(parameter%name), column(i), file, single)
+            end associate
          end do
          call put(single, 'scene', 'name', '''single''')
          call put(single, 'output', 'histories', '''none''')
@@ -578,7 +579,7 @@ contains
       do i = 1, size(scene%cases%values)
          tally%rows = tally%rows + 1
          single = draft
-         parameter = trim(case_parameter_names(scene%cases%choice))
+         parameter = trim(scene%cases%parameter%name)
          call put_parameter(names, parameter, scene%cases%values(i), file, single)
          call drop(single, 'cases', '')
          call put(single, 'scene', 'name', '''single''')

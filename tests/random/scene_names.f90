@@ -1,7 +1,7 @@
 !> The table of names (`impactbeam --names`) as data: what a value of each may be, read from the words of the table.
 module scene_names
    use kinds, only: wp
-   use scene_echo, only: echo_t, list_names
+   use scene_reference, only: list_names, reference_t
    implicit none (type, external)
    private
    public :: name_t, get_names, kind_number, kind_words, kind_logical, kind_text
@@ -39,7 +39,7 @@ contains
       !> The names, group by group
       type(name_t), allocatable, intent(out) :: names(:)
 
-      type(echo_t), allocatable :: entries(:)
+      type(reference_t), allocatable :: entries(:)
       integer :: i
 
       call list_names(entries)
@@ -50,8 +50,8 @@ contains
             name%name = entry%name
             call read_allowed(entry%allowed, name)
             if (name%kind /= kind_number) cycle
-            name%has_default = .not. name%is_list .and. verify(entry%text, '0123456789.e-') == 0 .and. entry%text /= ''
-            if (name%has_default) read (entry%text, *) name%default
+            name%has_default = .not. name%is_list .and. verify(entry%default, '0123456789.e-') == 0 .and. entry%default /= ''
+            if (name%has_default) read (entry%default, *) name%default
             name%is_physical = index(entry%meaning, 'instead of') > 0 .and. name%most > 1.0e10_wp
          end associate
       end do

@@ -1,0 +1,63 @@
+!> Names of a table that a sweep, or several cases, may vary.
+module name_parameters
+   use name_table, only: kind_whole, table_t
+   use sweep_settings, only: parameter_t
+   implicit none (type, external)
+   private
+   public :: list_parameters, parameter_of, chosen_parameter
+
+contains
+
+   !> Places of their entries, in the order of a grid.
+   pure subroutine list_parameters(table, places)
+      class(table_t), intent(in) :: table
+      integer, allocatable, intent(out) :: places(:)
+
+      integer :: i
+
+      allocate (places(maxval(table%entries(:table%entry_count)%name%sweep%order)), source=0)
+      do i = 1, table%entry_count
+         associate (order => table%entries(i)%name%sweep%order)
+            if (order > 0) places(order) = i
+         end associate
+      end do
+   end subroutine list_parameters
+
+   !> What a sweep must know of an entry.
+   pure function parameter_of(table, place) result(parameter)
+      class(table_t), intent(in) :: table
+      integer, intent(in) :: place
+      type(parameter_t) :: parameter
+
+      associate (entry => table%entries(place), sweep => table%entries(place)%name%sweep)
+         parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, group=table%groups(entry%group)%name, &
+            name_in_group=entry%name%name, order=sweep%order, is_of_beam=sweep%is_of_beam, is_whole=entry%kind == kind_whole)
+         if (sweep%name /= '') parameter%name = sweep%name
+         if (sweep%meaning /= '') parameter%meaning = sweep%meaning
+      end associate
+   end function parameter_of
+
+   !> Place of the entry that another one chooses by its word; 0: none is chosen.
+   pure function chosen_parameter(table, group, name) result(place)
+      class(table_t), intent(in) :: table
+      !> Place of the group, and the name, of the one that chooses
+      integer, intent(in) :: group
+      character(*), intent(in) :: name
+      integer :: place
+
+      type(parameter_t) :: candidate
+      integer, allocatable :: places(:)
+      integer :: i
+
+      place = 0
+      associate (entry => table%entries(table%find(group, name)))
+         if (nint(entry%value) == 0) return
+         call list_parameters(table, places)
+         do i = 1, size(places)
+            candidate = parameter_of(table, places(i))
+            if (candidate%name == entry%words(nint(entry%value))) place = places(i)
+         end do
+      end associate
+   end function chosen_parameter
+
+end module name_parameters

@@ -1,0 +1,489 @@
+!> The names of scene files as data: one entry a name, which says all that is known about it and holds its value.
+!>
+!> A procedure that lists names (`list_group` of `scene_groups`) opens groups and binds entries to the components of a
+!> scene. It is gone through to fill the table with the scene's values, and again to give the scene what the table has by
+!> then, so a name and its component stand together in one statement. Reading a file, the echo, the reference, sweeps and
+!> cases work on the table alone.
+module name_table
+   use kinds, only: wp
+   use programs, only: program_motion
+   use scene_types, only: name_length
+   use value_rules, only: range_t
+   implicit none (type, external)
+   private
+   public :: table_t, entry_t, group_t, name_t, need_t, sweep_t, is_among
+   public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
+
+   integer, parameter :: kind_number = 1
+   integer, parameter :: kind_whole = 2
+   integer, parameter :: kind_logical = 3
+   integer, parameter :: kind_text = 4
+   integer, parameter :: kind_word = 5
+
+   integer, parameter :: name_room = 32
+   integer, parameter :: phrase_room = 64
+   integer, parameter :: meaning_room = 180
+
+   !> What the calls of a procedure that lists names do.
+   integer, parameter :: stage_filling = 1
+   integer, parameter :: stage_giving = 2
+   integer, parameter :: stage_taking = 3
+   integer, parameter :: stage_setting = 4
+
+   !> What must be so for a name to count; empty: it always counts.
+   type :: need_t
+      !> The group of the names below; without any it is the group that the scene must have. Empty: the name's own
+      character(name_room) :: group = ''
+      !> This name must be this word; of a logical, .true.
+      character(name_room) :: name = ''
+      character(name_room) :: word = ''
+      !> The file gives none of these names, which have blanks between them
+      character(phrase_room) :: without = ''
+      !> For the user, where it is neither "name = 'word'" nor "&group"
+      character(phrase_room) :: phrase = ''
+   end type need_t
+
+   !> What a sweep makes of a name.
+   type :: sweep_t
+      !> Its place among the parameters of a grid, the first of which vary slowest; 0: it is not swept
+      integer :: order = 0
+      !> Another value makes another beam or mesh
+      logical :: is_of_beam = .false.
+      !> &cases may vary it too
+      logical :: is_in_cases = .false.
+      !> Name and meaning in a sweep, where they are others
+      character(name_room) :: name = ''
+      character(meaning_room) :: meaning = ''
+   end type sweep_t
+
+   !> What is known about a name; its type is that of the component to which it is bound.
+   type :: name_t
+      !> In small letters
+      character(name_room) :: name = ''
+      !> What it is, with its unit
+      character(meaning_room) :: meaning = ''
+      !> What each number may be, or the length of a text
+      type(range_t) :: range = range_t(-huge(1.0_wp), huge(1.0_wp))
+      !> When it counts
+      type(need_t) :: needs = need_t()
+      !> Another name of its group for the same quantity: never both in one file; the other is echoed
+      character(name_room) :: instead_of = ''
+      !> Its default in words, where that is no fixed value
+      character(phrase_room) :: default = ''
+      !> It counts only where it is given
+      logical :: is_optional = .false.
+      !> Two words of a list that stand alone
+      character(name_room) :: alone(2) = ''
+      !> The range is that of the parameter which this name of the group chooses
+      character(name_room) :: range_of = ''
+      type(sweep_t) :: sweep = sweep_t()
+   end type name_t
+
+   !> A group, or one of several of a name.
+   type :: group_t
+      character(name_room) :: name = ''
+      !> Programs that take it, a sum of `program_` constants
+      integer :: programs = program_motion
+      !> A file may have several
+      logical :: repeats = .false.
+      !> Which of them it is
+      integer :: occurrence = 1
+      !> The scene asks for it
+      logical :: is_wanted = .true.
+      !> Place of its last entry
+      integer :: last_entry = 0
+   end type group_t
+
+   type :: entry_t
+      !> Its group in the list of all
+      integer :: group = 0
+      type(name_t) :: name
+      !> One of the `kind_` constants
+      integer :: kind = kind_number
+      logical :: is_list = .false.
+      !> What may be chosen
+      character(name_length), allocatable :: words(:)
+      !> The file gives it; of an echo: it has values
+      logical :: is_given = .false.
+      !> A number, the place of a word, 1 for .true.; or a list of these, unallocated where there is none; or a text
+      real(wp) :: value = 0.0_wp
+      real(wp), allocatable :: list(:)
+      character(:), allocatable :: text
+   end type entry_t
+
+   type :: table_t
+      !> In the order in which they were listed; only the first `*_count` are meant
+      type(group_t), allocatable :: groups(:)
+      type(entry_t), allocatable :: entries(:)
+      integer :: group_count = 0
+      integer :: entry_count = 0
+      integer, private :: stage = stage_filling
+      !> The group that is open, and the entry whose turn it is
+      integer, private :: open_group = 0
+      integer, private :: now = 0
+      !> The names of the group that was opened last are to be listed
+      logical :: is_open = .true.
+      !> Setting: the name and its new value
+      character(name_room), private :: name_to_set = ''
+      real(wp), private :: new_value = 0.0_wp
+      !> Groups of the file, for those that may be given several times; unallocated: there is no file
+      character(name_room), allocatable, private :: groups_given(:)
+   contains
+      procedure :: expect_groups
+      procedure :: give_values
+      procedure :: take_values
+      procedure :: set_one
+      procedure :: times
+      procedure :: open
+      generic :: bind => bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers
+      procedure :: find_group
+      procedure :: find
+      procedure :: counts
+      procedure :: phrase
+      procedure :: range_of
+      procedure, private :: bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers, advance
+   end type table_t
+
+contains
+
+   !> The names are listed for a file.
+   subroutine expect_groups(table, names)
+      !> Still empty
+      class(table_t), intent(inout) :: table
+      !> The file's groups in small letters, one element for each time that a group is given
+      character(*), intent(in) :: names(:)
+
+      allocate (table%groups_given(size(names)))
+      table%groups_given(:) = names
+   end subroutine expect_groups
+
+   !> What is listed next, the same names again, gets the values of the table.
+   subroutine give_values(table)
+      class(table_t), intent(inout) :: table
+
+      table%stage = stage_giving
+      table%open_group = 0
+      table%now = 0
+   end subroutine give_values
+
+   !> The table gets the values of what is listed next, the same names again.
+   subroutine take_values(table)
+      class(table_t), intent(inout) :: table
+
+      call table%give_values()
+      table%stage = stage_taking
+   end subroutine take_values
+
+   !> Nothing that is listed from now on changes but the number of this name.
+   subroutine set_one(table, name, value)
+      class(table_t), intent(inout) :: table
+      character(*), intent(in) :: name
+      real(wp), intent(in) :: value
+
+      table%stage = stage_setting
+      table%name_to_set = name
+      table%new_value = value
+   end subroutine set_one
+
+   !> How often a group that may be given several times is to be opened.
+   pure function times(table, group, present_times)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: group
+      !> Number of them that the scene has
+      integer, intent(in) :: present_times
+      integer :: times
+
+      times = present_times
+      if (allocated(table%groups_given)) times = count(table%groups_given == group)
+   end function times
+
+   !> The names to come belong to this group; unless `is_open` says that they do not matter.
+   subroutine open(table, group, is_wanted)
+      class(table_t), intent(inout) :: table
+      type(group_t), intent(in) :: group
+      !> The scene asks for it; absent: every scene may have it
+      logical, intent(inout), optional :: is_wanted
+
+      type(group_t), allocatable :: more(:)
+
+      table%open_group = table%open_group + 1
+      if (table%stage == stage_filling) then
+         if (.not. allocated(table%groups)) allocate (table%groups(16))
+         if (table%open_group > size(table%groups)) then
+            allocate (more(2*table%group_count))
+            more(:table%group_count) = table%groups
+            call move_alloc(more, table%groups)
+         end if
+         table%group_count = table%open_group
+         table%groups(table%group_count) = group
+      end if
+      table%is_open = .true.
+      if (table%stage == stage_setting) return
+      associate (opened => table%groups(table%open_group))
+         if (table%stage /= stage_giving) opened%is_wanted = .true.
+         if (.not. present(is_wanted)) return
+         if (table%stage == stage_giving) is_wanted = opened%is_wanted
+         opened%is_wanted = is_wanted
+         table%is_open = is_wanted .or. table%stage == stage_filling
+         if (.not. table%is_open) table%now = opened%last_entry
+      end associate
+   end subroutine open
+
+   !> A number.
+   subroutine bind_real(table, value, name)
+      class(table_t), intent(inout) :: table
+      real(wp), intent(inout) :: value
+      type(name_t), intent(in) :: name
+
+      select case (table%stage)
+      case (stage_filling, stage_taking)
+         call table%advance(name, kind_number, .false.)
+         table%entries(table%now)%value = value
+      case (stage_giving)
+         table%now = table%now + 1
+         value = table%entries(table%now)%value
+      case (stage_setting)
+         if (name%name == table%name_to_set) value = table%new_value
+      end select
+   end subroutine bind_real
+
+   !> A whole number, or one of some words, whose place in them it is; 0: none.
+   subroutine bind_integer(table, value, name, words)
+      class(table_t), intent(inout) :: table
+      integer, intent(inout) :: value
+      type(name_t), intent(in) :: name
+      character(*), intent(in), optional :: words(:)
+
+      select case (table%stage)
+      case (stage_filling, stage_taking)
+         call table%advance(name, kind_whole, .false., words)
+         table%entries(table%now)%value = real(value, wp)
+      case (stage_giving)
+         table%now = table%now + 1
+         value = nint(table%entries(table%now)%value)
+      case (stage_setting)
+         if (name%name == table%name_to_set) value = nint(table%new_value)
+      end select
+   end subroutine bind_integer
+
+   subroutine bind_logical(table, value, name)
+      class(table_t), intent(inout) :: table
+      logical, intent(inout) :: value
+      type(name_t), intent(in) :: name
+
+      select case (table%stage)
+      case (stage_filling, stage_taking)
+         call table%advance(name, kind_logical, .false.)
+         table%entries(table%now)%value = merge(1.0_wp, 0.0_wp, value)
+      case (stage_giving)
+         table%now = table%now + 1
+         value = nint(table%entries(table%now)%value) == 1
+      end select
+   end subroutine bind_logical
+
+   !> A text of one line.
+   subroutine bind_text(table, value, name)
+      class(table_t), intent(inout) :: table
+      character(:), allocatable, intent(inout) :: value
+      type(name_t), intent(in) :: name
+
+      select case (table%stage)
+      case (stage_filling, stage_taking)
+         call table%advance(name, kind_text, .false.)
+         if (allocated(value)) table%entries(table%now)%text = value
+      case (stage_giving)
+         table%now = table%now + 1
+         associate (entry => table%entries(table%now))
+            if (allocated(entry%text)) value = entry%text
+         end associate
+      end select
+   end subroutine bind_text
+
+   !> A list of numbers, or of whole numbers that the scene holds as reals.
+   subroutine bind_reals(table, value, name, are_whole)
+      class(table_t), intent(inout) :: table
+      real(wp), allocatable, intent(inout) :: value(:)
+      type(name_t), intent(in) :: name
+      logical, intent(in), optional :: are_whole
+
+      select case (table%stage)
+      case (stage_filling, stage_taking)
+         call table%advance(name, kind_number, .true.)
+         associate (entry => table%entries(table%now))
+            if (present(are_whole)) entry%kind = merge(kind_whole, kind_number, are_whole)
+            if (allocated(value)) entry%list = value
+         end associate
+      case (stage_giving)
+         table%now = table%now + 1
+         associate (entry => table%entries(table%now))
+            if (allocated(entry%list)) value = entry%list
+         end associate
+      end select
+   end subroutine bind_reals
+
+   !> A list of whole numbers, or some of some words, whose places in them they are.
+   subroutine bind_integers(table, value, name, words)
+      class(table_t), intent(inout) :: table
+      integer, allocatable, intent(inout) :: value(:)
+      type(name_t), intent(in) :: name
+      character(*), intent(in), optional :: words(:)
+
+      select case (table%stage)
+      case (stage_filling, stage_taking)
+         call table%advance(name, kind_whole, .true., words)
+         associate (entry => table%entries(table%now))
+            if (allocated(value)) entry%list = real(value, wp)
+         end associate
+      case (stage_giving)
+         table%now = table%now + 1
+         associate (entry => table%entries(table%now))
+            if (allocated(entry%list)) value = nint(entry%list)
+         end associate
+      end select
+   end subroutine bind_integers
+
+   !> It is the turn of the next entry; filling, it is put into the group that is open.
+   subroutine advance(table, name, kind, is_list, words)
+      class(table_t), intent(inout) :: table
+      type(name_t), intent(in) :: name
+      !> Its kind without words
+      integer, intent(in) :: kind
+      logical, intent(in) :: is_list
+      character(*), intent(in), optional :: words(:)
+
+      type(entry_t), allocatable :: more(:)
+
+      table%now = table%now + 1
+      if (table%stage /= stage_filling) return
+      if (.not. allocated(table%entries)) allocate (table%entries(128))
+      if (table%now > size(table%entries)) then
+         allocate (more(2*table%entry_count))
+         more(:table%entry_count) = table%entries
+         call move_alloc(more, table%entries)
+      end if
+      table%entry_count = table%now
+      associate (entry => table%entries(table%now))
+         entry%group = table%open_group
+         table%groups(table%open_group)%last_entry = table%now
+         entry%name = name
+         entry%kind = kind
+         entry%is_list = is_list
+         if (.not. present(words)) return
+         entry%kind = kind_word
+         allocate (entry%words(size(words)))
+         entry%words(:) = words
+      end associate
+   end subroutine advance
+
+   !> Place of a group; 0: there is none.
+   pure function find_group(table, name, occurrence) result(place)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: name
+      !> Which of several; absent: the first
+      integer, intent(in), optional :: occurrence
+      integer :: place
+
+      integer :: wanted
+
+      wanted = 1
+      if (present(occurrence)) wanted = occurrence
+      do place = table%group_count, 1, -1
+         if (table%groups(place)%name == name .and. table%groups(place)%occurrence == wanted) exit
+      end do
+   end function find_group
+
+   !> Place of an entry; 0: there is none.
+   pure function find(table, group, name) result(place)
+      class(table_t), intent(in) :: table
+      !> Place of its group
+      integer, intent(in) :: group
+      character(*), intent(in) :: name
+      integer :: place
+
+      do place = table%entry_count, 1, -1
+         if (table%entries(place)%group == group .and. table%entries(place)%name%name == name) exit
+      end do
+   end function find
+
+   !> Is what an entry needs there?
+   pure function counts(table, place)
+      class(table_t), intent(in) :: table
+      !> The entry
+      integer, intent(in) :: place
+      logical :: counts
+
+      integer :: group, i
+
+      counts = .true.
+      associate (needs => table%entries(place)%name%needs)
+         group = table%entries(place)%group
+         if (needs%group /= '') group = table%find_group(trim(needs%group))
+         if (needs%name /= '') then
+            associate (other => table%entries(table%find(group, trim(needs%name))))
+               if (other%kind == kind_word) counts = nint(other%value) > 0
+               if (other%kind == kind_word .and. counts) counts = other%words(nint(other%value)) == needs%word
+               if (other%kind == kind_logical) counts = nint(other%value) == 1
+            end associate
+         else if (needs%without /= '') then
+            do i = 1, table%entry_count
+               associate (other => table%entries(i))
+                  if (other%group == group .and. other%is_given .and. is_among(other%name%name, needs%without)) counts = .false.
+               end associate
+            end do
+         else if (needs%group /= '') then
+            counts = table%groups(group)%is_wanted
+         end if
+      end associate
+   end function counts
+
+   !> What an entry needs, in words; nothing: it always counts.
+   pure function phrase(table, place, from_elsewhere)
+      class(table_t), intent(in) :: table
+      !> The entry
+      integer, intent(in) :: place
+      !> To be read in another group than the entry's
+      logical, intent(in), optional :: from_elsewhere
+      character(:), allocatable :: phrase
+
+      character(name_room) :: group
+      integer :: comma
+
+      associate (needs => table%entries(place)%name%needs)
+         phrase = trim(needs%phrase)
+         if (phrase == '' .and. needs%word /= '') then
+            phrase = trim(needs%name)//' = '''//trim(needs%word)//''''
+         else if (phrase == '' .and. needs%name /= '') then
+            phrase = trim(needs%name)//' = .true.'
+         else if (phrase == '' .and. needs%group /= '') then
+            phrase = '&'//trim(needs%group)
+            return
+         end if
+         group = needs%group
+         if (present(from_elsewhere)) group = table%groups(table%entries(place)%group)%name
+         if (group == '' .or. phrase == '') return
+         comma = index(phrase//',', ',')
+         phrase = phrase(:comma - 1)//' in &'//trim(group)//phrase(comma:)
+      end associate
+   end function phrase
+
+   !> Is it one of some words with blanks between them?
+   pure function is_among(word, words)
+      character(*), intent(in) :: word
+      character(*), intent(in) :: words
+      logical :: is_among
+
+      is_among = index(' '//words//' ', ' '//trim(word)//' ') > 0
+   end function is_among
+
+   !> What a number may be.
+   pure function range_of(table, group, name) result(range)
+      class(table_t), intent(in) :: table
+      !> They are in the table
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      type(range_t) :: range
+
+      range = table%entries(table%find(table%find_group(group), name))%name%range
+   end function range_of
+
+end module name_table

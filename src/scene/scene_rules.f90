@@ -1,0 +1,132 @@
+!> Groups and names of scene files that do not go together or need one another: a table, and its check.
+module scene_rules
+   use name_table, only: is_among, table_t
+   use scene_input, only: scene_input_t
+   implicit none (type, external)
+   private
+   public :: check_rules
+
+   integer, parameter :: name_room = 32
+   integer, parameter :: others_room = 96
+   integer, parameter :: problem_room = 112
+
+   !> A group, and others that do not go with it.
+   type :: exclusion_t
+      character(name_room) :: group = ''
+      !> Groups, with blanks between them
+      character(others_room) :: others = ''
+      !> Follows 'does not go with &group'
+      character(problem_room) :: reason = ''
+   end type exclusion_t
+
+   !> A group, or a name in it, that needs one of others.
+   type :: demand_t
+      character(name_room) :: group = ''
+      !> Empty: the group
+      character(name_room) :: name = ''
+      !> Groups, or names of the same group, with blanks between them
+      character(others_room) :: others = ''
+      character(problem_room) :: problem = ''
+   end type demand_t
+
+   ! They come first: what else such a scene has would need things that it cannot have
+   type(exclusion_t), parameter :: studies(*) = [ &
+      exclusion_t('statements', &
+      'beam mesh damping tip_mass stop response frequencies precision sweep best cases output', &
+      ', which has beams, stops and runs of its own'), &
+      exclusion_t('precision', 'response sweep best cases output', ', which has runs of its own')]
+
+   type(exclusion_t), parameter :: exclusions(*) = [ &
+      exclusion_t('sweep', 'frequencies cases', '; give it a scene of its own'), &
+      exclusion_t('sweep', 'output', ': each case is a row of measures; for histories run a scene of that case alone'), &
+      exclusion_t('cases', 'frequencies', '; give it a scene of its own')]
+
+   character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
+   character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
+
+   ! Of two demands of one group the first is told
+   type(demand_t), parameter :: demands(*) = [ &
+      demand_t('precision', '', 'stop frequencies', &
+      'needs &stop / to compare motion, or &frequencies / to compare solvers'), &
+      demand_t('response', '', 'stop', 'needs a stop; add &stop / (with or without names in it)'), &
+      demand_t('sweep', '', 'response', a_response), &
+      demand_t('cases', '', 'response', a_response), &
+      demand_t('best', '', 'sweep response', a_sweep//', and &response /'), &
+      demand_t('best', '', 'sweep cases', a_sweep), &
+      demand_t('best', '', 'sweep', 'does not go with &cases; give it a scene with &sweep'), &
+      demand_t('output', '', 'response frequencies', &
+      'there are no results to store; add &response / or &frequencies /'), &
+      demand_t('beam', 'height_tip', 'height_root', 'needs height_root too (or give taper and mean_height_ratio)'), &
+      demand_t('beam', 'height', 'station', 'needs station; a beam without a table takes height_root'), &
+      demand_t('beam', 'station', 'height area inertia', 'needs height, or area and inertia'), &
+      demand_t('beam', 'area', 'inertia', 'needs inertia too'), &
+      demand_t('beam', 'inertia', 'area', 'needs area too'), &
+      demand_t('stop', 'surface_height', 'initial_height', 'needs initial_height too'), &
+      demand_t('stop', 'initial_height', 'surface_height', 'needs surface_height too')]
+
+contains
+
+   !> Problems go into the input.
+   subroutine check_rules(input, table)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+
+      integer :: i
+
+      do i = 1, size(studies)
+         call exclude(input, table, studies(i))
+      end do
+      if (input%has_problem()) return
+      do i = 1, size(demands)
+         if (.not. is_met(table, demands(i))) &
+            call input%complain(trim(demands(i)%group), trim(demands(i)%name), trim(demands(i)%problem))
+      end do
+      if (input%has_problem()) return
+      do i = 1, size(exclusions)
+         call exclude(input, table, exclusions(i))
+      end do
+   end subroutine check_rules
+
+   !> Report the others of a group that the file has, if it has that one.
+   subroutine exclude(input, table, exclusion)
+      type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
+      type(exclusion_t), intent(in) :: exclusion
+
+      integer :: i
+
+      if (.not. input%has_group(trim(exclusion%group))) return
+      do i = 1, table%group_count
+         associate (group => table%groups(i))
+            if (group%is_wanted .and. is_among(group%name, exclusion%others)) call input%complain(trim(group%name), '', &
+               'does not go with &'//trim(exclusion%group)//trim(exclusion%reason))
+         end associate
+      end do
+   end subroutine exclude
+
+   !> Does the file give what is demanded, or not what demands it?
+   pure function is_met(table, demand)
+      type(table_t), intent(in) :: table
+      type(demand_t), intent(in) :: demand
+      logical :: is_met
+
+      integer :: group, i
+
+      group = table%find_group(trim(demand%group))
+      is_met = .not. table%groups(group)%is_wanted
+      if (demand%name == '') then
+         do i = 1, table%group_count
+            is_met = is_met .or. (table%groups(i)%is_wanted .and. is_among(table%groups(i)%name, demand%others))
+         end do
+      else
+         is_met = is_met .or. .not. table%entries(table%find(group, trim(demand%name)))%is_given
+         do i = 1, table%entry_count
+            associate (entry => table%entries(i))
+               is_met = is_met .or. (entry%group == group .and. entry%is_given .and. is_among(entry%name%name, demand%others))
+            end associate
+         end do
+      end if
+   end function is_met
+
+end module scene_rules

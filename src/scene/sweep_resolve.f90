@@ -1,0 +1,217 @@
+!> What must fit together in the group &sweep of a scene file.
+module sweep_resolve
+   use kinds, only: i8, wp
+   use number_text, only: to_text
+   use scene_groups, only: most_cases
+   use scene_input, only: scene_input_t
+   use scene_types, only: scene_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, place_of, swept_t
+   implicit none (type, external)
+   private
+   public :: resolve_sweep
+
+contains
+
+   !> What is given must fit together; problems go into the input.
+   subroutine resolve_sweep(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Read and resolved but for the sweep
+      type(scene_t), intent(inout) :: scene
+
+      integer :: k
+
+      if (.not. scene%wants_sweep) return
+      do k = 1, size(scene%sweep%swept)
+         call check_values(input, scene%sweep%design, scene%sweep%swept(k))
+         if (input%has_problem()) return
+      end do
+      if (.not. any(is_swept(scene%sweep%swept))) then
+         call input%complain('sweep', '', 'varies nothing; give a parameter a list or a range, such as zeta = 0.01, 0.02')
+         return
+      end if
+      if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) &
+         call input%complain('sweep', 'design', 'needs count, the number of cases')
+      call check_count(input, scene)
+      call check_beams(input, scene)
+      call check_duration(input, scene)
+   end subroutine resolve_sweep
+
+   !> The values of one parameter.
+   subroutine check_values(input, design, swept)
+      type(scene_input_t), intent(inout) :: input
+      !> One of the `design_` constants
+      integer, intent(in) :: design
+      type(swept_t), intent(in) :: swept
+
+      character(:), allocatable :: name
+      logical :: has_list, has_range, has_log
+
+      name = trim(swept%parameter%name)
+      has_list = allocated(swept%list)
+      has_range = allocated(swept%range)
+      has_log = allocated(swept%log_range)
+      if (count([has_list, has_range, has_log]) > 1) then
+         call input%complain('sweep', name//trim(merge('_range    ', '_log_range', has_range)), &
+            'give one of '//name//', '//name//'_range and '//name//'_log_range')
+         return
+      end if
+      if (has_range) call check_range(input, name//'_range', swept%range)
+      if (has_log) call check_range(input, name//'_log_range', swept%log_range)
+      if (input%has_problem()) return
+      if (has_log) then
+         if (swept%log_range(1) <= 0.0_wp) &
+            call input%complain('sweep', name//'_log_range', 'must be above 0: it is divided in the logarithm')
+      end if
+      if (swept%points > 0 .and. .not. (has_range .or. has_log)) &
+         call input%complain('sweep', name//'_points', 'goes with '//name//'_range or '//name//'_log_range')
+      select case (design)
+      case (design_grid)
+         if ((has_range .or. has_log) .and. swept%points == 0) call input%complain('sweep', &
+            name//trim(merge('_range    ', '_log_range', has_range)), 'needs '//name//'_points too')
+      case (design_paired)
+         if (has_range .or. has_log) call input%complain('sweep', &
+            name//trim(merge('_range    ', '_log_range', has_range)), 'design = ''paired'' takes lists: give '//name)
+      case (design_latin_hypercube)
+         if (has_list) call input%complain('sweep', name, 'design = ''latin_hypercube'' takes ranges')
+         if (swept%points > 0) call input%complain('sweep', name//'_points', &
+            'does not go with design = ''latin_hypercube'', which has a value for each case')
+      end select
+      if (input%has_problem() .or. .not. has_list) return
+      if (size(swept%list) == 0) call input%complain('sweep', name, 'needs at least one value')
+   end subroutine check_values
+
+   !> Two values, ascending.
+   subroutine check_range(input, name, range)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> Its name
+      character(*), intent(in) :: name
+      !> The values
+      real(wp), intent(in) :: range(:)
+
+      if (size(range) /= 2) then
+         call input%complain('sweep', name, 'takes two values, the least and the greatest')
+      else if (.not. range(2) > range(1)) then
+         call input%complain('sweep', name, 'the first value must be less than the second')
+      end if
+   end subroutine check_range
+
+   !> Lists of one length; not too many cases.
+   subroutine check_count(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> The scene
+      type(scene_t), intent(in) :: scene
+
+      character(:), allocatable :: first
+      integer(i8) :: cases, values
+      integer :: k
+
+      cases = 1_i8
+      first = ''
+      do k = 1, size(scene%sweep%swept)
+         associate (swept => scene%sweep%swept(k))
+            values = int(max(swept%points, 1), i8)
+            if (allocated(swept%list)) values = size(swept%list, kind=i8)
+            if (scene%sweep%design == design_grid) cases = min(cases*values, 2_i8*most_cases)
+            if (scene%sweep%design /= design_paired .or. .not. allocated(swept%list)) cycle
+            if (first /= '' .and. values /= cases) then
+               call input%complain('sweep', trim(swept%parameter%name), 'design = ''paired'' takes lists of one length; ' &
+                  //first//' has '//to_text(cases)//' values, this '//to_text(values))
+               return
+            end if
+            first = trim(swept%parameter%name)
+            cases = values
+         end associate
+      end do
+      if (cases > int(most_cases, i8)) call input%complain('sweep', '', 'has more than '//to_text(most_cases)//' cases')
+   end subroutine check_count
+
+   !> Beams and meshes of the cases pass the checks of a scene's.
+   subroutine check_beams(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> The scene
+      type(scene_t), intent(in) :: scene
+
+      real(wp), parameter :: largest_spread = 1.0e12_wp
+      real(wp), parameter :: smallest_tip = 1.0e-9_wp
+      real(wp), allocatable :: values(:)
+      real(wp) :: elements, mean, decades
+      integer :: i
+
+      call values_given(scene%sweep%swept(place_of('taper', scene%sweep%swept)), values)
+      mean = 0.5_wp*(scene%beam%height_root + scene%beam%height_tip)/scene%beam%length
+      do i = 1, size(values)
+         if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - smallest_tip)) cycle
+         if (abs(values(i) - 2.0_wp*mean) <= 4.0_wp*epsilon(mean)*mean) cycle
+         call input%complain('sweep', given_name(scene%sweep%swept(place_of('taper', scene%sweep%swept)), 'taper'), 'taper = ' &
+            //to_text(values(i))//': the height at the clamp must not vanish, at the tip it must be 0 or at least ' &
+            //to_text(smallest_tip)//' of that; so at most '//to_text(2.0_wp*mean)//' in size (a full wedge)')
+         return
+      end do
+      elements = real(scene%mesh%elements, wp)
+      call values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), values)
+      if (size(values) > 0) elements = maxval(values)
+      call values_given(scene%sweep%swept(place_of('mesh_ratio', scene%sweep%swept)), values)
+      if (size(values) == 0) values = [scene%mesh%ratio]
+      decades = (elements - 1.0_wp)*maxval(abs(log10(values)))
+      if (decades > log10(largest_spread)) call input%complain('sweep', 'elements', 'with '//to_text(nint(elements)) &
+         //' elements and the ratios given the longest element is 1e'//to_text(nint(decades)) &
+         //' times the shortest: must be at most '//to_text(largest_spread))
+   end subroutine check_beams
+
+   !> No run is shorter than a step.
+   subroutine check_duration(input, scene)
+      !> The file
+      type(scene_input_t), intent(inout) :: input
+      !> The scene
+      type(scene_t), intent(in) :: scene
+
+      real(wp), parameter :: most_samples = 1.0e8_wp
+      real(wp), allocatable :: values(:)
+      character(:), allocatable :: name
+
+      call values_given(scene%sweep%swept(place_of('duration', scene%sweep%swept)), values)
+      if (size(values) == 0) return
+      name = given_name(scene%sweep%swept(place_of('duration', scene%sweep%swept)), 'duration')
+      if (minval(values) < scene%response%step) then
+         call input%complain('sweep', name, 'must not be shorter than the step '//to_text(scene%response%step))
+      else if (maxval(values) > most_samples*scene%response%step) then
+         call input%complain('sweep', name, 'must be at most '//to_text(most_samples)//' steps')
+      end if
+   end subroutine check_duration
+
+   !> Values of a parameter that a file gives: its list, or the ends of its range.
+   subroutine values_given(swept, values)
+      !> The parameter
+      type(swept_t), intent(in) :: swept
+      !> Its values; none: not swept
+      real(wp), allocatable, intent(out) :: values(:)
+
+      if (allocated(swept%list)) then
+         allocate (values, source=swept%list)
+      else if (allocated(swept%range)) then
+         allocate (values, source=swept%range)
+      else if (allocated(swept%log_range)) then
+         allocate (values, source=swept%log_range)
+      else
+         allocate (values(0))
+      end if
+   end subroutine values_given
+
+   !> The name under which they stand.
+   pure function given_name(swept, name) result(given)
+      !> The parameter
+      type(swept_t), intent(in) :: swept
+      !> Its name
+      character(*), intent(in) :: name
+      character(:), allocatable :: given
+
+      given = name
+      if (allocated(swept%range)) given = name//'_range'
+      if (allocated(swept%log_range)) given = name//'_log_range'
+   end function given_name
+
+end module sweep_resolve
