@@ -7,7 +7,7 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero
+   public :: certified_signal_t, viewed_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero
    public :: found_zero, found_none, found_never_left
 
    !> The signal falls through zero at `time`.
@@ -27,8 +27,13 @@ module certified_search
    contains
       procedure(look_interface), deferred :: look
       procedure(evaluate_interface), deferred :: evaluate
-      procedure :: short_flight
    end type certified_signal_t
+
+   !> One of which parts are signals, too: what is asked of it after the search.
+   type, abstract, extends(certified_signal_t) :: viewed_signal_t
+   contains
+      procedure(view_interface), deferred :: view
+   end type viewed_signal_t
 
    type :: search_t
       !> `found_zero`, `found_none` or `found_never_left`
@@ -90,6 +95,21 @@ module certified_search
          real(wp), intent(out) :: value
          real(wp), intent(out) :: slope
       end subroutine evaluate_interface
+
+      !> offset + factor times a derivative of the signal, from an instant on; without a surface that relaxes.
+      subroutine view_interface(self, from, factor, offset, order, part)
+         import :: viewed_signal_t, wp
+         implicit none (type, external)
+         class(viewed_signal_t), intent(in) :: self
+         !> The instant
+         real(wp), intent(in) :: from
+         real(wp), intent(in) :: factor
+         real(wp), intent(in) :: offset
+         !> 0: the signal itself, 1: its slope
+         integer, intent(in) :: order
+         !> The same as a signal
+         class(viewed_signal_t), allocatable, intent(out) :: part
+      end subroutine view_interface
    end interface
 
 contains
@@ -106,16 +126,7 @@ contains
       real(wp) :: t, before, step
       type(local_t) :: here, lower
       integer :: order
-      logical :: is_short
 
-      if (signal%start_order == 1) then
-         call signal%short_flight(limit, is_short, search%time, search%greatest)
-         if (is_short) then
-            search%outcome = found_zero
-            search%evaluations = 1_i8
-            return
-         end if
-      end if
       ! from a zero march on the derivative that is positive there: while it is, so is all below it
       order = signal%start_order
       if (order == 1) order = 0
@@ -210,22 +221,6 @@ contains
 
       is = max(abs(here%value), abs(here%slope), here%bound) < least
    end function is_faint
-
-   !> A start at zero, rising, with a return so early that a signal knows a quicker way to it: none, unless it has one.
-   subroutine short_flight(self, limit, is_short, time, greatest)
-      class(certified_signal_t), intent(in) :: self
-      !> Where the search ends
-      real(wp), intent(in) :: limit
-      !> The first zero is certain to be the one returned
-      logical, intent(out) :: is_short
-      !> Where it is
-      real(wp), intent(inout) :: time
-      !> The signal reaches so far before
-      real(wp), intent(inout) :: greatest
-
-      ! only signals that know a way use these
-      is_short = self%start_order < 0 .and. limit < 0.0_wp .and. time < 0.0_wp .and. greatest < 0.0_wp
-   end subroutine short_flight
 
    !> Where a signal sinks through -`deepest_dip`, by bisection.
    function start_of_dip(signal, above, below) result(time)

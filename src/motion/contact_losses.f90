@@ -8,7 +8,6 @@ module contact_losses
    use damped_oscillators, only: propagate
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
-   use stop_models, only: three_element_t
    implicit none (type, external)
    private
    public :: contact_losses_t, make_contact_losses, losses_until, losses_of_step, integral
@@ -28,44 +27,30 @@ module contact_losses
 contains
 
    !> What the ledger needs of each pair of exponents.
-   pure subroutine make_contact_losses(beam, zeta, spring, modes, losses)
+   pure subroutine make_contact_losses(beam, modes, losses)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
-      !> zeta
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(three_element_t), intent(in) :: spring
       !> Exponents and shapes
       type(contact_modes_t), intent(in) :: modes
       !> The pairs
       type(contact_losses_t), intent(out) :: losses
 
       complex(wp), allocatable :: rate(:, :)
-      complex(wp) :: branch(modes%count), own
-      real(wp) :: factor, noise
+      complex(wp) :: branch(modes%count)
+      real(wp) :: factor
       integer :: m, n
 
       associate (k => modes%count)
          allocate (losses%beam_plain(k, k), losses%beam_conjugate(k, k), losses%stop_plain(k, k), &
                    losses%stop_conjugate(k, k), rate(beam%count, k))
       end associate
+      branch = branch_forces(beam, modes)
       factor = 0.0_wp
-      if (spring%branch_stiffness > 0.0_wp) factor = spring%relaxation_rate/spring%branch_stiffness
-      ! P2 = P - k u, and u = -y_c where the static part is left out
-      branch = 1.0_wp + spring%stiffness*modes%stop_value
-      if (spring%branch_stiffness > 0.0_wp) then
-         ! at a root the same without cancellation, from the branch's own equation
-         do m = 1, modes%count
-            associate (s => modes%exponent(m))
-               if (size_of(s + spring%relaxation_rate) < 0.1_wp*spring%relaxation_rate) cycle
-               own = -spring%branch_stiffness*s/(s + spring%relaxation_rate)*modes%stop_value(m)
-               noise = 64.0_wp*epsilon(1.0_wp)*(1.0_wp + spring%stiffness*sum(size_of(beam%stop_value*modes%shape(:, m))))
-               if (size_of(own - branch(m)) < noise) branch(m) = own
-            end associate
-         end do
-      end if
+      associate (spring => modes%spring)
+         if (spring%branch_stiffness > 0.0_wp) factor = spring%relaxation_rate/spring%branch_stiffness
+      end associate
       do m = 1, modes%count
-         rate(:, m) = sqrt(2.0_wp*zeta*beam%oscillators%square)*modes%exponent(m)*modes%shape(:, m)
+         rate(:, m) = sqrt(modes%two_zeta*beam%oscillators%square)*modes%exponent(m)*modes%shape(:, m)
       end do
       losses%made = .true.
       do n = 1, modes%count
@@ -77,6 +62,33 @@ contains
          end do
       end do
    end subroutine make_contact_losses
+
+   !> P2 per unit of P at each exponent: P - k u, and u = -y_c where the static part is left out.
+   pure function branch_forces(beam, modes) result(branch)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> Exponents and shapes
+      type(contact_modes_t), intent(in) :: modes
+      complex(wp) :: branch(modes%count)
+
+      complex(wp) :: own
+      real(wp) :: noise
+      integer :: m
+
+      associate (spring => modes%spring)
+         branch = 1.0_wp + spring%stiffness*modes%stop_value
+         if (spring%branch_stiffness <= 0.0_wp) return
+         ! at a root the same without cancellation, from the branch's own equation
+         do m = 1, modes%count
+            associate (s => modes%exponent(m))
+               if (size_of(s + spring%relaxation_rate) < 0.1_wp*spring%relaxation_rate) cycle
+               own = -spring%branch_stiffness*s/(s + spring%relaxation_rate)*modes%stop_value(m)
+               noise = 64.0_wp*epsilon(1.0_wp)*(1.0_wp + spring%stiffness*sum(size_of(beam%stop_value*modes%shape(:, m))))
+               if (size_of(own - branch(m)) < noise) branch(m) = own
+            end associate
+         end do
+      end associate
+   end function branch_forces
 
    !> Dissipated from the start of a contact up to a time, integrated in closed form.
    pure subroutine losses_until(beam, modes, losses, amplitude, q0, v0, t, lost)

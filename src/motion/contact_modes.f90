@@ -22,6 +22,9 @@ module contact_modes
 
    type :: contact_modes_t
       logical :: made = .false.
+      !> The stop, and 2 zeta of the beam
+      type(three_element_t) :: spring
+      real(wp) :: two_zeta = 0.0_wp
       !> Number of exponents; of a conjugate pair only the one with Im s > 0 is kept
       integer :: count = 0
       !> Exponents s, [count]
@@ -82,6 +85,8 @@ contains
       s(:) = exponents(problem, near, offset)
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%made = .true.
+      modes%spring = spring
+      modes%two_zeta = 2.0_wp*zeta
       modes%count = size(keep)
       allocate (modes%exponent(modes%count), modes%weight(modes%count), modes%derivative(modes%count))
       allocate (modes%condition(modes%count), modes%shape(beam%count, modes%count))
@@ -240,14 +245,10 @@ contains
    end subroutine make_room
 
    !> Amplitudes c of P(t) = P_static + sum weight Re(c exp(s t)) from the state at the start of a contact.
-   pure subroutine contact_amplitudes(beam, zeta, spring, modes, surface, q, v, branch_force, static_force, amplitude)
+   pure subroutine contact_amplitudes(beam, modes, surface, q, v, branch_force, static_force, amplitude)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
-      !> zeta
-      real(wp), intent(in) :: zeta
-      !> The stop
-      type(three_element_t), intent(in) :: spring
-      !> Its exponents
+      !> Exponents and shapes
       type(contact_modes_t), intent(in) :: modes
       !> delta
       real(wp), intent(in) :: surface
@@ -261,16 +262,15 @@ contains
       !> c, [modes%count]
       complex(wp), intent(out) :: amplitude(:)
 
-      real(wp) :: indentation, scale, other_scale, real_part, imaginary_part, magnitude, two_zeta
+      real(wp) :: indentation, scale, other_scale, real_part, imaginary_part, magnitude
       ! b_i-weighted sums of q, W^2 q and v, real and imaginary
       real(wp) :: places(2), forces(2), rates(2), place_scale, force_scale
       complex(wp) :: forcing, other
       integer :: i, m
 
       ! P = k u + P2 = 0; from the displacement of the beam it would be no more than a rounding error of it
-      indentation = -branch_force/spring%stiffness
-      static_force = spring%stiffness*surface/(1.0_wp + spring%stiffness*beam%flexibility)
-      two_zeta = 2.0_wp*zeta
+      indentation = -branch_force/modes%spring%stiffness
+      static_force = modes%spring%stiffness*surface/(1.0_wp + modes%spring%stiffness*beam%flexibility)
       do m = 1, modes%count
          places = 0.0_wp
          forces = 0.0_wp
@@ -291,7 +291,7 @@ contains
             place_scale = place_scale + magnitude
             force_scale = force_scale + magnitude*beam%oscillators%square(i)
          end do
-         associate (s => modes%exponent(m))
+         associate (s => modes%exponent(m), spring => modes%spring, two_zeta => modes%two_zeta)
             ! the surface less the free motion of the stop point, transformed, in two ways: as it stands, or with
             ! s (s + 2 zeta W^2)/D = 1 - W^2/D, where what cancels for great s is the indentation
             forcing = surface/s - s*cmplx(places(1), places(2), wp) - two_zeta*cmplx(forces(1), forces(2), wp)

@@ -7,6 +7,7 @@ module damped_oscillators
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
    public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent, elastic_and_viscous
+   public :: sampler_t, next_sample, modal_energy
 
    type :: oscillators_t
       !> Number of oscillators
@@ -45,6 +46,22 @@ module damped_oscillators
    type :: step_matrices_t
       real(wp), allocatable :: zz(:), zv(:), vz(:), vv(:)
    end type step_matrices_t
+
+   !> Samples after which the recurrence starts anew from the closed form, so that rounding does not grow.
+   integer, parameter :: renewal = 64
+
+   !> Runs through samples at equal steps of one phase after the other.
+   type :: sampler_t
+      !> State at the last sample, [count]
+      real(wp), allocatable :: z(:), v(:)
+      !> Samples since the last one in closed form; `renewal` at the start of a phase
+      integer :: since = renewal
+      !> Made at their first use
+      logical :: has_matrices = .false.
+      type(step_matrices_t) :: matrices
+   contains
+      procedure :: restart
+   end type sampler_t
 
 contains
 
@@ -314,5 +331,50 @@ contains
          z(i) = new
       end do
    end subroutine apply_step
+
+   !> A new phase begins.
+   elemental subroutine restart(self)
+      class(sampler_t), intent(inout) :: self
+
+      self%since = renewal
+   end subroutine restart
+
+   !> Go to a sample: by one step from the one before, or from the closed form when that is due.
+   pure subroutine next_sample(sampler, oscillators, z0, v0, step, time)
+      type(sampler_t), intent(inout) :: sampler
+      !> Oscillators of the phase
+      type(oscillators_t), intent(in) :: oscillators
+      !> State at the start of the phase, [count]
+      real(wp), intent(in) :: z0(:)
+      real(wp), intent(in) :: v0(:)
+      !> Distance of samples
+      real(wp), intent(in) :: step
+      !> Time since the start of the phase, >= 0
+      real(wp), intent(in) :: time
+
+      if (sampler%since >= renewal) then
+         if (.not. allocated(sampler%z)) allocate (sampler%z(size(z0)), sampler%v(size(z0)))
+         call propagate(oscillators, time, z0, v0, sampler%z, sampler%v)
+         sampler%since = 0
+      else
+         if (.not. sampler%has_matrices) then
+            call step_matrices(oscillators, step, sampler%matrices)
+            sampler%has_matrices = .true.
+         end if
+         call apply_step(sampler%matrices, sampler%z, sampler%v)
+         sampler%since = sampler%since + 1
+      end if
+   end subroutine next_sample
+
+   !> Kinetic and strain energy.
+   pure function modal_energy(oscillators, z, v) result(energy)
+      type(oscillators_t), intent(in) :: oscillators
+      !> State, [count]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      real(wp) :: energy(2)
+
+      energy = 0.5_wp*[sum(v**2), sum(oscillators%square*z**2)]
+   end function modal_energy
 
 end module damped_oscillators

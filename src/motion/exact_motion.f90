@@ -1,19 +1,20 @@
 !> The response in closed form between events: free modes of the beam, then model A or B of the stop.
 module exact_motion
    use beam_model, only: beam_model_t
-   use exact_restitution, only: restitution_run_t, run_exact_restitution
-   use exact_three_element, only: run_exact_three_element, three_element_run_t
+   use exact_run, only: run_phases
    use failures, only: failure_t
-   use flight_measures, only: finish_measures, start_measures
    use free_modes, only: find_free_modes, free_modes_t
+   use held_contact, only: held_contact_t, make_held_contact
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
-   use modal_recorder, only: make_recorder, recorder_t
    use mode_choice, only: agreement, compare_modes, modes_that_matter, next_count, trial_settings
+   use motion_phases, only: contact_t, motion_t
+   use phase_measures, only: finish_measures, start_measures
    use response_records, only: count_samples, open_records
    use response_types, only: mode_check_t, response_t
-   use run_settings, only: impulse_nodal, law_three_element, run_settings_t
-   use stop_models, only: make_three_element
+   use run_recorder, only: make_recorder
+   use run_settings, only: impulse_nodal, law_restitution, law_three_element, run_settings_t
+   use yielding_contact, only: make_yielding_contact, yielding_contact_t
    implicit none (type, external)
    private
    public :: exact_response
@@ -117,7 +118,7 @@ contains
    !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are.
    subroutine run_in_modes(modes, kept, settings, response, error)
       !> The modes of the free beam, which other runs may share
-      type(free_modes_t), intent(in) :: modes
+      type(free_modes_t), target, intent(in) :: modes
       !> Only the first of them are used
       integer, intent(in) :: kept
       !> Stop, damping, samples, tolerances, output
@@ -128,7 +129,8 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(modal_beam_t), target :: beam
-      type(recorder_t) :: recorder
+      class(contact_t), allocatable, target :: contact
+      type(motion_t) :: motion
       real(wp), allocatable :: start(:)
       integer :: i, samples
 
@@ -136,59 +138,49 @@ contains
                            settings%zeta, beam)
       samples = count_samples(settings%response%duration, settings%response%step)
       call open_records(modes%elements, settings%output, samples, settings%response%step, response)
-      call make_recorder(samples, settings%response%step, beam%count, response, recorder)
+      call make_recorder(samples, settings%response%step, beam%count, response, motion%recorder)
       allocate (start, source=(1.0_wp + settings%stop%preload)*beam%stop_value &
                 /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
-      call start_measures(settings%output%measures, settings%output%most_peaks, settings%stop, response%initial_energy, &
-                          settings%height_ratio, recorder%measurer)
-      if (settings%stop%law == law_three_element) then
-         call run_exact_three_element(beam, three_element_run(), start, recorder, response, error)
-      else
-         call run_exact_restitution(beam, modes%support, restitution_run(), start, recorder, response, error)
-      end if
+      call start_measures(settings, response%initial_energy, motion%measurer)
+      call make_contact(beam, modes, settings, contact)
+      call run_phases(beam, contact, start, settings%response, motion, response, error)
       if (allocated(error)) return
-      if (settings%output%measures) call finish_measures(recorder%measurer, settings%response%duration, &
-                                                         recorder%ledger%dissipated_impact, recorder%ledger%created, response)
+      if (settings%output%measures) &
+         call finish_measures(motion%measurer, settings%response%duration, motion%recorder%ledger, response)
       if (.not. allocated(response%shape_tau)) return
-      do i = 1, modes%elements
-         response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) - settings%stop%preload
-         response%shape_slope(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_z)
-         response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_v)
-         response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_v)
-      end do
+      associate (recorder => motion%recorder)
+         do i = 1, modes%elements
+            response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) - settings%stop%preload
+            response%shape_slope(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_z)
+            response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_v)
+            response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_v)
+         end do
+      end associate
       response%shape_displacement(0, :) = -settings%stop%preload
-
-   contains
-
-      !> Model A from the settings.
-      function restitution_run() result(run)
-         type(restitution_run_t) :: run
-
-         run%surface = settings%stop%preload
-         run%restitution = settings%stop%restitution
-         run%zeta = settings%zeta
-         run%duration = settings%response%duration
-         run%hop_tolerance = settings%response%hop_tolerance
-         run%event_limit = settings%response%event_limit
-         run%force_scale = settings%height_ratio
-         if (settings%stop%impulse /= impulse_nodal) return
-         allocate (run%nodal_mass, source=modes%nodal_mass(:beam%count))
-      end function restitution_run
-
-      !> Model B from the settings.
-      function three_element_run() result(run)
-         type(three_element_run_t) :: run
-
-         run%spring = make_three_element(settings%stop%stiffness_ratio, settings%stop%branch_ratio, &
-                                         settings%stop%damper_ratio)
-         run%surface = settings%stop%preload
-         run%zeta = settings%zeta
-         run%duration = settings%response%duration
-         run%event_limit = settings%response%event_limit
-         run%force_scale = settings%height_ratio
-      end function three_element_run
-
    end subroutine run_in_modes
+
+   !> The stop of a run, by its law.
+   subroutine make_contact(beam, modes, settings, contact)
+      !> The beam in its free modes, and what its runs share; they must outlive the contact
+      type(modal_beam_t), target, intent(in) :: beam
+      type(free_modes_t), target, intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      class(contact_t), allocatable, intent(out) :: contact
+
+      type(held_contact_t), allocatable :: held
+      type(yielding_contact_t), allocatable :: yielding
+
+      select case (settings%stop%law)
+      case (law_restitution)
+         allocate (held)
+         call make_held_contact(beam, modes, settings, held)
+         call move_alloc(held, contact)
+      case (law_three_element)
+         allocate (yielding)
+         call make_yielding_contact(beam, settings, yielding)
+         call move_alloc(yielding, contact)
+      end select
+   end subroutine make_contact
 
 end module exact_motion

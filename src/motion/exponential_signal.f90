@@ -1,7 +1,7 @@
 !> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element
 !> stop. No term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
-   use certified_search, only: certified_signal_t, falls_to_zero, local_t
+   use certified_search, only: falls_to_zero, local_t, viewed_signal_t
    use kinds, only: wp
    use modal_bounds, only: free_step
    implicit none (type, external)
@@ -9,7 +9,7 @@ module exponential_signal
    public :: exponential_signal_t, fastest_last
 
    !> s(t) = offset + sum weight Re(c exp(s t)).
-   type, extends(certified_signal_t) :: exponential_signal_t
+   type, extends(viewed_signal_t) :: exponential_signal_t
       real(wp) :: offset = 0.0_wp
       !> Exponents, Re s <= 0, [count]
       complex(wp), allocatable :: exponent(:)
@@ -20,6 +20,7 @@ module exponential_signal
    contains
       procedure :: look
       procedure :: evaluate
+      procedure :: view
    end type exponential_signal_t
 
 contains
@@ -124,5 +125,28 @@ contains
       here%free = free_step(value, rate, curvature, swing, swing_curvature, swing_jerk, &
                             merge(self%offset, 0.0_wp, order == 0), 0.0_wp, here%value, here%slope)
    end subroutine look
+
+   !> offset + factor times a derivative of the signal, from an instant on.
+   subroutine view(self, from, factor, offset, order, part)
+      class(exponential_signal_t), intent(in) :: self
+      !> The instant
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: factor
+      real(wp), intent(in) :: offset
+      !> 0: the signal itself, 1: its slope
+      integer, intent(in) :: order
+      !> The same as a signal
+      class(viewed_signal_t), allocatable, intent(out) :: part
+
+      type(exponential_signal_t), allocatable :: exponential
+
+      allocate (exponential)
+      exponential%offset = offset
+      if (order == 0) exponential%offset = offset + factor*self%offset
+      allocate (exponential%exponent, source=self%exponent)
+      if (allocated(self%place)) allocate (exponential%place, source=self%place)
+      allocate (exponential%amplitude, source=factor*self%amplitude*exp(self%exponent*from)*self%exponent**order)
+      call move_alloc(exponential, part)
+   end subroutine view
 
 end module exponential_signal

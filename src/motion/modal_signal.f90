@@ -3,10 +3,10 @@
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
-   use certified_search, only: certified_signal_t, falls_to_zero, local_t
-   use damped_oscillators, only: lanes, oscillators_t, padded, propagate, propagate_lanes
+   use certified_search, only: falls_to_zero, first_zero, found_zero, local_t, search_t, viewed_signal_t
+   use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use hop_series, only: next_derivative, zero_of_series
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use modal_bounds, only: bound_terms, free_step
    use separated_modes, only: advance, bound_separate, join, separate
    implicit none (type, external)
@@ -14,7 +14,7 @@ module modal_signal
    public :: modal_signal_t, make_modal_signal
 
    !> s(t) = offset + sum c_i z_i(t) + surface exp(-rate t). The last term, a surface that relaxes, is convex.
-   type, extends(certified_signal_t) :: modal_signal_t
+   type, extends(viewed_signal_t) :: modal_signal_t
       type(oscillators_t), pointer :: oscillators => null()
       !> What the oscillators swing about
       real(wp) :: offset = 0.0_wp
@@ -32,7 +32,8 @@ module modal_signal
    contains
       procedure :: look
       procedure :: evaluate
-      procedure :: short_flight
+      procedure :: view
+      procedure :: find_zero
    end type modal_signal_t
 
 contains
@@ -79,10 +80,67 @@ contains
       end if
    end subroutine evaluate
 
+   !> offset + factor times a derivative of the signal, from an instant on; without a surface that relaxes.
+   subroutine view(self, from, factor, offset, order, part)
+      class(modal_signal_t), intent(in) :: self
+      !> The instant
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: factor
+      real(wp), intent(in) :: offset
+      !> 0: the signal itself, 1: its slope
+      integer, intent(in) :: order
+      !> The same as a signal
+      class(viewed_signal_t), allocatable, intent(out) :: part
+
+      type(modal_signal_t), allocatable :: modal
+      real(wp), dimension(self%oscillators%count) :: rate
+      real(wp) :: whole
+
+      whole = offset
+      if (order == 0) whole = offset + factor*self%offset
+      allocate (modal)
+      call make_modal_signal(self%oscillators, whole, factor*self%weight, modal)
+      modal%is_viscous = self%is_viscous
+      if (from > 0.0_wp) then
+         call propagate(self%oscillators, from, self%z, self%v, modal%z, modal%v)
+      else
+         modal%z = self%z
+         modal%v = self%v
+      end if
+      if (order == 1) then
+         rate = modal%v
+         modal%v = acceleration(self%oscillators, modal%z, rate)
+         modal%z = rate
+      end if
+      call move_alloc(modal, part)
+   end subroutine view
+
+   !> First zero of the signal in (0, limit]; of a short hop by its series.
+   subroutine find_zero(self, limit, search)
+      class(modal_signal_t), intent(in) :: self
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> What was found
+      type(search_t), intent(out) :: search
+
+      logical :: is_short
+
+      if (self%start_order == 1) then
+         call short_flight(self, limit, is_short, search%time, search%greatest)
+         if (is_short) then
+            search%outcome = found_zero
+            search%evaluations = 1_i8
+            return
+         end if
+      end if
+      call first_zero(self, limit, search)
+   end subroutine find_zero
+
    !> A hop so short that the modes hardly turn: its end by the Taylor series of s(t)/t about the start, certain since
    !> the remainder is bounded by the swing of the first derivative left out.
    subroutine short_flight(self, limit, is_short, time, greatest)
-      class(modal_signal_t), intent(in) :: self
+      !> It rises from zero
+      type(modal_signal_t), intent(in) :: self
       !> Where the search ends
       real(wp), intent(in) :: limit
       !> The first zero is certain to be the one returned

@@ -1,18 +1,35 @@
 !> The greatest value of a signal and the last time it was above a level, certain like the search for its zeros.
 module signal_peaks
-   use certified_search, only: certified_signal_t, first_zero, found_never_left, found_none, found_zero, search_t
-   use damped_oscillators, only: acceleration, propagate
-   use exponential_signal, only: exponential_signal_t
+   use certified_search, only: first_zero, found_never_left, found_none, found_zero, search_t, viewed_signal_t
    use kinds, only: wp
-   use modal_signal, only: make_modal_signal, modal_signal_t
    implicit none (type, external)
    private
-   public :: greatest_value, last_time_above, signal_view, peak_tolerance
+   public :: exceeds, greatest_value, last_time_above, peak_tolerance
 
    !> A higher peak in the same phase is missed only if it is higher by less than this share.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
 
 contains
+
+   !> Does a signal exceed a level in a phase?
+   function exceeds(signal, length, level) result(does)
+      class(viewed_signal_t), intent(in) :: signal
+      !> Length of the phase
+      real(wp), intent(in) :: length
+      real(wp), intent(in) :: level
+      logical :: does
+
+      class(viewed_signal_t), allocatable :: below
+      type(search_t) :: search
+      real(wp) :: value, slope
+
+      call signal%evaluate(0.0_wp, value, slope)
+      does = value > level
+      if (does) return
+      call signal%view(0.0_wp, -1.0_wp, level, 0, below)
+      call first_zero(below, length, search)
+      does = search%outcome == found_zero
+   end function exceeds
 
    !> The greatest value of a signal in a phase, if it exceeds a threshold.
    !>
@@ -20,7 +37,7 @@ contains
    !> the next turn gives a better one.
    subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time)
       !> The signal, without a surface that relaxes
-      class(certified_signal_t), intent(in) :: signal
+      class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       !> What it must exceed
@@ -34,7 +51,7 @@ contains
       real(wp), intent(out) :: time
 
       integer, parameter :: cap = 10000
-      class(certified_signal_t), allocatable :: part
+      class(viewed_signal_t), allocatable :: part
       type(search_t) :: search
       real(wp) :: level, slope, t, turn
       integer :: attempt
@@ -52,11 +69,11 @@ contains
          level = raised(turn)
       end if
       do attempt = 1, cap
-         call signal_view(signal, t, -1.0_wp, level, 0, part)
+         call signal%view(t, -1.0_wp, level, 0, part)
          call first_zero(part, length - t, search)
          if (search%outcome /= found_zero) return
          t = t + search%time
-         call signal_view(signal, t, 1.0_wp, 0.0_wp, 1, part)
+         call signal%view(t, 1.0_wp, 0.0_wp, 1, part)
          call first_zero(part, length - t, search)
          exceeds = .true.
          if (search%outcome == found_none) then
@@ -87,7 +104,7 @@ contains
    !> When a signal was last above a level.
    subroutine last_time_above(signal, length, level, time, stays_above)
       !> The signal, without a surface that relaxes
-      class(certified_signal_t), intent(in) :: signal
+      class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       !> The level
@@ -97,7 +114,7 @@ contains
       !> It is above at the end
       logical, intent(out) :: stays_above
 
-      class(certified_signal_t), allocatable :: part
+      class(viewed_signal_t), allocatable :: part
       type(search_t) :: search
       real(wp) :: value, slope, t
       logical :: is_above
@@ -107,7 +124,7 @@ contains
       time = 0.0_wp
       t = 0.0_wp
       do
-         call signal_view(signal, t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, part)
+         call signal%view(t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, part)
          if (t > 0.0_wp) part%start_order = 1
          call first_zero(part, length - t, search)
          if (search%outcome == found_none .or. search%outcome == found_never_left) exit
@@ -119,56 +136,5 @@ contains
       stays_above = is_above .and. search%outcome == found_none
       if (stays_above) time = length
    end subroutine last_time_above
-
-   !> offset + factor times a derivative of a signal from an instant on.
-   subroutine signal_view(signal, from, factor, offset, order, part)
-      !> The signal, without a surface that relaxes
-      class(certified_signal_t), intent(in) :: signal
-      !> The instant
-      real(wp), intent(in) :: from
-      !> Factor, and what is added
-      real(wp), intent(in) :: factor
-      real(wp), intent(in) :: offset
-      !> 0: the signal itself, 1: its slope
-      integer, intent(in) :: order
-      !> The same as a signal
-      class(certified_signal_t), allocatable, intent(out) :: part
-
-      type(modal_signal_t), allocatable :: modal
-      type(exponential_signal_t), allocatable :: exponential
-      real(wp) :: whole
-
-      whole = offset
-      select type (signal)
-      type is (modal_signal_t)
-         allocate (modal)
-         if (order == 0) whole = offset + factor*signal%offset
-         call make_modal_signal(signal%oscillators, whole, factor*signal%weight, modal)
-         modal%is_viscous = signal%is_viscous
-         if (from > 0.0_wp) then
-            call propagate(signal%oscillators, from, signal%z, signal%v, modal%z, modal%v)
-         else
-            modal%z = signal%z
-            modal%v = signal%v
-         end if
-         if (order == 1) then
-            block
-               real(wp), dimension(signal%oscillators%count) :: rate
-               rate = modal%v
-               modal%v = acceleration(signal%oscillators, modal%z, rate)
-               modal%z = rate
-            end block
-         end if
-         call move_alloc(modal, part)
-      type is (exponential_signal_t)
-         allocate (exponential)
-         if (order == 0) whole = offset + factor*signal%offset
-         exponential%offset = whole
-         allocate (exponential%exponent, source=signal%exponent)
-         if (allocated(signal%place)) allocate (exponential%place, source=signal%place)
-         allocate (exponential%amplitude, source=factor*signal%amplitude*exp(signal%exponent*from)*signal%exponent**order)
-         call move_alloc(exponential, part)
-      end select
-   end subroutine signal_view
 
 end module signal_peaks

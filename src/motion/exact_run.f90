@@ -1,0 +1,100 @@
+!> Exact motion from event to event: one phase after the other, each in closed form, with no step in time.
+module exact_run
+   use certified_search, only: found_none
+   use failures, only: fail, failure_t, status_run_failed
+   use free_flight, only: flight_t, make_flight
+   use kinds, only: wp
+   use modal_beam, only: modal_beam_t
+   use motion_phases, only: contact_t, found_taken_back, motion_t, phase_t, record_phase
+   use number_text, only: to_text
+   use response_types, only: response_t
+   use run_settings, only: response_settings_t
+   implicit none (type, external)
+   private
+   public :: run_phases
+
+contains
+
+   !> From rest at the given modal coordinates to the end of the run.
+   subroutine run_phases(beam, contact, start, settings, motion, response, error)
+      !> The beam in its free modes
+      type(modal_beam_t), target, intent(in) :: beam
+      !> The stop
+      class(contact_t), target, intent(inout) :: contact
+      !> Modal coordinates at tau = 0, [modes]
+      real(wp), intent(in) :: start(:)
+      !> Length of the run, limit of events
+      type(response_settings_t), intent(in) :: settings
+      !> Its recorder and measurer are ready
+      type(motion_t), intent(inout) :: motion
+      !> Gets events and histories
+      type(response_t), intent(inout) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(flight_t), target :: flight
+      class(phase_t), pointer :: phase
+      integer :: standstill
+      logical :: is_last
+
+      motion%beam => beam
+      allocate (motion%q, source=start)
+      allocate (motion%v(beam%count), source=0.0_wp)
+      call make_flight(beam, contact, flight)
+      associate (gap => flight%gap)
+         if (sum(gap%weight*start) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*start)) + abs(gap%offset))) &
+            call contact%start(motion, response)
+      end associate
+      standstill = 0
+      do
+         phase => flight
+         if (contact%is_closed) phase => contact
+         call phase%begin(motion)
+         if (allocated(motion%error)) exit
+         call phase%find_end(settings%duration - motion%tau)
+         response%evaluations = response%evaluations + phase%search%evaluations
+         standstill = standstill + 1
+         if (phase%search%outcome /= found_taken_back) then
+            is_last = phase%search%outcome == found_none
+            if (is_last) phase%search%time = settings%duration - motion%tau
+            call record_phase(phase, is_last, motion, response)
+            if (.not. is_last) call phase%finish(motion)
+            call phase%measure(is_last, motion)
+            if (is_last) exit
+            if (motion%tau + phase%search%time > motion%tau) standstill = 0
+            motion%tau = motion%tau + phase%search%time
+         end if
+         call phase%follow(motion, response)
+         call watch_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
+         if (allocated(motion%error)) exit
+      end do
+      response%ends_in_contact = contact%is_closed
+      response%factorisations = response%factorisations + motion%factorisations
+      call move_alloc(motion%error, error)
+   end subroutine run_phases
+
+   !> Events that do not end: too many of them, or none that advances.
+   subroutine watch_events(events, limit, standstill, tau, error)
+      !> Events so far, and after how many the run fails
+      integer, intent(in) :: events
+      integer, intent(in) :: limit
+      !> Phases that ended at the instant at which they began, one after the other
+      integer, intent(in) :: standstill
+      !> The instant
+      real(wp), intent(in) :: tau
+      !> Set when the run may not go on
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer, parameter :: standstill_cap = 2000
+      character(*), parameter :: remedy = '; damping or a more even mesh ends that'
+
+      if (events > limit) then
+         call fail(error, status_run_failed, 'more than event_limit = '//to_text(limit)//' events by tau = '//to_text(tau)// &
+                   ': the motion chatters'//remedy)
+      else if (standstill > standstill_cap) then
+         call fail(error, status_run_failed, 'the motion does not advance beyond tau = '//to_text(tau)// &
+                   ': events follow each other within the rounding error of time'//remedy)
+      end if
+   end subroutine watch_events
+
+end module exact_run

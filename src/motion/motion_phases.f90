@@ -1,0 +1,251 @@
+!> Exact motion as phases. A phase is a set of closed contacts: while it lasts everything is linear and in closed form, and it
+!> ends where the first of its signals falls to zero.
+!>
+!> With one stop there are two: the flight, and the contact with the stop. How a stop acts is said by its own extension of
+!> `contact_t`: what contact with it is like, and what follows when the beam comes to it or the contact ends.
+module motion_phases
+   use certified_search, only: search_t
+   use falling_zero, only: bracket_t, narrow, start_bracket
+   use failures, only: failure_t
+   use kinds, only: wp
+   use modal_beam, only: modal_beam_t
+   use phase_measures, only: measurer_t
+   use response_types, only: append_event, event_t, response_t
+   use run_measures, only: excess_of, mark_energy
+   use run_recorder, only: asked_t, keep_sample, keep_shape, next_sample_time, recorder_t, sample_t, samples_before, &
+                           shape_due
+   implicit none (type, external)
+   private
+   public :: motion_t, phase_t, contact_t, record_phase, measure_energy, event_at, found_taken_back
+
+   !> A flight that did not happen: it was too low to be told from contact. The motion stands where it began.
+   integer, parameter :: found_taken_back = 4
+
+   !> Where the motion stands between two phases, and what was kept and measured of it until then.
+   type :: motion_t
+      !> The beam in its free modes
+      type(modal_beam_t), pointer :: beam => null()
+      real(wp) :: tau = 0.0_wp
+      !> Free modal state, [modes]
+      real(wp), allocatable :: q(:), v(:)
+      type(recorder_t) :: recorder
+      type(measurer_t) :: measurer
+      !> Eigen-problems solved on the way
+      integer :: factorisations = 0
+      !> Set where the run cannot go on
+      type(failure_t), allocatable :: error
+   end type motion_t
+
+   type, abstract :: phase_t
+      !> How it ends: the outcome is one of those of a search, or `found_taken_back`
+      type(search_t) :: search
+   contains
+      procedure(begin_interface), deferred :: begin
+      procedure(find_end_interface), deferred :: find_end
+      procedure(go_to_interface), deferred :: go_to
+      procedure(sample_interface), deferred :: take_sample
+      procedure(energy_interface), deferred :: energy_at
+      procedure(finish_interface), deferred :: finish
+      procedure(measure_interface), deferred :: measure
+      procedure(follow_interface), deferred :: follow
+   end type phase_t
+
+   !> One stop: the phase in which it is closed, and what it is like for a beam in flight.
+   type, abstract, extends(phase_t) :: contact_t
+      !> delta: its surface, where that is unstressed
+      real(wp) :: surface = 0.0_wp
+      !> Pbar per unit of force
+      real(wp) :: force_scale = 0.0_wp
+      !> The stop point is on the stop
+      logical :: is_closed = .false.
+      !> The surface does not yield: what lies below it is rounding
+      logical :: is_rigid = .false.
+      !> The flight that follows: order of the first derivative of the gap that does not vanish at its start
+      integer :: start_order = 0
+      !> The surface is indented so far at its start, and comes back at this rate; the energy in the stop, and its rate
+      real(wp) :: depth = 0.0_wp
+      real(wp) :: rate = 0.0_wp
+      real(wp) :: energy = 0.0_wp
+      real(wp) :: energy_rate = 0.0_wp
+      !> It is taken back if it stays below this; 0: never
+      real(wp) :: hop_tolerance = 0.0_wp
+   contains
+      procedure(start_interface), deferred :: start
+      procedure(meet_interface), deferred :: meet
+   end type contact_t
+
+   abstract interface
+      !> Take over the state of the motion.
+      subroutine begin_interface(self, motion)
+         import :: motion_t, phase_t
+         implicit none (type, external)
+         class(phase_t), target, intent(inout) :: self
+         type(motion_t), intent(inout) :: motion
+      end subroutine begin_interface
+
+      !> First zero of the signals; sets `search`.
+      subroutine find_end_interface(self, limit)
+         import :: phase_t, wp
+         implicit none (type, external)
+         class(phase_t), intent(inout) :: self
+         !> Time left to the end of the run
+         real(wp), intent(in) :: limit
+      end subroutine find_end_interface
+
+      !> Free modal state at a time in the phase.
+      subroutine go_to_interface(self, time, q, v)
+         import :: phase_t, wp
+         implicit none (type, external)
+         class(phase_t), intent(in) :: self
+         !> Since its start
+         real(wp), intent(in) :: time
+         !> State, [modes]
+         real(wp), intent(out) :: q(:)
+         real(wp), intent(out) :: v(:)
+      end subroutine go_to_interface
+
+      !> The next sample; asked for one after the other, at equal steps.
+      subroutine sample_interface(self, time, step, asked, sample)
+         import :: asked_t, phase_t, sample_t, wp
+         implicit none (type, external)
+         class(phase_t), intent(inout) :: self
+         !> Since the start of the phase
+         real(wp), intent(in) :: time
+         !> Distance of samples
+         real(wp), intent(in) :: step
+         type(asked_t), intent(in) :: asked
+         !> Zeros at the first sample of a phase: what vanishes may stay
+         type(sample_t), intent(inout) :: sample
+      end subroutine sample_interface
+
+      !> Energy of beam and stop at a time in the phase.
+      function energy_interface(self, time) result(energy)
+         import :: phase_t, wp
+         implicit none (type, external)
+         class(phase_t), intent(in) :: self
+         !> Since its start
+         real(wp), intent(in) :: time
+         real(wp) :: energy
+      end function energy_interface
+
+      !> Bring the motion to the end of the phase, and its ledger.
+      subroutine finish_interface(self, motion)
+         import :: motion_t, phase_t
+         implicit none (type, external)
+         class(phase_t), intent(inout) :: self
+         !> `tau` is still that of the start
+         type(motion_t), intent(inout) :: motion
+      end subroutine finish_interface
+
+      !> Measure the phase.
+      subroutine measure_interface(self, is_last, motion)
+         import :: motion_t, phase_t
+         implicit none (type, external)
+         class(phase_t), intent(inout) :: self
+         !> The run ends with it; `finish` was not called
+         logical, intent(in) :: is_last
+         !> `tau` is still that of the start
+         type(motion_t), intent(inout) :: motion
+      end subroutine measure_interface
+
+      !> What follows the zero.
+      subroutine follow_interface(self, motion, response)
+         import :: motion_t, phase_t, response_t
+         implicit none (type, external)
+         class(phase_t), intent(inout) :: self
+         type(motion_t), intent(inout) :: motion
+         !> Gets the events
+         type(response_t), intent(inout) :: response
+      end subroutine follow_interface
+
+      !> The run starts with the stop point at rest on the surface.
+      subroutine start_interface(self, motion, response)
+         import :: contact_t, motion_t, response_t
+         implicit none (type, external)
+         class(contact_t), intent(inout) :: self
+         type(motion_t), intent(inout) :: motion
+         type(response_t), intent(inout) :: response
+      end subroutine start_interface
+
+      !> A flight has ended on the surface.
+      subroutine meet_interface(self, flight, motion, response)
+         import :: contact_t, motion_t, response_t, search_t
+         implicit none (type, external)
+         class(contact_t), intent(inout) :: self
+         !> How the flight ended
+         type(search_t), intent(in) :: flight
+         type(motion_t), intent(inout) :: motion
+         type(response_t), intent(inout) :: response
+      end subroutine meet_interface
+   end interface
+
+contains
+
+   !> Keep the samples and shapes of a phase.
+   subroutine record_phase(phase, is_last, motion, response)
+      class(phase_t), intent(inout) :: phase
+      !> The run ends with it
+      logical, intent(in) :: is_last
+      type(motion_t), intent(inout) :: motion
+      !> Gets the histories
+      type(response_t), intent(inout) :: response
+
+      type(sample_t) :: sample
+      real(wp), allocatable :: q(:), v(:)
+      real(wp) :: to
+
+      associate (recorder => motion%recorder)
+         to = motion%tau + phase%search%time
+         do while (shape_due(recorder, to, is_last))
+            if (.not. allocated(q)) allocate (q(size(motion%q)), v(size(motion%v)))
+            call phase%go_to(recorder%shape_tau(recorder%next_shape) - motion%tau, q, v)
+            call keep_shape(recorder, q, v)
+         end do
+         do while (samples_before(recorder, to, is_last))
+            call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, recorder%asked, sample)
+            recorder%next = recorder%next + 1
+            call keep_sample(recorder%next, sample, recorder%ledger, response)
+         end do
+      end associate
+   end subroutine record_phase
+
+   !> Where in a phase does the energy fall for good to the share that counts as spent?
+   subroutine measure_energy(phase, at_end, motion)
+      class(phase_t), intent(in) :: phase
+      !> Energy at its end
+      real(wp), intent(in) :: at_end
+      type(motion_t), intent(inout) :: motion
+
+      type(bracket_t) :: bracket
+      real(wp) :: excess
+
+      associate (measurer => motion%measurer, tally => motion%measurer%tally)
+         measurer%measures%final_energy = at_end
+         excess = excess_of(tally, phase%energy_at(0.0_wp))
+         ! the nodal reading of an impulse may have created some
+         if (excess > 0.0_wp .and. tally%has_spent) call mark_energy(tally, .false., motion%tau)
+         if (tally%has_spent .or. excess_of(tally, at_end) > 0.0_wp) return
+         call start_bracket(phase%search%time, excess, excess_of(tally, at_end), bracket)
+         do while (.not. bracket%is_done)
+            call narrow(bracket, excess_of(tally, phase%energy_at(bracket%guess)))
+         end do
+         call mark_energy(tally, .true., motion%tau + bracket%guess)
+      end associate
+   end subroutine measure_energy
+
+   !> An event at the present state; velocity before and after as it is now.
+   pure function event_at(motion, kind, surface) result(event)
+      type(motion_t), intent(in) :: motion
+      !> One of the `event_` constants
+      integer, intent(in) :: kind
+      !> delta
+      real(wp), intent(in) :: surface
+      type(event_t) :: event
+
+      associate (b => motion%beam%stop_value)
+         event = event_t(tau=motion%tau, kind=kind, eta=sum(b*motion%q) - surface, velocity_before=sum(b*motion%v))
+      end associate
+      event%velocity_after = event%velocity_before
+   end function event_at
+
+end module motion_phases

@@ -1,0 +1,171 @@
+!> Measures of a run taken from its motion in closed form, phase by phase as they end: no samples.
+!>
+!> A flight is looked into only where it rises above the level that counts, a contact only where its force exceeds
+!> the greatest so far; `certified_search` decides both, mostly at one look. What only the last such phase can
+!> tell, the instant of quiet, is sought at the end of the run.
+module phase_measures
+   use certified_search, only: viewed_signal_t
+   use kinds, only: wp
+   use response_types, only: quiet_level, response_t, run_measures_t
+   use run_measures, only: add_rebound, finish_tally, start_tally, take_impulse, tally_t
+   use run_recorder, only: ledger_t
+   use run_settings, only: run_settings_t
+   use signal_peaks, only: exceeds, greatest_value, last_time_above, peak_tolerance
+   implicit none (type, external)
+   private
+   public :: measurer_t, start_measures, measure_impulse, measure_rise, measure_force, keep_loud, finish_measures
+
+   type :: measurer_t
+      !> Without it nothing is measured
+      logical :: is_wanted = .false.
+      !> Peaks are kept of so many rebounds
+      integer :: most_peaks = 0
+      type(tally_t) :: tally
+      type(run_measures_t) :: measures
+      !> Energy lost in the stop
+      real(wp) :: lost_stop = 0.0_wp
+      !> The stop point has met the stop
+      logical :: has_met = .false.
+      !> The last phase in which |eta_c| exceeds the quiet level: start, length, eta_c; unallocated: there is none
+      real(wp) :: loud_start = 0.0_wp
+      real(wp) :: loud_length = 0.0_wp
+      class(viewed_signal_t), allocatable :: loud
+   end type measurer_t
+
+contains
+
+   !> Begin a run.
+   pure subroutine start_measures(settings, start_energy, measurer)
+      !> Stop and output of the run
+      type(run_settings_t), intent(in) :: settings
+      !> Energy at tau = 0
+      real(wp), intent(in) :: start_energy
+      !> Ready for the first phase
+      type(measurer_t), intent(out) :: measurer
+
+      measurer%is_wanted = settings%output%measures
+      if (.not. measurer%is_wanted) return
+      measurer%most_peaks = settings%output%most_peaks
+      call start_tally(settings%stop, start_energy, settings%height_ratio, measurer%tally)
+   end subroutine start_measures
+
+   !> An impulse at an instant.
+   pure subroutine measure_impulse(measurer, tau, impulse)
+      type(measurer_t), intent(inout) :: measurer
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: impulse
+
+      if (measurer%is_wanted) call take_impulse(measurer%tally, tau, impulse)
+   end subroutine measure_impulse
+
+   !> Does a flight rise above the quiet level? After the first meeting with the stop it is a rebound then, unless it still
+   !> rises to its highest point as the run ends.
+   subroutine measure_rise(measurer, eta, from, length, to_the_end, greatest, rises)
+      !> Gets the rebound
+      type(measurer_t), intent(inout) :: measurer
+      !> eta of the stop point
+      class(viewed_signal_t), intent(in) :: eta
+      !> Start and length of the flight
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: length
+      !> The run ends with it
+      logical, intent(in) :: to_the_end
+      !> eta was seen to be as great as this
+      real(wp), intent(in) :: greatest
+      logical, intent(out) :: rises
+
+      logical :: keeps_peak, still_rises
+      real(wp) :: peak, time
+
+      keeps_peak = measurer%measures%rebounds < measurer%most_peaks
+      if (.not. measurer%has_met .or. .not. (keeps_peak .or. to_the_end)) then
+         rises = greatest > quiet_level
+         if (.not. rises) rises = exceeds(eta, length, quiet_level)
+         if (rises .and. measurer%has_met) call add_rebound(measurer%measures)
+         return
+      end if
+      call greatest_value(eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, still_rises, peak, time)
+      if (.not. rises .and. greatest > quiet_level) then
+         rises = .true.
+         peak = greatest
+      end if
+      if (.not. rises .or. (to_the_end .and. still_rises)) return
+      if (keeps_peak) then
+         call add_rebound(measurer%measures, from + time, peak)
+      else
+         call add_rebound(measurer%measures)
+      end if
+   end subroutine measure_rise
+
+   !> In this phase |eta_c| exceeds the quiet level.
+   subroutine keep_loud(measurer, eta, from, length)
+      type(measurer_t), intent(inout) :: measurer
+      !> eta of the stop point
+      class(viewed_signal_t), intent(in) :: eta
+      !> Start and length of the phase
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: length
+
+      measurer%loud_start = from
+      measurer%loud_length = length
+      if (allocated(measurer%loud)) deallocate (measurer%loud)
+      allocate (measurer%loud, source=eta)
+   end subroutine keep_loud
+
+   !> Does the force exceed the greatest so far, and how far?
+   subroutine measure_force(tally, force, length, greatest)
+      !> Gets the force
+      type(tally_t), intent(inout) :: tally
+      !> The force as a signal
+      class(viewed_signal_t), intent(in) :: force
+      !> Length of the contact
+      real(wp), intent(in) :: length
+      !> Seen in this contact
+      real(wp), intent(in) :: greatest
+
+      real(wp) :: peak, time, known
+      logical :: does_exceed, still_rises
+
+      known = max(tally%greatest_force/tally%force_scale, greatest)
+      call greatest_value(force, length, known*(1.0_wp + peak_tolerance), does_exceed, still_rises, peak, time)
+      if (does_exceed) known = max(known, peak)
+      tally%greatest_force = tally%force_scale*known
+   end subroutine measure_force
+
+   !> The end of the run.
+   subroutine finish_measures(measurer, duration, ledger, response)
+      !> What the phases told
+      type(measurer_t), intent(inout) :: measurer
+      !> Length of the run, tau
+      real(wp), intent(in) :: duration
+      !> With all events charged
+      type(ledger_t), intent(in) :: ledger
+      !> The run, with its events; gets the measures
+      type(response_t), intent(inout) :: response
+
+      type(run_measures_t) :: measures
+      class(viewed_signal_t), allocatable :: depth
+      real(wp) :: last, lost_beam, lower
+      logical :: is_loud, is_low
+
+      measures = measurer%measures
+      ! the ledger closes to rounding
+      lost_beam = measurer%tally%start_energy + ledger%created - ledger%dissipated_impact - measurer%lost_stop &
+                  - measures%final_energy
+      call finish_tally(measurer%tally, response, duration, [lost_beam, measurer%lost_stop, ledger%dissipated_impact], &
+                        ledger%created, measurer%most_peaks, measures)
+      last = 0.0_wp
+      is_loud = .false.
+      if (allocated(measurer%loud)) then
+         call last_time_above(measurer%loud, measurer%loud_length, quiet_level, last, is_loud)
+         call measurer%loud%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
+         call last_time_above(depth, measurer%loud_length, quiet_level, lower, is_low)
+         last = max(last, lower)
+         is_loud = is_loud .or. is_low
+      end if
+      measures%is_quiet = .not. is_loud
+      measures%quiet_tau = measurer%loud_start + last
+      allocate (response%measures, source=measures)
+   end subroutine finish_measures
+
+end module phase_measures

@@ -1,0 +1,171 @@
+!> What is kept of a run, whatever its method: the ledger of its energy, samples at equal steps, instants of shapes. Nothing is
+!> computed that was not asked for.
+module run_recorder
+   use history_list, only: history_count
+   use kinds, only: wp
+   use response_types, only: response_t
+   implicit none (type, external)
+   private
+   public :: ledger_t, charge_event, sample_t, asked_t, asked_of, keep_sample
+   public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, keep_shape
+
+   !> Energies lost and won, up to the start of the present phase or to the end of the last step.
+   type :: ledger_t
+      !> Inside the beam, in the stop, at impacts
+      real(wp) :: dissipated_beam = 0.0_wp
+      real(wp) :: dissipated_stop = 0.0_wp
+      real(wp) :: dissipated_impact = 0.0_wp
+      !> By the nodal reading of the impulse
+      real(wp) :: created = 0.0_wp
+   end type ledger_t
+
+   !> What is kept at the samples.
+   type :: asked_t
+      !> Those of `history_table`, and the ledger
+      logical :: history(history_count) = .false.
+      logical :: energy = .false.
+   end type asked_t
+
+   !> Beam and stop at one instant, as far as that is asked for.
+   type :: sample_t
+      !> Those of `history_table`
+      real(wp) :: history(history_count) = 0.0_wp
+      !> Energy of the beam, kinetic and strain, and of the stop's springs
+      real(wp) :: beam_energy(2) = 0.0_wp
+      real(wp) :: stop_energy = 0.0_wp
+      !> Dissipated in beam and stop besides what the ledger has
+      real(wp) :: lost(2) = 0.0_wp
+   end type sample_t
+
+   !> How far the histories have come.
+   type :: recorder_t
+      type(asked_t) :: asked
+      type(ledger_t) :: ledger
+      !> d tau between samples
+      real(wp) :: step = 0.0_wp
+      !> Samples in all, sample 0 at tau = 0, and the next one to keep
+      integer :: last = -1
+      integer :: next = 0
+      !> Instants at which the whole beam is kept, the next of them, and its modal states there, [modes, instants]
+      real(wp), allocatable :: shape_tau(:)
+      integer :: next_shape = 1
+      real(wp), allocatable :: shape_z(:, :), shape_v(:, :)
+   end type recorder_t
+
+contains
+
+   !> Charge an event's change of energy to impacts, or to the nodal reading where it created some.
+   elemental subroutine charge_event(ledger, change)
+      type(ledger_t), intent(inout) :: ledger
+      !> Change of energy
+      real(wp), intent(in) :: change
+
+      ledger%dissipated_impact = ledger%dissipated_impact + max(-change, 0.0_wp)
+      ledger%created = ledger%created + max(change, 0.0_wp)
+   end subroutine charge_event
+
+   !> The histories for which there is room.
+   pure function asked_of(response) result(asked)
+      type(response_t), intent(in) :: response
+      type(asked_t) :: asked
+
+      integer :: i
+
+      asked%history = [(allocated(response%history(i)%values), i=1, history_count)]
+      asked%energy = allocated(response%energy)
+   end function asked_of
+
+   !> Enter a sample into the histories.
+   pure subroutine keep_sample(place, sample, ledger, response)
+      !> Its place in the histories, from 1
+      integer, intent(in) :: place
+      type(sample_t), intent(in) :: sample
+      type(ledger_t), intent(in) :: ledger
+      type(response_t), intent(inout) :: response
+
+      integer :: i
+
+      do i = 1, history_count
+         if (allocated(response%history(i)%values)) response%history(i)%values(place) = sample%history(i)
+      end do
+      if (.not. allocated(response%energy)) return
+      associate (entry => response%energy)
+         entry%kinetic(place) = sample%beam_energy(1)
+         entry%strain(place) = sample%beam_energy(2)
+         entry%stop(place) = sample%stop_energy
+         entry%dissipated_beam(place) = ledger%dissipated_beam + sample%lost(1)
+         entry%dissipated_stop(place) = ledger%dissipated_stop + sample%lost(2)
+         entry%dissipated_impact(place) = ledger%dissipated_impact
+         entry%created(place) = ledger%created
+      end associate
+   end subroutine keep_sample
+
+   !> Prepare the recording of a run by phases.
+   pure subroutine make_recorder(samples, step, modes, response, recorder)
+      !> Samples after the one at tau = 0
+      integer, intent(in) :: samples
+      !> Their distance, tau
+      real(wp), intent(in) :: step
+      !> Number of modes
+      integer, intent(in) :: modes
+      !> With room for what is asked for
+      type(response_t), intent(in) :: response
+      type(recorder_t), intent(out) :: recorder
+
+      recorder%asked = asked_of(response)
+      recorder%step = step
+      if (allocated(response%tau)) recorder%last = samples
+      if (.not. allocated(response%shape_tau)) return
+      allocate (recorder%shape_tau, source=response%shape_tau)
+      allocate (recorder%shape_z(modes, size(response%shape_tau)), recorder%shape_v(modes, size(response%shape_tau)))
+   end subroutine make_recorder
+
+   !> Instant of the next sample; huge when all are kept.
+   pure function next_sample_time(recorder) result(time)
+      type(recorder_t), intent(in) :: recorder
+      real(wp) :: time
+
+      time = huge(1.0_wp)
+      if (recorder%next <= recorder%last) time = real(recorder%next, wp)*recorder%step
+   end function next_sample_time
+
+   !> Is the next sample due before the end of a phase, or at it where the run ends with the phase?
+   pure function samples_before(recorder, to, to_the_end) result(due)
+      type(recorder_t), intent(in) :: recorder
+      !> End of the phase
+      real(wp), intent(in) :: to
+      logical, intent(in) :: to_the_end
+      logical :: due
+
+      due = next_sample_time(recorder) < to
+      if (to_the_end) due = recorder%next <= recorder%last
+   end function samples_before
+
+   !> Is the whole beam to be kept at an instant of a phase?
+   pure function shape_due(recorder, to, to_the_end) result(due)
+      type(recorder_t), intent(in) :: recorder
+      !> End of the phase
+      real(wp), intent(in) :: to
+      !> The run ends with it
+      logical, intent(in) :: to_the_end
+      logical :: due
+
+      due = .false.
+      if (.not. allocated(recorder%shape_tau)) return
+      if (recorder%next_shape > size(recorder%shape_tau)) return
+      due = to_the_end .or. recorder%shape_tau(recorder%next_shape) < to
+   end function shape_due
+
+   !> Keep the modal state at the next of these instants.
+   pure subroutine keep_shape(recorder, q, v)
+      type(recorder_t), intent(inout) :: recorder
+      !> State in the free modes, [modes]
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+
+      recorder%shape_z(:, recorder%next_shape) = q
+      recorder%shape_v(:, recorder%next_shape) = v
+      recorder%next_shape = recorder%next_shape + 1
+   end subroutine keep_shape
+
+end module run_recorder
