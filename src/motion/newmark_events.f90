@@ -7,6 +7,7 @@ module newmark_events
    use newmark_stepper, only: copy_state, momentum_at_stop, restart_acceleration
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
                              event_t, response_t
+   use run_recorder, only: charge_event
    use run_settings, only: impulse_nodal, law_three_element
    use step_measures, only: greatest_in, measure_event, piece_t
    use stop_models, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse, stop_energy, &
@@ -320,10 +321,7 @@ contains
       end if
       call append_event(response, event)
       if (run%keeps_measures) call measure_event(run%progress%measurer, event, run%measures)
-      associate (ledger => run%progress%ledger)
-         ledger%dissipated_impact = ledger%dissipated_impact + max(0.0_wp, -event%energy_change)
-         ledger%created = ledger%created + max(0.0_wp, event%energy_change)
-      end associate
+      call charge_event(run%progress%ledger, event%energy_change)
    end subroutine keep_event
 
 end module newmark_events

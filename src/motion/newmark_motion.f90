@@ -9,8 +9,8 @@ module newmark_motion
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: i8, lambda1_power4, wp
    use newmark_events, only: give_way, look_for_event
-   use newmark_recorder, only: record_sample, record_shapes
    use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, whole_step
+   use newmark_samples, only: keep_shapes, take_sample
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
    use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, kinetic_energy, make_factors, &
                               make_newmark_stepper, make_start_state, predict_step, strain_energy
@@ -56,15 +56,15 @@ contains
       call strain_energy(run%stepper, run%states(1), response%initial_energy)
       call start_tally(settings%stop, response%initial_energy, settings%height_ratio, run%progress%measurer%tally)
       if (run%keeps_shapes) &
-         call record_shapes(run%stepper%order, run%states(1), run%states(1), 0.0_wp, 0.0_wp, settings%stop%preload, &
+         call keep_shapes(run%stepper%order, run%states(1), run%states(1), 0.0_wp, 0.0_wp, settings%stop%preload, &
                             run%progress%next_shape, response)
-      call keep_sample(run, response)
+      call take_sample(run, response)
 
       do while (run%progress%sample < samples)
          call advance(run, response, error)
          if (allocated(error)) return
          if (run%progress%part > 0 .or. run%progress%offset > 0_i8) cycle
-         call keep_sample(run, response)
+         call take_sample(run, response)
          if (.not. run%keeps_ledger .or. modulo(samples - run%progress%sample, between_checks) > 0) cycle
          call miss_of_ledger(run, miss)
          call check_ledger(run, miss, error)
@@ -303,7 +303,7 @@ contains
       if (run%keeps_ledger) call account_step(run, run%stepper%factors(level)%step)
       if (run%keeps_measures) call measure_step(run, run%stepper%factors(level)%step, energy)
       if (run%keeps_shapes) &
-         call record_shapes(run%stepper%order, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
+         call keep_shapes(run%stepper%order, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
                             run%stepper%factors(level)%step, run%settings%preload, run%progress%next_shape, response)
       call look_for_event(run, run%stepper%factors(level)%step, closing, response, error)
    end subroutine advance
@@ -463,16 +463,5 @@ contains
                 ' of that at the start, and at most '//to_text(tolerance)//' is allowed: take a shorter step, fewer '// &
                 'elements or elements of more equal length, or method = ''exact''')
    end subroutine check_ledger
-
-   !> Keep the present state as a sample.
-   pure subroutine keep_sample(run, response)
-      !> The run
-      type(run_t), intent(inout) :: run
-      !> Histories
-      type(response_t), intent(inout) :: response
-
-      call record_sample(run%stepper, run%stop, run%states(run%now), run%progress%ledger, run%progress%sample, &
-                         run%settings%preload, run%height_ratio, response)
-   end subroutine keep_sample
 
 end module newmark_motion

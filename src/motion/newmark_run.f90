@@ -1,9 +1,9 @@
 !> A Newmark run under way: the beam and the stop, the present state, and where it stands on the grid of steps.
 module newmark_run
    use kinds, only: i8, wp
-   use newmark_recorder, only: ledger_t
-   use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
+      use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: run_measures_t
+   use run_recorder, only: ledger_t
    use run_settings, only: stop_settings_t
    use step_measures, only: step_measurer_t
    use stop_models, only: three_element_t

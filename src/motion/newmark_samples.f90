@@ -1,0 +1,83 @@
+!> What a Newmark run has to be kept of: its state at a sample, and shapes within a step.
+module newmark_samples
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
+   use kinds, only: wp
+   use newmark_run, only: run_t
+   use newmark_stepper, only: kinetic_energy, newmark_state_t, strain_energy
+   use response_types, only: response_t
+   use run_recorder, only: keep_sample, sample_t
+   use stop_models, only: stop_energy
+   implicit none (type, external)
+   private
+   public :: take_sample, keep_shapes
+
+contains
+
+   !> Keep the present state as a sample.
+   pure subroutine take_sample(run, response)
+      !> Its stepper's room is used
+      type(run_t), intent(inout) :: run
+      !> Gets what it has room for
+      type(response_t), intent(inout) :: response
+
+      type(sample_t) :: sample
+
+      associate (state => run%states(run%now), stepper => run%stepper, preload => run%settings%preload, &
+                 history => sample%history)
+         history(eta_stop) = state%displacement(stepper%stop_dof) - preload
+         history(eta_tip) = state%displacement(stepper%tip_dof) - preload
+         history(velocity_stop) = state%velocity(stepper%stop_dof)
+         history(force_stop) = run%height_ratio*state%force
+         if (allocated(response%energy)) then
+            call kinetic_energy(stepper, state, sample%beam_energy(1))
+            call strain_energy(stepper, state, sample%beam_energy(2))
+            sample%stop_energy = stop_energy(run%stop, state%indentation, state%branch_force)
+         end if
+      end associate
+      call keep_sample(run%progress%sample + 1, sample, run%progress%ledger, response)
+   end subroutine take_sample
+
+   !> Keep the shapes asked for within a step: displacements by the cubic through both states and their rates, rates on
+   !> the straight line between them. At an event the state before it counts.
+   pure subroutine keep_shapes(order, old, new, tau, step, preload, next, response)
+      !> Number of degrees of freedom
+      integer, intent(in) :: order
+      !> State at the beginning of the step
+      type(newmark_state_t), intent(in) :: old
+      !> State at its end
+      type(newmark_state_t), intent(in) :: new
+      !> Instant of the end
+      real(wp), intent(in) :: tau
+      !> Length of the step
+      real(wp), intent(in) :: step
+      !> delta
+      real(wp), intent(in) :: preload
+      !> The next shape to keep
+      integer, intent(inout) :: next
+      !> What is kept
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: s, weight(4)
+
+      do while (next <= size(response%shape_tau))
+         if (response%shape_tau(next) > tau) exit
+         ! the instant lies in the step, but for rounding
+         s = 1.0_wp
+         if (step > 0.0_wp) s = max(0.0_wp, 1.0_wp - (tau - response%shape_tau(next))/step)
+         weight = [(1.0_wp + 2.0_wp*s)*(1.0_wp - s)**2, step*s*(1.0_wp - s)**2, &
+                   s**2*(3.0_wp - 2.0_wp*s), -step*s**2*(1.0_wp - s)]
+         associate (y => response%shape_displacement(:, next), slope => response%shape_slope(:, next), &
+                    v => response%shape_velocity(:, next), slope_rate => response%shape_slope_velocity(:, next))
+            y(1) = -preload
+            y(2:) = weight(1)*old%displacement(1:order:2) + weight(2)*old%velocity(1:order:2) &
+                    + weight(3)*new%displacement(1:order:2) + weight(4)*new%velocity(1:order:2) - preload
+            slope(2:) = weight(1)*old%displacement(2:order:2) + weight(2)*old%velocity(2:order:2) &
+                        + weight(3)*new%displacement(2:order:2) + weight(4)*new%velocity(2:order:2)
+            v(2:) = (1.0_wp - s)*old%velocity(1:order:2) + s*new%velocity(1:order:2)
+            slope_rate(2:) = (1.0_wp - s)*old%velocity(2:order:2) + s*new%velocity(2:order:2)
+         end associate
+         next = next + 1
+      end do
+   end subroutine keep_shapes
+
+end module newmark_samples
