@@ -4,10 +4,10 @@ module hdf5_reading
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
    use h5ds, only: h5dsis_attached_f, h5dsis_scale_f
    use hdf5, only: h5aclose_f, h5aexists_by_name_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5dclose_f, &
-      & h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5eset_auto_f, h5f_acc_rdonly_f, h5fclose_f, &
-      & h5fopen_f, h5g_dataset_f, h5g_group_f, h5gget_obj_info_idx_f, h5gn_members_f, h5lexists_f, h5open_f, &
-      & h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
-      & h5t_float_f, h5t_native_double, h5tclose_f, h5tget_class_f, hid_t, hsize_t
+      h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5eset_auto_f, h5f_acc_rdonly_f, h5fclose_f, &
+      h5fopen_f, h5g_dataset_f, h5g_group_f, h5gget_obj_info_idx_f, h5gn_members_f, h5lexists_f, h5open_f, &
+      h5sclose_f, h5sget_simple_extent_dims_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_npoints_f, &
+      h5t_float_f, h5t_native_double, h5tclose_f, h5tget_class_f, hid_t, hsize_t
    use kinds, only: wp
    implicit none (type, external)
    private

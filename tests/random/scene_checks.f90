@@ -91,7 +91,7 @@ contains
          call read_scene(scene_file, scene, error)
          if (.not. allocated(error)) return
          if (error%status /= status_bad_input .or. index(error%message, scene_file) /= 1 &
-             .or. index(error%message, new_line('a')) > 0) complaint = 'refused without file, or in two lines: '
+            .or. index(error%message, new_line('a')) > 0) complaint = 'refused without file, or in two lines: '
          if (index(error%message, 'asks for nothing') > 0) then
             call put(draft, 'frequencies', '', '')
             cycle
@@ -164,10 +164,10 @@ contains
       logical :: legal
 
       character(*), parameter :: reasons(*) = [character(40) :: 'event_limit', 'is too long for this Newmark scheme', &
-                                               'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', &
-                                                  'too uneven', &
-                                               'contact_tolerance is too small', &
-                                                  'lost in rounding']
+         'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', &
+         'too uneven', &
+         'contact_tolerance is too small', &
+         'lost in rounding']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0
@@ -193,9 +193,9 @@ contains
          left = adjustl(left(len_trim(path) + 1:))
          ! what did not happen, or what a mesh does not have, is NaN by definition
          if (index(path, 'measures/') > 0 .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
-             .or. index(path, 'best/') == 1 .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
-                .or. &
-             (index(path, 'cases/') == 1 .and. index(path, '/', back=.true.) == 6)) cycle
+            .or. index(path, 'best/') == 1 .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
+            .or. &
+            (index(path, 'cases/') == 1 .and. index(path, '/', back=.true.) == 6)) cycle
          complaint = complaint//trim(path)//' is not finite; '
       end do
    end function complaint_of_file
@@ -262,7 +262,7 @@ contains
 
       events = min(size(tau), most_events)
       instants = [(tau(i) - distances, tau(i) + distances, i=1, events), &
-                  (tau(i) + [0.25_wp, 0.5_wp, 0.75_wp]*(tau(i + 1) - tau(i)), i=1, events - 1), 0.5_wp*duration]
+         (tau(i) + [0.25_wp, 0.5_wp, 0.75_wp]*(tau(i + 1) - tau(i)), i=1, events - 1), 0.5_wp*duration]
       instants = pack(instants, instants >= 0.0_wp .and. instants <= duration)
    end function instants_near
 
@@ -278,11 +278,11 @@ contains
       real(wp) :: shares(5)
 
       shares = [read_reals(file, 'measures/lost_beam'), read_reals(file, 'measures/lost_stop'), &
-                read_reals(file, 'measures/lost_impact'), -read_reals(file, 'measures/created'), &
-                read_reals(file, 'measures/left')]
+         read_reals(file, 'measures/lost_impact'), -read_reals(file, 'measures/created'), &
+         read_reals(file, 'measures/left')]
       associate (above => response%measures%start_energy - response%measures%rest_energy)
          if (above > 0.0_wp) call limit('shares of the energy miss 1 by', abs(sum(shares) - 1.0_wp), &
-                                        rounding*energy_scale(response)/above, complaint)
+            rounding*energy_scale(response)/above, complaint)
       end associate
    end subroutine check_shares
 
@@ -304,7 +304,7 @@ contains
       real(wp) :: unit
 
       unit = (1.0_wp + abs(scene%stop%preload)) &
-             *sqrt(energy_scale(response)/max(response%initial_energy, tiny(1.0_wp)))
+         *sqrt(energy_scale(response)/max(response%initial_energy, tiny(1.0_wp)))
    end function length_scale
 
    !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode. What
@@ -343,8 +343,8 @@ contains
       integer :: i
 
       if (.not. (all([(all(ieee_is_finite(response%history(i)%values)), i=1, history_count)]) &
-                 .and. all(ieee_is_finite(response%shape_displacement)) &
-                 .and. all(ieee_is_finite(response%shape_velocity)))) &
+         .and. all(ieee_is_finite(response%shape_displacement)) &
+         .and. all(ieee_is_finite(response%shape_velocity)))) &
          complaint = complaint//'not finite; '
       associate (e => response%energy)
          at_work = e%kinetic + e%strain + e%stop
@@ -360,7 +360,7 @@ contains
                maxval([(at_work(i + 1) - at_work(i), i=1, size(at_work) - 1)])/unit, share, complaint)
          end if
          call limit('a loss that is a gain', -min(minval(e%dissipated_beam), minval(e%dissipated_stop), &
-                                                minval(e%dissipated_impact), minval(e%created))/unit, share, complaint)
+            minval(e%dissipated_impact), minval(e%created))/unit, share, complaint)
       end associate
       reach = length_scale(scene, response)
       associate (force => response%history(force_stop)%values)
@@ -369,9 +369,9 @@ contains
       if (scene%stop%law /= law_restitution) return
       if (scene%response%method == method_exact) then
          call limit('the beam enters the stop', &
-                    max(-minval(response%history(eta_stop)%values), &
-                       -minval(response%shape_displacement(model%mesh%stop_node, :)))/reach, &
-                    rounding, complaint)
+            max(-minval(response%history(eta_stop)%values), &
+            -minval(response%shape_displacement(model%mesh%stop_node, :)))/reach, &
+            rounding, complaint)
       else
          ! between its steps Newmark's method knows nothing
          call limit('the beam enters the stop', -minval(response%history(eta_stop)%values), &
@@ -399,17 +399,17 @@ contains
             complaint = complaint//'events outside the run; '
          ! a rebound too low to count, or to tell from the rounding error of the gap, may be taken back
          arrives = (events%kind == event_impact .or. events%kind == event_contact) .and. &
-                   [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) &
-                      > scene%response%hop_tolerance + 64.0_wp*epsilon(1.0_wp)*(1.0_wp + abs(scene%stop%preload)) &
-                             .or. .not. events(i + 1)%velocity_before > 0.0_wp, i=1, size(events) - 1)]
+            [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) &
+            > scene%response%hop_tolerance + 64.0_wp*epsilon(1.0_wp)*(1.0_wp + abs(scene%stop%preload)) &
+            .or. .not. events(i + 1)%velocity_before > 0.0_wp, i=1, size(events) - 1)]
          call limit('an impulse pulls', -minval(events%impulse, mask=arrives)/max(maxval(events%impulse), &
             tiny(1.0_wp)), &
-                    rounding, complaint)
+            rounding, complaint)
          ! a surface that relaxes may catch up with a beam
          if (scene%stop%law == law_restitution) call limit('meets the stop while leaving it', &
-                    maxval(events%velocity_before, mask=arrives)/max(maxval(abs(events%velocity_before)), &
-                       tiny(1.0_wp)), &
-                    rounding, complaint)
+            maxval(events%velocity_before, mask=arrives)/max(maxval(abs(events%velocity_before)), &
+            tiny(1.0_wp)), &
+            rounding, complaint)
          if (scene%response%method /= method_exact) return
          if (scene%stop%law /= law_restitution) return
          call limit('an event off the stop', maxval(abs(events%eta))/length_scale(scene, response), rounding, &
@@ -568,7 +568,7 @@ contains
 
       character(*), parameter :: lists(*) = [character(24) :: 'events/tau', 'events/energy_change', &
          'response/eta_stop', &
-                                             'response/contact_force', 'energy/strain', 'measures/peak']
+         'response/contact_force', 'energy/strain', 'measures/peak']
       type(draft_t) :: single
       type(scene_t) :: alone
       type(failure_t), allocatable :: error
@@ -597,7 +597,7 @@ contains
                complaint = complaint//'case '//to_text(i)//': '//trim(lists(k))//' is longer or shorter alone; '
             else if (size(here) > 0) then
                call limit('case '//to_text(i)//' alone: '//trim(lists(k))//' differs by', maxval(abs(here - there)), &
-                          1.0e-10_wp*max(1.0_wp, maxval(abs(there))), complaint)
+                  1.0e-10_wp*max(1.0_wp, maxval(abs(there))), complaint)
             end if
          end do
          call look_closely(alone, folder//'/single.h5', tally, complaint)

@@ -188,7 +188,7 @@ contains
       else if (any(draft%lines(:before)%group == group .and. draft%lines(:before)%name /= '')) then
          ! a default that does not fit the rest
          call drop(draft, group, trim(draft%lines(findloc(draft%lines(:before)%group == group .and. &
-                                                          draft%lines(:before)%name /= '', .true., dim=1))%name))
+            draft%lines(:before)%name /= '', .true., dim=1))%name))
       else
          call drop(draft, group, '')
       end if

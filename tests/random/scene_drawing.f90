@@ -24,7 +24,7 @@ module scene_drawing
    type(usual_t), parameter :: usual(*) = [ &
       usual_t('beam', 'taper', -0.15_wp, 0.15_wp, .false.), &
       usual_t('mesh', 'elements', 1.0_wp, 16.0_wp, .true., 40.0_wp), usual_t('mesh', 'ratio', 0.8_wp, 1.4_wp, &
-         .false.), &
+      .false.), &
       usual_t('damping', 'zeta', 1.0e-5_wp, 0.3_wp, .true.), usual_t('tip_mass', 'ratio', 0.01_wp, 5.0_wp, .true.), &
       usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
       usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
@@ -40,9 +40,9 @@ module scene_drawing
       usual_t('frequencies', 'count', 1.0_wp, 12.0_wp, .false., 40.0_wp), &
       usual_t('frequencies', 'mesh_elements', 1.0_wp, 40.0_wp, .true., 60.0_wp), &
       usual_t('frequencies', 'mesh_ratios', 0.8_wp, 1.4_wp, .false.), usual_t('output', 'mode_shapes', 0.0_wp, &
-         4.0_wp, .false.), &
+      4.0_wp, .false.), &
       usual_t('precision', 'duration', 0.1_wp, 4.0_wp, .true., 4.0_wp), usual_t('precision', 'steps', 0.01_wp, &
-         0.1_wp, .true.), &
+      0.1_wp, .true.), &
       usual_t('precision', 'mesh_elements', 1.0_wp, 12.0_wp, .true., 12.0_wp), &
       usual_t('precision', 'scaling_elements', 1.0_wp, 64.0_wp, .true., 64.0_wp), &
       usual_t('precision', 'scaling_modes', 1.0_wp, 6.0_wp, .false., 6.0_wp), &
@@ -393,7 +393,7 @@ contains
       if (design == 1) call put(draft, 'sweep', 'design', '''paired''')
       if (design == 2) call put(draft, 'sweep', 'design', '''latin_hypercube''')
       call draw_group(names(pack([(i, i=1, size(names))], names%name == 'part_cases' .or. names%name == 'count' &
-                                 .or. names%name == 'seed' .or. names%name == 'design')), 'sweep', 0.2_wp, draft)
+         .or. names%name == 'seed' .or. names%name == 'design')), 'sweep', 0.2_wp, draft)
       if (design == 2) call put(draft, 'sweep', 'count', to_text(1 + int(8.0_wp*number())))
       length = 1 + int(3.0_wp*number())
       wanted = 1 + int(2.0_wp*number())
@@ -406,7 +406,7 @@ contains
          if (parameter /= names(i)%name) then
             call put(draft, 'sweep', trim(names(i)%name), ascending_pair(numbers_for(names(i), group, name, 2)))
             if (design == 0) call put(draft, 'sweep', parameter//'_points', &
-                                      to_text(2 + int(2.0_wp*number())))
+               to_text(2 + int(2.0_wp*number())))
          else
             call put(draft, 'sweep', trim(names(i)%name), numbers_for(names(i), group, name, length))
          end if
@@ -501,7 +501,7 @@ contains
          call instead('tip_mass', 'ratio', 'mass', scene%tip_mass_ratio*scales%beam_mass)
          call instead('stop', 'stiffness_ratio', 'stiffness', scene%stop%stiffness_ratio*stiffness)
          call instead('stop', 'branch_ratio', 'branch_stiffness', &
-                      scene%stop%branch_ratio*scene%stop%stiffness_ratio*stiffness)
+            scene%stop%branch_ratio*scene%stop%stiffness_ratio*stiffness)
          call instead('stop', 'damper_ratio', 'damper', scene%stop%damper_ratio*stiffness*time)
          call instead('response', 'duration', 'duration_time', scene%response%duration*time)
          call instead('response', 'step', 'step_time', scene%response%step*time)

@@ -111,7 +111,7 @@ contains
       stressed%complaint = ''
       output%energy = .true.
       call exact_response(model, run_settings_t(zeta, stop_settings, settings, output, height_ratio), &
-                          stressed%response, error)
+         stressed%response, error)
       if (allocated(error)) then
          stressed%complaint = error%message
          return
