@@ -50,17 +50,13 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: hint
 
-      character(name_length) :: names(table%entry_count)
-      integer :: i, count, nearest, place
+      character(name_length), allocatable :: names(:)
+      integer :: i, nearest, place
 
-      count = 0
       place = table%find_group(group)
-      do i = 1, table%entry_count
-         if (table%entries(i)%group /= place) cycle
-         count = count + 1
-         names(count) = table%entries(i)%name%name
-      end do
-      nearest = nearest_name(name, names(:count))
+      if (place > 0) names = table%entries(table%groups(place)%first_entry:table%groups(place)%last_entry)%name%name
+      if (place == 0) allocate (names(0))
+      nearest = nearest_name(name, names)
       if (nearest > 0) then
          hint = 'did you mean '//trim(names(nearest))//'?'
          return
@@ -72,12 +68,11 @@ contains
             return
          end associate
       end do
-      hint = '&'//group//' takes'//joined(names(:count), '')
+      hint = '&'//group//' takes'//joined(names, '')
    end function item_hint
 
    !> Names with a prefix and commas between them.
    pure function joined(names, prefix) result(text)
-      !> The names
       character(*), intent(in) :: names(:)
       !> What stands before each
       character(*), intent(in) :: prefix

@@ -24,12 +24,6 @@ module name_table
    integer, parameter :: phrase_room = 64
    integer, parameter :: meaning_room = 180
 
-   !> What the calls of a procedure that lists names do.
-   integer, parameter :: stage_filling = 1
-   integer, parameter :: stage_giving = 2
-   integer, parameter :: stage_taking = 3
-   integer, parameter :: stage_setting = 4
-
    !> What must be so for a name to count; empty: it always counts.
    type :: need_t
       !> The group of the names below; without any it is the group that the scene must have. Empty: the name's own
@@ -90,7 +84,8 @@ module name_table
       integer :: occurrence = 1
       !> The scene asks for it
       logical :: is_wanted = .true.
-      !> Place of its last entry
+      !> Places of its entries
+      integer :: first_entry = 1
       integer :: last_entry = 0
    end type group_t
 
@@ -117,22 +112,24 @@ module name_table
       type(entry_t), allocatable :: entries(:)
       integer :: group_count = 0
       integer :: entry_count = 0
-      integer, private :: stage = stage_filling
+      !> What is listed is put at the end; the table gets its values, or gives it those it has
+      logical, private :: grows = .true.
+      logical, private :: takes = .true.
+      logical, private :: gives = .false.
+      !> The only name that gets a value; empty: all
+      character(name_room), private :: only = ''
       !> The group that is open, and the entry whose turn it is
       integer, private :: open_group = 0
       integer, private :: now = 0
       !> The names of the group that was opened last are to be listed
       logical :: is_open = .true.
-      !> Setting: the name and its new value
-      character(name_room), private :: name_to_set = ''
-      real(wp), private :: new_value = 0.0_wp
       !> Groups of the file, for those that may be given several times; unallocated: there is no file
       character(name_room), allocatable, private :: groups_given(:)
    contains
       procedure :: expect_groups
       procedure :: give_values
       procedure :: take_values
-      procedure :: set_one
+      procedure :: give_one
       procedure :: times
       procedure :: open
       generic :: bind => bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers
@@ -146,55 +143,61 @@ module name_table
 
 contains
 
-   !> The names are listed for a file.
+   !> Names will be listed for a file.
    subroutine expect_groups(table, names)
-      !> Still empty
       class(table_t), intent(inout) :: table
-      !> The file's groups in small letters, one element for each time that a group is given
+      !> The file's groups in small letters, once for each time that one is given
       character(*), intent(in) :: names(:)
 
-      allocate (table%groups_given(size(names)))
-      table%groups_given(:) = names
+      table%groups_given = names
    end subroutine expect_groups
 
-   !> What is listed next, the same names again, gets the values of the table.
+   !> The same names are listed again and get the values of the table.
    subroutine give_values(table)
       class(table_t), intent(inout) :: table
 
-      table%stage = stage_giving
+      table%grows = .false.
+      table%takes = .false.
+      table%gives = .true.
       table%open_group = 0
       table%now = 0
    end subroutine give_values
 
-   !> The table gets the values of what is listed next, the same names again.
+   !> The same names are listed again and the table gets their values.
    subroutine take_values(table)
       class(table_t), intent(inout) :: table
 
       call table%give_values()
-      table%stage = stage_taking
+      table%takes = .true.
+      table%gives = .false.
    end subroutine take_values
 
-   !> Nothing that is listed from now on changes but the number of this name.
-   subroutine set_one(table, name, value)
+   !> Of the names that are listed this one gets a value; the table keeps none of them.
+   subroutine give_one(table, name, value)
       class(table_t), intent(inout) :: table
       character(*), intent(in) :: name
       real(wp), intent(in) :: value
 
-      table%stage = stage_setting
-      table%name_to_set = name
-      table%new_value = value
-   end subroutine set_one
+      call table%give_values()
+      table%only = name
+      allocate (table%groups(1), table%entries(1))
+      table%entries%value = value
+   end subroutine give_one
 
-   !> How often a group that may be given several times is to be opened.
-   pure function times(table, group, present_times)
+   !> How often a group that may be given several times is to be opened: once at least, so that its names are known.
+   pure function times(table, group, in_scene) result(number)
       class(table_t), intent(in) :: table
       character(*), intent(in) :: group
-      !> Number of them that the scene has
-      integer, intent(in) :: present_times
-      integer :: times
+      !> So many the scene has
+      integer, intent(in) :: in_scene
+      integer :: number
 
-      times = present_times
-      if (allocated(table%groups_given)) times = count(table%groups_given == group)
+      if (.not. table%grows) then
+         number = count(table%groups(:table%group_count)%name == group)
+      else
+         number = max(1, in_scene)
+         if (allocated(table%groups_given)) number = max(number, count(table%groups_given == group))
+      end if
    end function times
 
    !> The names to come belong to this group; unless `is_open` says that they do not matter.
@@ -206,8 +209,10 @@ contains
 
       type(group_t), allocatable :: more(:)
 
+      table%is_open = .true.
+      if (table%only /= '') return
       table%open_group = table%open_group + 1
-      if (table%stage == stage_filling) then
+      if (table%grows) then
          if (.not. allocated(table%groups)) allocate (table%groups(16))
          if (table%open_group > size(table%groups)) then
             allocate (more(2*table%group_count))
@@ -216,15 +221,15 @@ contains
          end if
          table%group_count = table%open_group
          table%groups(table%group_count) = group
+         table%groups(table%group_count)%first_entry = table%now + 1
+         table%groups(table%group_count)%last_entry = table%now
       end if
-      table%is_open = .true.
-      if (table%stage == stage_setting) return
       associate (opened => table%groups(table%open_group))
-         if (table%stage /= stage_giving) opened%is_wanted = .true.
+         if (table%takes) opened%is_wanted = .true.
          if (.not. present(is_wanted)) return
-         if (table%stage == stage_giving) is_wanted = opened%is_wanted
-         opened%is_wanted = is_wanted
-         table%is_open = is_wanted .or. table%stage == stage_filling
+         if (table%takes) opened%is_wanted = is_wanted
+         if (table%gives) is_wanted = opened%is_wanted
+         table%is_open = is_wanted .or. table%grows
          if (.not. table%is_open) table%now = opened%last_entry
       end associate
    end subroutine open
@@ -235,16 +240,11 @@ contains
       real(wp), intent(inout) :: value
       type(name_t), intent(in) :: name
 
-      select case (table%stage)
-      case (stage_filling, stage_taking)
-         call table%advance(name, kind_number, .false.)
-         table%entries(table%now)%value = value
-      case (stage_giving)
-         table%now = table%now + 1
-         value = table%entries(table%now)%value
-      case (stage_setting)
-         if (name%name == table%name_to_set) value = table%new_value
-      end select
+      call table%advance(name, kind_number, .false.)
+      associate (entry => table%entries(table%now))
+         if (table%takes) entry%value = value
+         if (table%gives) value = entry%value
+      end associate
    end subroutine bind_real
 
    !> A whole number, or one of some words, whose place in them it is; 0: none.
@@ -254,16 +254,11 @@ contains
       type(name_t), intent(in) :: name
       character(*), intent(in), optional :: words(:)
 
-      select case (table%stage)
-      case (stage_filling, stage_taking)
-         call table%advance(name, kind_whole, .false., words)
-         table%entries(table%now)%value = real(value, wp)
-      case (stage_giving)
-         table%now = table%now + 1
-         value = nint(table%entries(table%now)%value)
-      case (stage_setting)
-         if (name%name == table%name_to_set) value = nint(table%new_value)
-      end select
+      call table%advance(name, kind_whole, .false., words)
+      associate (entry => table%entries(table%now))
+         if (table%takes) entry%value = real(value, wp)
+         if (table%gives) value = nint(entry%value)
+      end associate
    end subroutine bind_integer
 
    subroutine bind_logical(table, value, name)
@@ -271,14 +266,11 @@ contains
       logical, intent(inout) :: value
       type(name_t), intent(in) :: name
 
-      select case (table%stage)
-      case (stage_filling, stage_taking)
-         call table%advance(name, kind_logical, .false.)
-         table%entries(table%now)%value = merge(1.0_wp, 0.0_wp, value)
-      case (stage_giving)
-         table%now = table%now + 1
-         value = nint(table%entries(table%now)%value) == 1
-      end select
+      call table%advance(name, kind_logical, .false.)
+      associate (entry => table%entries(table%now))
+         if (table%takes) entry%value = merge(1.0_wp, 0.0_wp, value)
+         if (table%gives) value = nint(entry%value) == 1
+      end associate
    end subroutine bind_logical
 
    !> A text of one line.
@@ -287,16 +279,11 @@ contains
       character(:), allocatable, intent(inout) :: value
       type(name_t), intent(in) :: name
 
-      select case (table%stage)
-      case (stage_filling, stage_taking)
-         call table%advance(name, kind_text, .false.)
-         if (allocated(value)) table%entries(table%now)%text = value
-      case (stage_giving)
-         table%now = table%now + 1
-         associate (entry => table%entries(table%now))
-            if (allocated(entry%text)) value = entry%text
-         end associate
-      end select
+      call table%advance(name, kind_text, .false.)
+      associate (entry => table%entries(table%now))
+         if (table%takes .and. allocated(value)) entry%text = value
+         if (table%gives .and. allocated(entry%text)) value = entry%text
+      end associate
    end subroutine bind_text
 
    !> A list of numbers, or of whole numbers that the scene holds as reals.
@@ -306,19 +293,12 @@ contains
       type(name_t), intent(in) :: name
       logical, intent(in), optional :: are_whole
 
-      select case (table%stage)
-      case (stage_filling, stage_taking)
-         call table%advance(name, kind_number, .true.)
-         associate (entry => table%entries(table%now))
-            if (present(are_whole)) entry%kind = merge(kind_whole, kind_number, are_whole)
-            if (allocated(value)) entry%list = value
-         end associate
-      case (stage_giving)
-         table%now = table%now + 1
-         associate (entry => table%entries(table%now))
-            if (allocated(entry%list)) value = entry%list
-         end associate
-      end select
+      call table%advance(name, kind_number, .true.)
+      associate (entry => table%entries(table%now))
+         if (present(are_whole)) entry%kind = merge(kind_whole, kind_number, are_whole)
+         if (table%takes .and. allocated(value)) entry%list = value
+         if (table%gives .and. allocated(entry%list)) value = entry%list
+      end associate
    end subroutine bind_reals
 
    !> A list of whole numbers, or some of some words, whose places in them they are.
@@ -328,18 +308,11 @@ contains
       type(name_t), intent(in) :: name
       character(*), intent(in), optional :: words(:)
 
-      select case (table%stage)
-      case (stage_filling, stage_taking)
-         call table%advance(name, kind_whole, .true., words)
-         associate (entry => table%entries(table%now))
-            if (allocated(value)) entry%list = real(value, wp)
-         end associate
-      case (stage_giving)
-         table%now = table%now + 1
-         associate (entry => table%entries(table%now))
-            if (allocated(entry%list)) value = nint(entry%list)
-         end associate
-      end select
+      call table%advance(name, kind_whole, .true., words)
+      associate (entry => table%entries(table%now))
+         if (table%takes .and. allocated(value)) entry%list = real(value, wp)
+         if (table%gives .and. allocated(entry%list)) value = nint(entry%list)
+      end associate
    end subroutine bind_integers
 
    !> It is the turn of the next entry; filling, it is put into the group that is open.
@@ -353,9 +326,14 @@ contains
 
       type(entry_t), allocatable :: more(:)
 
+      if (table%only /= '') then
+         table%now = 1
+         table%gives = name%name == table%only
+         return
+      end if
       table%now = table%now + 1
-      if (table%stage /= stage_filling) return
-      if (.not. allocated(table%entries)) allocate (table%entries(128))
+      if (.not. table%grows) return
+      if (.not. allocated(table%entries)) allocate (table%entries(160))
       if (table%now > size(table%entries)) then
          allocate (more(2*table%entry_count))
          more(:table%entry_count) = table%entries
@@ -400,15 +378,15 @@ contains
       character(*), intent(in) :: name
       integer :: place
 
-      do place = table%entry_count, 1, -1
-         if (table%entries(place)%group == group .and. table%entries(place)%name%name == name) exit
+      do place = table%groups(group)%first_entry, table%groups(group)%last_entry
+         if (table%entries(place)%name%name == name) return
       end do
+      place = 0
    end function find
 
    !> Is what an entry needs there?
    pure function counts(table, place)
       class(table_t), intent(in) :: table
-      !> The entry
       integer, intent(in) :: place
       logical :: counts
 
@@ -417,18 +395,17 @@ contains
       counts = .true.
       associate (needs => table%entries(place)%name%needs)
          group = table%entries(place)%group
-         if (needs%group /= '') group = table%find_group(trim(needs%group))
+         if (needs%group /= '') group = table%find_group(needs%group)
          if (needs%name /= '') then
-            associate (other => table%entries(table%find(group, trim(needs%name))))
+            associate (other => table%entries(table%find(group, needs%name)))
                if (other%kind == kind_word) counts = nint(other%value) > 0
                if (other%kind == kind_word .and. counts) counts = other%words(nint(other%value)) == needs%word
                if (other%kind == kind_logical) counts = nint(other%value) == 1
             end associate
          else if (needs%without /= '') then
-            do i = 1, table%entry_count
-               associate (other => table%entries(i))
-                  if (other%group == group .and. other%is_given .and. is_among(other%name%name, needs%without)) counts = .false.
-               end associate
+            do i = table%groups(group)%first_entry, table%groups(group)%last_entry
+               if (.not. table%entries(i)%is_given) cycle
+               if (is_among(table%entries(i)%name%name, needs%without)) counts = .false.
             end do
          else if (needs%group /= '') then
             counts = table%groups(group)%is_wanted
@@ -439,7 +416,6 @@ contains
    !> What an entry needs, in words; nothing: it always counts.
    pure function phrase(table, place, from_elsewhere)
       class(table_t), intent(in) :: table
-      !> The entry
       integer, intent(in) :: place
       !> To be read in another group than the entry's
       logical, intent(in), optional :: from_elsewhere
@@ -472,7 +448,7 @@ contains
       character(*), intent(in) :: words
       logical :: is_among
 
-      is_among = index(' '//words//' ', ' '//trim(word)//' ') > 0
+      is_among = index(' '//trim(words)//' ', ' '//trim(word)//' ') > 0
    end function is_among
 
    !> What a number may be.

@@ -57,7 +57,6 @@ contains
 
    !> Take a text apart, up to `most_taken` groups or items. With a problem, `namelist` is not meant to be used.
    subroutine parse_namelist(text, namelist, line, problem)
-      !> The file as read
       character(*), intent(in) :: text
       !> Its parts
       type(namelist_t), intent(out) :: namelist
@@ -70,7 +69,7 @@ contains
       logical :: is_after_slash
 
       call normalise_lines(text, namelist%text)
-      allocate (namelist%groups(8), namelist%items(32), namelist%values(64))
+      allocate (namelist%groups(most_of('&')), namelist%items(most_of('=')), namelist%values(64))
       is_after_slash = .false.
       do while (max(namelist%group_count, namelist%item_count) < most_taken)
          call advance(namelist%text, cursor, problem)
@@ -93,6 +92,23 @@ contains
          end select
       end do
       line = cursor%token_line
+
+   contains
+
+      !> No more are taken than the text has of what each has one of.
+      function most_of(mark) result(most)
+         character, intent(in) :: mark
+         integer :: most
+
+         integer :: i
+
+         most = 0
+         do i = 1, len(namelist%text)
+            if (namelist%text(i:i) == mark) most = most + 1
+         end do
+         most = min(most, most_taken)
+      end function most_of
+
    end subroutine parse_namelist
 
    !> One group, from its name up to the slash.
@@ -101,7 +117,6 @@ contains
       type(namelist_t), intent(inout) :: namelist
       !> Stands on the group's name, then on its slash
       type(cursor_t), intent(inout) :: cursor
-      !> What is wrong
       character(:), allocatable, intent(inout) :: problem
 
       type(group_t) :: group
@@ -111,7 +126,8 @@ contains
       group%line = cursor%token_line
       group%first_item = namelist%item_count + 1
       group%last_item = namelist%item_count
-      call add_group(namelist, group)
+      namelist%group_count = namelist%group_count + 1
+      namelist%groups(namelist%group_count) = group
       call advance(namelist%text, cursor, problem)
       do while (namelist%item_count < most_taken)
          if (allocated(problem)) return
@@ -138,7 +154,6 @@ contains
       type(cursor_t), intent(inout) :: cursor
       !> The group, for messages
       type(group_t), intent(in) :: group
-      !> What is wrong
       character(:), allocatable, intent(inout) :: problem
 
       type(item_t) :: item
@@ -194,7 +209,9 @@ contains
          if (cursor%kind == token_end) problem = subject()//': no value, and no / to close the group'
          return
       end if
-      call add_item(namelist, item)
+      namelist%item_count = namelist%item_count + 1
+      namelist%items(namelist%item_count) = item
+      namelist%groups(item%group)%last_item = namelist%item_count
 
    contains
 
@@ -209,9 +226,7 @@ contains
 
    !> A group's name with its &, fit for messages.
    pure function marked(text, group) result(words)
-      !> The text
       character(*), intent(in) :: text
-      !> The group
       type(group_t), intent(in) :: group
       character(:), allocatable :: words
 
@@ -221,7 +236,6 @@ contains
 
    !> What to say about a group that another one or the end of the text interrupts.
    pure function not_closed(text, cursor, name, line) result(problem)
-      !> The text
       character(*), intent(in) :: text
       !> Stands on what interrupts
       type(cursor_t), intent(in) :: cursor
@@ -246,45 +260,9 @@ contains
       end if
    end function not_closed
 
-   pure subroutine add_group(namelist, group)
-      !> What it is added to
-      type(namelist_t), intent(inout) :: namelist
-      !> What is added
-      type(group_t), intent(in) :: group
-
-      type(group_t), allocatable :: larger(:)
-
-      if (namelist%group_count == size(namelist%groups)) then
-         allocate (larger(2*namelist%group_count))
-         larger(:namelist%group_count) = namelist%groups
-         call move_alloc(larger, namelist%groups)
-      end if
-      namelist%group_count = namelist%group_count + 1
-      namelist%groups(namelist%group_count) = group
-   end subroutine add_group
-
-   pure subroutine add_item(namelist, item)
-      !> What it is added to
-      type(namelist_t), intent(inout) :: namelist
-      !> What is added
-      type(item_t), intent(in) :: item
-
-      type(item_t), allocatable :: larger(:)
-
-      if (namelist%item_count == size(namelist%items)) then
-         allocate (larger(2*namelist%item_count))
-         larger(:namelist%item_count) = namelist%items
-         call move_alloc(larger, namelist%items)
-      end if
-      namelist%item_count = namelist%item_count + 1
-      namelist%items(namelist%item_count) = item
-      namelist%groups(item%group)%last_item = namelist%item_count
-   end subroutine add_item
-
    pure subroutine add_value(namelist, value)
       !> What it is added to
       type(namelist_t), intent(inout) :: namelist
-      !> What is added
       type(value_t), intent(in) :: value
 
       type(value_t), allocatable :: larger(:)
@@ -300,7 +278,6 @@ contains
 
    !> Group of that name; 0: there is none.
    pure function find_group(namelist, name, occurrence) result(position)
-      !> Where to look
       type(namelist_t), intent(in) :: namelist
       !> Name in small letters
       character(*), intent(in) :: name
@@ -323,9 +300,8 @@ contains
 
    !> First item of that name in a group; 0: there is none.
    pure function find_item(namelist, group, name) result(position)
-      !> Where to look
       type(namelist_t), intent(in) :: namelist
-      !> Position of the group
+      !> Its position
       integer, intent(in) :: group
       !> Name in small letters
       character(*), intent(in) :: name
@@ -341,16 +317,15 @@ contains
 
    !> Is this part of a text the name? Its length tells most apart, however long it is.
    pure function is_called(text, first, last, name) result(is)
-      !> The text
       character(*), intent(in) :: text
       !> Where the part begins and ends
       integer, intent(in) :: first
       integer, intent(in) :: last
-      !> The name in small letters
+      !> The name in small letters; blanks may follow it
       character(*), intent(in) :: name
       logical :: is
 
-      is = last - first + 1 == len(name)
+      is = last - first + 1 == len_trim(name)
       if (is) is = lower_case(text(first:last)) == name
    end function is_called
 
@@ -358,7 +333,6 @@ contains
    pure function group_name(namelist, position) result(name)
       !> Where it is
       type(namelist_t), intent(in) :: namelist
-      !> Position of the group
       integer, intent(in) :: position
       character(:), allocatable :: name
 
@@ -371,7 +345,6 @@ contains
    pure function item_name(namelist, position) result(name)
       !> Where it is
       type(namelist_t), intent(in) :: namelist
-      !> Position of the item
       integer, intent(in) :: position
       character(:), allocatable :: name
 
@@ -384,7 +357,6 @@ contains
    pure function value_text(namelist, position) result(text)
       !> Where it is
       type(namelist_t), intent(in) :: namelist
-      !> Position of the value
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -397,7 +369,6 @@ contains
    pure function value_source(namelist, position) result(text)
       !> Where it is
       type(namelist_t), intent(in) :: namelist
-      !> Position of the value
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -410,7 +381,6 @@ contains
    pure function item_text(namelist, position) result(text)
       !> Where it is
       type(namelist_t), intent(in) :: namelist
-      !> Position of the item
       integer, intent(in) :: position
       character(:), allocatable :: text
 
@@ -429,7 +399,6 @@ contains
    pure function value_count(namelist, position) result(count)
       !> Where it is
       type(namelist_t), intent(in) :: namelist
-      !> Position of the item
       integer, intent(in) :: position
       integer(i8) :: count
 

@@ -58,11 +58,9 @@ contains
 
    !> Read the next token: blanks and comments are passed over.
    subroutine advance(text, cursor, problem)
-      !> The text
       character(*), intent(in) :: text
       !> Where the reading stands
       type(cursor_t), intent(inout) :: cursor
-      !> What is wrong
       character(:), allocatable, intent(inout) :: problem
 
       cursor%starts_line = cursor%starts_line .and. cursor%next == 1
@@ -101,11 +99,9 @@ contains
 
    !> The name behind an &.
    subroutine take_group_name(text, cursor, problem)
-      !> The text
       character(*), intent(in) :: text
       !> Stands behind the &
       type(cursor_t), intent(inout) :: cursor
-      !> What is wrong
       character(:), allocatable, intent(inout) :: problem
 
       integer :: last
@@ -125,11 +121,9 @@ contains
 
    !> A text in quotes, which ends on its line; a doubled quote inside stands for one.
    subroutine take_quoted(text, cursor, problem)
-      !> The text
       character(*), intent(in) :: text
       !> Stands behind the opening quote
       type(cursor_t), intent(inout) :: cursor
-      !> What is wrong
       character(:), allocatable, intent(inout) :: problem
 
       character(1) :: quote
@@ -154,11 +148,9 @@ contains
 
    !> A word, or a repeat count r* and what it repeats.
    subroutine take_word(text, cursor, problem)
-      !> The text
       character(*), intent(in) :: text
       !> Stands behind the first letter
       type(cursor_t), intent(inout) :: cursor
-      !> What is wrong
       character(:), allocatable, intent(inout) :: problem
 
       integer, parameter :: most_digits = 9
@@ -193,7 +185,6 @@ contains
 
    !> Move past blanks, ends of lines and comments.
    pure subroutine pass_blanks(text, next, line, starts_line)
-      !> The text
       character(*), intent(in) :: text
       !> Position, and its line
       integer, intent(inout) :: next
@@ -219,7 +210,6 @@ contains
 
    !> Is an = sign what comes next?
    pure function equals_follows(text, next) result(follows)
-      !> The text
       character(*), intent(in) :: text
       !> Position to start from
       integer, intent(in) :: next
@@ -238,7 +228,6 @@ contains
 
    !> Last character of the word that starts at `first`; first - 1 if there is none.
    pure function word_last(text, first) result(last)
-      !> The text
       character(*), intent(in) :: text
       !> Where the word starts
       integer, intent(in) :: first
@@ -252,7 +241,6 @@ contains
 
    !> A letter, then letters, digits and underscores.
    pure function is_name(text) result(is_legal)
-      !> The text
       character(*), intent(in) :: text
       logical :: is_legal
 
@@ -264,7 +252,6 @@ contains
 
    !> One newline at the end of each line, whatever system it comes from; no byte order mark.
    pure subroutine normalise_lines(raw, text)
-      !> The file as read
       character(*), intent(in) :: raw
       !> Its lines
       character(:), allocatable, intent(out) :: text
@@ -295,7 +282,6 @@ contains
 
    !> Capital letters A to Z made small.
    pure function lower_case(text) result(lower)
-      !> The text
       character(*), intent(in) :: text
       character(len(text)) :: lower
 
@@ -309,9 +295,7 @@ contains
 
    !> Line of a position in a text.
    pure function line_of(text, position) result(line)
-      !> The text
       character(*), intent(in) :: text
-      !> The position
       integer, intent(in) :: position
       integer :: line
 
@@ -325,7 +309,6 @@ contains
 
    !> Characters first to last.
    pure function slice(text, first, last) result(part)
-      !> The text
       character(*), intent(in) :: text
       !> Where the part begins
       integer, intent(in) :: first

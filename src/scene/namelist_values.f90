@@ -17,9 +17,7 @@ contains
 
    !> A whole number: a sign at most, then digits.
    pure subroutine read_integer(text, value, is_legal)
-      !> The value in words
       character(*), intent(in) :: text
-      !> The number
       integer, intent(out) :: value
       !> It is a whole number that fits
       logical, intent(out) :: is_legal
@@ -45,9 +43,7 @@ contains
 
    !> A real: digits with a point at most, then an exponent with e or d at most.
    pure subroutine read_real(text, value, is_legal, reason)
-      !> The value in words
       character(*), intent(in) :: text
-      !> The number
       real(wp), intent(out) :: value
       !> It is a finite number, 0 or from 1e-300 to 1e300 in size
       logical, intent(out) :: is_legal
@@ -98,7 +94,6 @@ contains
    pure subroutine read_exponent(text, exponent, is_legal)
       !> What stands behind the letter
       character(*), intent(in) :: text
-      !> The exponent
       integer, intent(out) :: exponent
       !> It is one
       logical, intent(out) :: is_legal
@@ -115,9 +110,7 @@ contains
 
    !> .true., .false. and their short forms.
    pure subroutine read_logical(text, value, is_legal)
-      !> The value in words
       character(*), intent(in) :: text
-      !> The logical
       logical, intent(out) :: value
       !> It is one
       logical, intent(out) :: is_legal

@@ -18,7 +18,6 @@ contains
 
    !> Complete the beam; problems go into the input.
    subroutine resolve_beam(input, physical, beam)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> Its taper, if that is what it gives
       type(physical_t), intent(in) :: physical
@@ -55,7 +54,6 @@ contains
 
    !> Heights at both ends from the heights or from taper and mean height.
    subroutine resolve_taper(input, physical, beam)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> Its taper, if that is what it gives
       type(physical_t), intent(in) :: physical
@@ -105,9 +103,7 @@ contains
 
    !> Stations must run from 0 to the length, ascending; the last is made the length exactly.
    subroutine check_stations(input, length, station)
-      !> The file
       type(scene_input_t), intent(inout) :: input
-      !> Length of the beam
       real(wp), intent(in) :: length
       !> Positions
       real(wp), intent(inout) :: station(:)
@@ -138,11 +134,8 @@ contains
 
    !> As many values as stations, none zero except at the tip.
    subroutine check_column(input, name, station, column, smallest)
-      !> The file
       type(scene_input_t), intent(inout) :: input
-      !> Name of the column
       character(*), intent(in) :: name
-      !> The stations
       real(wp), intent(in) :: station(:)
       !> Values at them
       real(wp), intent(in) :: column(:)

@@ -4,10 +4,13 @@ module scene_echo
    use kinds, only: wp
    use name_table, only: entry_t, kind_logical, kind_text, kind_word, table_t
    use scene_groups, only: list_scene, physical_t
-   use scene_types, only: scales_t, scene_t
+   use scene_types, only: scene_t
    implicit none (type, external)
    private
    public :: make_echo, words_of
+
+   character(*), parameter :: names_of_scales(6) = [character(17) :: &
+      'length', 'omega1', 'bending_stiffness', 'beam_mass', 'height_ratio', 'displacement']
 
 contains
 
@@ -20,8 +23,8 @@ contains
       type(scene_t), intent(inout) :: scene
 
       type(physical_t) :: physical
-      type(echo_t), allocatable :: echo(:)
-      integer :: i, count
+      logical :: is_echoed(table%entry_count)
+      integer :: i, k
 
       call table%take_values()
       call list_scene(table, scene, physical)
@@ -30,19 +33,25 @@ contains
             entry%is_given = allocated(entry%list) .or. (entry%name%is_optional .and. entry%value > 0.0_wp)
          end associate
       end do
-      allocate (echo(table%entry_count + 6))
-      count = 0
       do i = 1, table%entry_count
          associate (entry => table%entries(i))
-            if (.not. table%groups(entry%group)%is_wanted .or. entry%name%instead_of /= '') cycle
-            if (entry%name%is_optional .and. .not. entry%is_given) cycle
-            if (.not. table%counts(i)) cycle
-            count = count + 1
-            call echo_entry(table, entry, echo(count))
+            is_echoed(i) = table%groups(entry%group)%is_wanted .and. entry%name%instead_of == '' &
+               .and. (entry%is_given .or. .not. entry%name%is_optional)
+            if (is_echoed(i)) is_echoed(i) = table%counts(i)
          end associate
       end do
-      call echo_scales(scene%scales, echo, count)
-      scene%echo = echo(:count)
+      if (allocated(scene%echo)) deallocate (scene%echo)
+      allocate (scene%echo(count(is_echoed) + size(names_of_scales)))
+      k = 0
+      do i = 1, table%entry_count
+         if (.not. is_echoed(i)) cycle
+         k = k + 1
+         call echo_entry(table, table%entries(i), scene%echo(k))
+      end do
+      associate (scales => scene%scales)
+         call echo_scales([scales%length, scales%omega1, scales%bending_stiffness, scales%beam_mass, scales%height_ratio, &
+            scales%displacement], scene%echo(k + 1:))
+      end associate
    end subroutine make_echo
 
    !> One name and its value.
@@ -90,31 +99,18 @@ contains
    end function words_of
 
    !> What turns ratios into the user's units; no file gives it.
-   subroutine echo_scales(scales, echo, count)
-      type(scales_t), intent(in) :: scales
+   pure subroutine echo_scales(values, echo)
+      !> In the order of `names_of_scales`
+      real(wp), intent(in) :: values(:)
       type(echo_t), intent(inout) :: echo(:)
-      !> Number of elements that are meant
-      integer, intent(inout) :: count
 
-      call add('length', scales%length)
-      call add('omega1', scales%omega1)
-      call add('bending_stiffness', scales%bending_stiffness)
-      call add('beam_mass', scales%beam_mass)
-      call add('height_ratio', scales%height_ratio)
-      call add('displacement', scales%displacement)
+      integer :: i
 
-   contains
-
-      subroutine add(name, value)
-         character(*), intent(in) :: name
-         real(wp), intent(in) :: value
-
-         count = count + 1
-         echo(count)%group = 'scales'
-         echo(count)%name = name
-         echo(count)%number = [value]
-      end subroutine add
-
+      do i = 1, size(values)
+         echo(i)%group = 'scales'
+         echo(i)%name = trim(names_of_scales(i))
+         echo(i)%number = [values(i)]
+      end do
    end subroutine echo_scales
 
 end module scene_echo

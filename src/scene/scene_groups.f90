@@ -13,7 +13,7 @@ module scene_groups
       mesh_settings_t, method_names, name_length, output_settings_t, precision_settings_t, reference_names, &
       response_settings_t, scene_t, solver_names, statements_settings_t, stop_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
-   use value_rules, only: above, range_t, within
+   use value_rules, only: range_t
    implicit none (type, external)
    private
    public :: physical_t, group_names, list_scene, list_group, most_cases
@@ -119,22 +119,22 @@ contains
       case ('scene')
          call table%open(group_t('scene', program_any))
          call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
-            within(1, name_length), default='name of the scene file'))
-         call table%bind(scene%title, name_t('title', 'heading of tables and pictures', within(1, 200), default='the name'))
+            range_t(1, name_length), default='name of the scene file'))
+         call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), default='the name'))
       case ('beam')
          call list_beam(table, scene%beam, physical)
       case ('mesh')
          call list_mesh(table, scene%mesh)
       case ('damping')
          call table%open(group_t('damping', in_motion_and_benchmark))
-         call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', within(0.0_wp, 10.0_wp), &
+         call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
             sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
          call table%bind(physical%stiffness_coefficient, name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
             physical_range, instead_of='zeta'))
       case ('tip_mass')
          call table%open(group_t('tip_mass', in_motion_and_benchmark))
          call table%bind(scene%tip_mass_ratio, name_t('ratio', 'mu = tip mass over mass of the beam', &
-            within(0.0_wp, 1.0e6_wp), &
+            range_t(0.0_wp, 1.0e6_wp), &
             sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
          call table%bind(physical%mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio'))
       case ('stop')
@@ -181,19 +181,19 @@ contains
       call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
          linear_taper, default='height_root'))
       call table%bind(physical%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
-         within(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
+         range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
          sweep=sweep_t(3, is_of_beam=.true., is_in_cases=.true., &
          meaning='alpha = (height_root - height_tip) / length, mean height kept')))
       call table%bind(physical%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
-         within(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
+         range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
       call table%bind(beam%station, name_t('station', 'positions of the table, from 0 to length, ascending', &
          height_range, need_t(phrase='height, or with area and inertia'), is_optional=.true.))
       call table%bind(beam%height, name_t('height', 'heights at the stations, linear between them', height_range, &
          need_t(without='area inertia', phrase='station, not with area and inertia'), is_optional=.true.))
       call table%bind(beam%area, name_t('area', 'areas at the stations, linear between them', &
-         within(0.0_wp, 1.0e24_wp), sections, is_optional=.true.))
+         range_t(0.0_wp, 1.0e24_wp), sections, is_optional=.true.))
       call table%bind(beam%inertia, name_t('inertia', 'second moments of area at the stations', &
-         within(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
+         range_t(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
    end subroutine list_beam
 
    subroutine list_mesh(table, mesh)
@@ -213,29 +213,29 @@ contains
       type(physical_t), intent(inout) :: physical
 
       call table%bind(stop%position, name_t('position', 'position of the stop Lc over length; the tip where the element ' &
-         //'beyond would be under 1/100 of its neighbour', within(1.0e-3_wp, 1.0_wp), &
+         //'beyond would be under 1/100 of its neighbour', range_t(1.0e-3_wp, 1.0_wp), &
          sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
       call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
-         within(-1.0e6_wp, 1.0e6_wp), sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
+         range_t(-1.0e6_wp, 1.0e6_wp), sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
       call table%bind(physical%surface_height, name_t('surface_height', 'd, the stop above the unstressed beam, length', &
          position_range, instead_of='preload'))
       call table%bind(physical%initial_height, name_t('initial_height', 'y_c(0) above the unstressed beam, length', &
          position_range, instead_of='preload'))
       call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
-      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', within(0.0_wp, 1.0_wp), &
+      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', range_t(0.0_wp, 1.0_wp), &
          restitution, sweep=sweep_t(10, is_in_cases=.true.)))
       call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
          needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
-         within(1.0e-6_wp, 1.0e12_wp), three_element, sweep=sweep_t(11, is_in_cases=.true.)))
+         range_t(1.0e-6_wp, 1.0e12_wp), three_element, sweep=sweep_t(11, is_in_cases=.true.)))
       call table%bind(physical%stiffness, name_t('stiffness', 'spring k, force over length', physical_range, &
          three_element, instead_of='stiffness_ratio'))
       call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
-         within(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true.)))
+         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true.)))
       call table%bind(physical%branch_stiffness, name_t('branch_stiffness', 'spring beta k, force over length', &
          physical_range, three_element, instead_of='branch_ratio'))
       call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3); 0: no branch', &
-         within(0.0_wp, 1.0e9_wp), three_element, &
+         range_t(0.0_wp, 1.0e9_wp), three_element, &
          sweep=sweep_t(13, is_in_cases=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
       call table%bind(physical%damper, name_t('damper', 'damper c of the branch, force over velocity', physical_range, &
          three_element, instead_of='damper_ratio'))
@@ -251,23 +251,23 @@ contains
       call table%bind(physical%duration_time, name_t('duration_time', 'length of the run, time', physical_range, &
          instead_of='duration'))
       call table%bind(response%step, name_t('step', 'distance of the samples, and Newmark''s step, d tau', &
-         within(1.0e-9_wp, 1.0e9_wp)))
+         range_t(1.0e-9_wp, 1.0e9_wp)))
       call table%bind(physical%step_time, name_t('step_time', 'the same in time', physical_range, instead_of='step'))
       call table%bind(response%method, name_t('method', 'way through time'), method_names)
-      call table%bind(response%newmark_beta, name_t('newmark_beta', 'Newmark''s beta', within(0.0_wp, 1.0_wp), newmark))
+      call table%bind(response%newmark_beta, name_t('newmark_beta', 'Newmark''s beta', range_t(0.0_wp, 1.0_wp), newmark))
       call table%bind(physical%newmark_scheme, name_t('newmark_scheme', 'beta by name: 1/4, 1/6, 0', needs=newmark, &
          instead_of='newmark_beta'), scheme_names)
       call table%bind(response%newmark_gamma, name_t('newmark_gamma', 'Newmark''s gamma; below 1/2 no step is stable', &
-         within(0.5_wp, 1.0_wp), newmark))
+         range_t(0.5_wp, 1.0_wp), newmark))
       call table%bind(response%substep, name_t('substep', 'divide a step that is too long for the scheme', needs=newmark))
       call table%bind(response%contact_tolerance, name_t('contact_tolerance', &
-         '|eta_c| at which an approach is a contact', above(0.0_wp, 0.1_wp), newmark))
+         '|eta_c| at which an approach is a contact', range_t(0.0_wp, 0.1_wp, excludes_least=.true.), newmark))
       call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
-         above(0.0_wp, 1.0e3_wp), newmark))
+         range_t(0.0_wp, 1.0e3_wp, excludes_least=.true.), newmark))
       call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'eta that a flight must exceed to be no rest', &
          hop_range, sweep=sweep_t(7)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
-         within(1, 1000000000)))
+         range_t(1, 1000000000)))
       call table%bind(response%mode_tolerance, name_t('mode_tolerance', &
          'eta by which leaving out modes may change the motion', mode_range, exact))
       call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode', needs=exact))
@@ -297,24 +297,24 @@ contains
          contender_names)
       call table%bind(precision%duration, name_t('duration', 'length of the runs, tau', duration_range, a_stop))
       call table%bind(precision%steps, name_t('steps', 'Newmark''s steps d tau; tolerances fall with their squares', &
-         within(1.0e-6_wp, 0.1_wp), a_stop, default='0.04 halved up to seven times'))
+         range_t(1.0e-6_wp, 0.1_wp), a_stop, default='0.04 halved up to seven times'))
       call table%bind(precision%hop_tolerances, name_t('hop_tolerances', 'hop tolerances of exact motion', hop_range, &
          a_stop, default='1e-2, 1e-3 ... 1e-12'))
       call table%bind(precision%mode_tolerances, name_t('mode_tolerances', 'mode tolerances of exact motion', mode_range, &
          a_stop, default='none'))
       call table%bind(precision%mesh_elements, name_t('mesh_elements', 'meshes of exact motion', &
-         within(1, most_elements_dense), a_stop, default='none'))
+         range_t(1, most_elements_dense), a_stop, default='none'))
       call table%bind(precision%scaling_elements, name_t('scaling_elements', &
          'meshes over which cost and memory grow', elements_range, a_stop, default='none'))
       call table%bind(precision%scaling_modes, name_t('scaling_modes', 'modes for which these are solved', &
-         within(1, 100), a_stop))
+         range_t(1, 100), a_stop))
       call table%bind(precision%scaling_durations, name_t('scaling_durations', &
          'lengths of runs over which cost grows, tau', duration_range, a_stop, default='none'))
       call table%bind(precision%skips, name_t('skips', 'time what skipping saves, and compare the answers', needs=a_stop))
       call table%bind(precision%repetitions, name_t('repetitions', 'timings of each entry, of which the median counts', &
-         within(1, 1000)))
+         range_t(1, 1000)))
       call table%bind(precision%shortest_timing, name_t('shortest_timing', 'seconds that a timing lasts at least', &
-         within(1.0e-4_wp, 10.0_wp)))
+         range_t(1.0e-4_wp, 10.0_wp)))
    end subroutine list_precision
 
    !> Every name that can be swept, as a list, and every number that is not whole as a range too.
@@ -328,9 +328,9 @@ contains
 
       call table%bind(sweep%design, name_t('design', 'which combinations of the values: all, the lists side by side, ' &
          //'or a random sample'), design_names)
-      call table%bind(sweep%count, name_t('count', 'number of cases', within(1, most_cases), hypercube, default='none'))
-      call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', within(1, 2000000000), hypercube))
-      call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', within(1, 1000000), &
+      call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, most_cases), hypercube, default='none'))
+      call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
+      call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', range_t(1, 1000000), &
          default='a 400th, 10 to 16384'))
       call list_parameters(table, places)
       if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
@@ -351,7 +351,7 @@ contains
             call table%bind(swept%log_range, name)
             name%name = trim(swept%parameter%name)//'_points'
             name%meaning = 'number of values in the range'
-            name%range = within(2, 1000000)
+            name%range = range_t(2, 1000000)
             call table%bind(swept%points, name)
          end associate
       end do
@@ -370,12 +370,12 @@ contains
          measure_table(measure_status + 1:)%name)
       best%measure = chosen + measure_status
       call table%bind(best%goal, name_t('goal', 'which of its values is the best'), goal_names)
-      call table%bind(best%count, name_t('count', 'cases in the table of the best', within(1, 10000)))
+      call table%bind(best%count, name_t('count', 'cases in the table of the best', range_t(1, 10000)))
       call table%bind(best%refine, name_t('refine', 'seek better ones between the swept values, from the best case'))
       call table%bind(best%evaluations, name_t('evaluations', 'most cases that the refinement computes', &
-         within(1, 10000000), refinement))
+         range_t(1, 10000000), refinement))
       call table%bind(best%precision, name_t('precision', 'share of each range at which it ends', &
-         within(1.0e-12_wp, 0.1_wp), refinement))
+         range_t(1.0e-12_wp, 0.1_wp), refinement))
    end subroutine list_best
 
    subroutine list_cases(table, cases)
@@ -398,7 +398,7 @@ contains
       end do
       call table%bind(chosen, name_t('parameter', 'what differs from case to case', default='none: give one'), names)
       if (chosen > 0) cases%parameter = parameter_of(table, places(chosen))
-      call table%bind(cases%values, name_t('values', 'its values, one case each', within(-1.0e6_wp, 1.0e12_wp), &
+      call table%bind(cases%values, name_t('values', 'its values, one case each', range_t(-1.0e6_wp, 1.0e12_wp), &
          default='none: give some', range_of='parameter'))
    end subroutine list_cases
 
@@ -430,12 +430,12 @@ contains
          alone=[character(32) :: 'all', 'none']), history_names)
       output%history = [(any(histories == i .or. histories == history_all), i=1, history_count)]
       call table%bind(output%shape_times, name_t('shape_times', 'instants at which the shape is stored, tau', &
-         within(0.0_wp, 1.0e9_wp), a_response, default='none'))
+         range_t(0.0_wp, 1.0e9_wp), a_response, default='none'))
       call table%bind(output%shape_step, name_t('shape_step', &
-         'distance of further such instants, from 0 to the end, tau; 0: none', within(0.0_wp, 1.0e9_wp), a_response))
+         'distance of further such instants, from 0 to the end, tau; 0: none', range_t(0.0_wp, 1.0e9_wp), a_response))
       call table%bind(output%energy, name_t('energy', 'the energy ledger', needs=a_response))
       call table%bind(output%mode_shapes, name_t('mode_shapes', 'number of mode shapes to store', &
-         within(0.0_wp, 2.0_wp*real(most_elements, wp)), need_t(group='frequencies')))
+         range_t(0.0_wp, 2.0_wp*real(most_elements, wp)), need_t(group='frequencies')))
    end subroutine list_output
 
 end module scene_groups

@@ -12,6 +12,7 @@ module scene_input
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
    use programs, only: name_of_program, program_any
+   use scene_types, only: name_length
    use value_rules, only: contains_value, one_of, range_t, range_text
    implicit none (type, external)
    private
@@ -30,6 +31,7 @@ module scene_input
       character(:), allocatable :: problem
    contains
       procedure :: start
+      procedure :: announce
       procedure :: read_table
       procedure :: has_group
       procedure :: has
@@ -53,6 +55,20 @@ contains
       input%namelist = namelist
    end subroutine start
 
+   !> Tell a table which groups will be read, before its names are listed.
+   subroutine announce(input, table)
+      class(scene_input_t), intent(in) :: input
+      type(table_t), intent(inout) :: table
+
+      character(name_length) :: names(input%namelist%group_count)
+      integer :: i
+
+      do i = 1, size(names)
+         names(i) = group_name(input%namelist, i)
+      end do
+      call table%expect_groups(names)
+   end subroutine announce
+
    !> Put what the file gives into a table; what the file does not give, or what is a problem, stays as it is there.
    subroutine read_table(input, table, program)
       class(scene_input_t), intent(inout) :: input
@@ -69,14 +85,15 @@ contains
 
       do i = 1, table%group_count
          associate (group => table%groups(i))
-            places(i) = find_group(input%namelist, trim(group%name), group%occurrence)
+            places(i) = find_group(input%namelist, group%name, group%occurrence)
             group%is_wanted = places(i) > 0
          end associate
       end do
       do i = 1, table%entry_count
          associate (entry => table%entries(i))
             items(i) = 0
-            if (places(entry%group) > 0) items(i) = find_item(input%namelist, places(entry%group), trim(entry%name%name))
+            if (places(entry%group) == 0) cycle
+            items(i) = find_item(input%namelist, places(entry%group), entry%name%name)
             entry%is_given = items(i) > 0
          end associate
       end do
@@ -101,7 +118,7 @@ contains
 
       associate (entry => table%entries(place), name => table%entries(place)%name)
          if (name%instead_of /= '') then
-            other = find_item(input%namelist, input%namelist%items(item)%group, trim(name%instead_of))
+            other = find_item(input%namelist, input%namelist%items(item)%group, name%instead_of)
             if (other > 0) then
                call input%report(input%namelist%items(max(item, other))%first, '&'//trim(table%groups(entry%group)%name) &
                   //': give '//trim(name%name)//' or '//trim(name%instead_of)//', not both')
@@ -118,7 +135,7 @@ contains
          end if
          range = name%range
          if (name%range_of /= '') then
-            chosen = chosen_parameter(table, entry%group, trim(name%range_of))
+            chosen = chosen_parameter(table, entry%group, name%range_of)
             if (chosen > 0) range = table%entries(chosen)%name%range
          end if
          select case (entry%kind)
@@ -313,23 +330,16 @@ contains
       !> The items of the table's entries
       integer, intent(in) :: items(:)
 
-      logical :: is_known(input%namelist%item_count)
       character(:), allocatable :: group, name, problem
       integer :: i, first
 
-      is_known = .false.
-      is_known(pack(items, items > 0)) = .true.
       do i = 1, input%namelist%item_count
+         if (any(items == i)) cycle
          name = item_name(input%namelist, i)
          group = group_name(input%namelist, input%namelist%items(i)%group)
          first = find_item(input%namelist, input%namelist%items(i)%group, name)
-         if (first < i) then
-            problem = 'given twice, first in line '//to_text(input%namelist%items(first)%line)
-         else if (.not. is_known(i)) then
-            problem = 'unknown name; '//item_hint(table, program, group, name)
-         else
-            cycle
-         end if
+         problem = 'given twice, first in line '//to_text(input%namelist%items(first)%line)
+         if (first == i) problem = 'unknown name; '//item_hint(table, program, group, name)
          call input%report(input%namelist%items(i)%first, '&'//excerpt(group)//' '//excerpt(name)//': '//problem)
          return
       end do
@@ -367,7 +377,6 @@ contains
       character(*), intent(in) :: group
       !> The name, or nothing
       character(*), intent(in) :: name
-      !> What is wrong
       character(*), intent(in) :: problem
       !> Which of the groups of this name; absent: the first
       integer, intent(in), optional :: occurrence
@@ -410,11 +419,9 @@ contains
    !> Report a problem with a value of an item, or with the item.
    subroutine reject(input, item, value, problem)
       class(scene_input_t), intent(inout) :: input
-      !> The item
       integer, intent(in) :: item
       !> The value; 0: the item as a whole
       integer, intent(in) :: value
-      !> What is wrong
       character(*), intent(in) :: problem
 
       character(:), allocatable :: subject

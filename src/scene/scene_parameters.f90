@@ -22,7 +22,7 @@ contains
       type(table_t) :: table
       type(physical_t) :: physical
 
-      call table%set_one(trim(parameter%name_in_group), value)
+      call table%give_one(trim(parameter%name_in_group), value)
       call list_group(trim(parameter%group), table, scene, physical)
       if (parameter%name == 'taper') call set_taper(scene%beam, value)
    end subroutine set_parameter

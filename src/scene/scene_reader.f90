@@ -40,7 +40,6 @@ contains
 
    !> Read a scene from a text.
    subroutine parse_scene(text, file, scene, error, program)
-      !> The text
       character(*), intent(in) :: text
       !> Name of the file that it came from, for messages and as the name of the scene
       character(*), intent(in) :: file
@@ -70,6 +69,7 @@ contains
       end if
 
       call input%start(file, namelist)
+      call input%announce(table)
       call list_scene(table, scene, physical)
       call input%read_table(table, reader)
       call table%give_values()
@@ -83,13 +83,10 @@ contains
 
    !> A problem of a scene that was read without one, told where it stands in the file.
    subroutine complain_of_scene(scene, group, names, problem, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> The group
       character(*), intent(in) :: group
       !> Names for the quantity; the first that the file has is told
       character(*), intent(in) :: names(:)
-      !> What is wrong
       character(*), intent(in) :: problem
       !> The problem with file, line, group, name and value
       type(failure_t), allocatable, intent(inout) :: error

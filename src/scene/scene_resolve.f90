@@ -116,7 +116,6 @@ contains
    !> Can the name of a scene file without its ending name its results, as it stands? Made to fit, two names could
    !> become one.
    pure function can_name_a_file(name) result(answer)
-      !> The name
       character(*), intent(in) :: name
       logical :: answer
 
@@ -126,7 +125,6 @@ contains
 
    !> Scales of the uniform beam of mean section.
    subroutine find_scales(input, beam, scales)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> Its beam
       type(beam_settings_t), intent(in) :: beam
@@ -154,7 +152,6 @@ contains
    !> A ratio that the file gives by a quantity in physical units.
    subroutine take_ratio(input, table, group, name, value, ratio)
       type(scene_input_t), intent(inout) :: input
-      !> Its names
       type(table_t), intent(in) :: table
       !> Group and name of the quantity
       character(*), intent(in) :: group
@@ -181,7 +178,6 @@ contains
    !> &stop
    subroutine resolve_stop(input, table, physical, scene)
       type(scene_input_t), intent(inout) :: input
-      !> Its names
       type(table_t), intent(in) :: table
       !> What it gives in physical units
       type(physical_t), intent(in) :: physical
@@ -241,7 +237,6 @@ contains
    !> &response
    subroutine resolve_response(input, table, physical, omega1, response)
       type(scene_input_t), intent(inout) :: input
-      !> Its names
       type(table_t), intent(in) :: table
       !> What it gives in physical units
       type(physical_t), intent(in) :: physical
@@ -277,7 +272,6 @@ contains
 
    !> The second name if the file has that one, else the first.
    function given_name(input, group, first, second) result(name)
-      !> The file
       type(scene_input_t), intent(in) :: input
       !> Group of both
       character(*), intent(in) :: group
@@ -292,7 +286,6 @@ contains
 
    !> &frequencies
    subroutine resolve_frequencies(input, scene)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> Beam and mesh in; solvers, meshes and reference out
       type(scene_t), intent(inout) :: scene
@@ -344,7 +337,6 @@ contains
 
    !> The meshes of the frequency table, pairwise.
    subroutine resolve_meshes(input, mesh, frequencies)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> &mesh, which stands where the table names no mesh
       type(mesh_settings_t), intent(in) :: mesh
@@ -387,7 +379,6 @@ contains
 
    !> Neighbouring lengths in the ratio r make the longest element r^(n - 1) times the shortest.
    subroutine check_spread(input, group, name, elements, ratio, limit)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> Where the ratio stands
       character(*), intent(in) :: group
@@ -410,7 +401,6 @@ contains
 
    !> &output against what is asked for.
    subroutine check_output(input, scene)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> The resolved scene
       type(scene_t), intent(in) :: scene

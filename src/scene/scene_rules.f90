@@ -113,18 +113,17 @@ contains
 
       integer :: group, i
 
-      group = table%find_group(trim(demand%group))
+      group = table%find_group(demand%group)
       is_met = .not. table%groups(group)%is_wanted
+      if (demand%name /= '' .and. .not. is_met) is_met = .not. table%entries(table%find(group, demand%name))%is_given
+      if (is_met) return
       if (demand%name == '') then
          do i = 1, table%group_count
             is_met = is_met .or. (table%groups(i)%is_wanted .and. is_among(table%groups(i)%name, demand%others))
          end do
       else
-         is_met = is_met .or. .not. table%entries(table%find(group, trim(demand%name)))%is_given
-         do i = 1, table%entry_count
-            associate (entry => table%entries(i))
-               is_met = is_met .or. (entry%group == group .and. entry%is_given .and. is_among(entry%name%name, demand%others))
-            end associate
+         do i = table%groups(group)%first_entry, table%groups(group)%last_entry
+            is_met = is_met .or. (table%entries(i)%is_given .and. is_among(table%entries(i)%name%name, demand%others))
          end do
       end if
    end function is_met

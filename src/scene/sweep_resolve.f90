@@ -14,7 +14,6 @@ contains
 
    !> What is given must fit together; problems go into the input.
    subroutine resolve_sweep(input, scene)
-      !> The file
       type(scene_input_t), intent(inout) :: input
       !> Read and resolved but for the sweep
       type(scene_t), intent(inout) :: scene
@@ -83,11 +82,8 @@ contains
 
    !> Two values, ascending.
    subroutine check_range(input, name, range)
-      !> The file
       type(scene_input_t), intent(inout) :: input
-      !> Its name
       character(*), intent(in) :: name
-      !> The values
       real(wp), intent(in) :: range(:)
 
       if (size(range) /= 2) then
@@ -99,9 +95,7 @@ contains
 
    !> Lists of one length; not too many cases.
    subroutine check_count(input, scene)
-      !> The file
       type(scene_input_t), intent(inout) :: input
-      !> The scene
       type(scene_t), intent(in) :: scene
 
       character(:), allocatable :: first
@@ -130,9 +124,7 @@ contains
 
    !> Beams and meshes of the cases pass the checks of a scene's.
    subroutine check_beams(input, scene)
-      !> The file
       type(scene_input_t), intent(inout) :: input
-      !> The scene
       type(scene_t), intent(in) :: scene
 
       real(wp), parameter :: largest_spread = 1.0e12_wp
@@ -164,9 +156,7 @@ contains
 
    !> No run is shorter than a step.
    subroutine check_duration(input, scene)
-      !> The file
       type(scene_input_t), intent(inout) :: input
-      !> The scene
       type(scene_t), intent(in) :: scene
 
       real(wp), parameter :: most_samples = 1.0e8_wp
@@ -185,7 +175,6 @@ contains
 
    !> Values of a parameter that a file gives: its list, or the ends of its range.
    subroutine values_given(swept, values)
-      !> The parameter
       type(swept_t), intent(in) :: swept
       !> Its values; none: not swept
       real(wp), allocatable, intent(out) :: values(:)
@@ -203,9 +192,7 @@ contains
 
    !> The name under which they stand.
    pure function given_name(swept, name) result(given)
-      !> The parameter
       type(swept_t), intent(in) :: swept
-      !> Its name
       character(*), intent(in) :: name
       character(:), allocatable :: given
 

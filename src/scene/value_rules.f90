@@ -4,7 +4,7 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, within, above, contains_value, range_text, one_of
+   public :: range_t, contains_value, range_text, one_of
 
    !> Numbers from `least`, which itself may be left out, to `most`.
    type :: range_t
@@ -13,49 +13,23 @@ module value_rules
       logical :: excludes_least = .false.
    end type range_t
 
-   !> `within(least, most)`: both ends are allowed.
-   interface within
-      module procedure within_reals, within_integers
-   end interface within
+   interface range_t
+      module procedure range_of_integers
+   end interface range_t
 
 contains
 
-   elemental function within_reals(least, most) result(range)
-      !> Smallest number
-      real(wp), intent(in) :: least
-      !> Largest number
-      real(wp), intent(in) :: most
-      type(range_t) :: range
-
-      range = range_t(least, most, excludes_least=.false.)
-   end function within_reals
-
-   elemental function within_integers(least, most) result(range)
-      !> Smallest number
+   elemental function range_of_integers(least, most) result(range)
       integer, intent(in) :: least
-      !> Largest number
       integer, intent(in) :: most
       type(range_t) :: range
 
       range = range_t(real(least, wp), real(most, wp), excludes_least=.false.)
-   end function within_integers
-
-   !> Larger than `limit`, up to `most`.
-   elemental function above(limit, most) result(range)
-      !> What every number must exceed
-      real(wp), intent(in) :: limit
-      !> Largest number
-      real(wp), intent(in) :: most
-      type(range_t) :: range
-
-      range = range_t(limit, most, excludes_least=.true.)
-   end function above
+   end function range_of_integers
 
    !> Is the number in the range?
    elemental function contains_value(range, value) result(contains)
-      !> The range
       type(range_t), intent(in) :: range
-      !> The number, finite
       real(wp), intent(in) :: value
       logical :: contains
 
@@ -65,7 +39,6 @@ contains
 
    !> Such as 'from 0 to 1' and 'above 0, up to 1'.
    pure function range_text(range) result(text)
-      !> The range
       type(range_t), intent(in) :: range
       character(:), allocatable :: text
 

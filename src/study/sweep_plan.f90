@@ -97,7 +97,6 @@ contains
 
    !> The values of a list or a divided range; the ends are exact.
    pure subroutine divide(swept, values)
-      !> The parameter
       type(swept_t), intent(in) :: swept
       !> Its values
       real(wp), allocatable, intent(out) :: values(:)
@@ -118,7 +117,6 @@ contains
 
    !> One value in each of as many strata as cases, in random order.
    subroutine draw(swept, cases, seed, values)
-      !> The parameter
       type(swept_t), intent(in) :: swept
       !> Number of cases
       integer, intent(in) :: cases
@@ -142,7 +140,6 @@ contains
 
    !> A share of the way from the least to the greatest value.
    pure function between(swept, share) result(value)
-      !> The parameter
       type(swept_t), intent(in) :: swept
       !> 0 to 1
       real(wp), intent(in) :: share
@@ -163,7 +160,6 @@ contains
 
    !> The parameters of a case, in the order of the axes.
    pure subroutine case_values(plan, case, values)
-      !> The plan
       type(plan_t), intent(in) :: plan
       !> The case, from 1
       integer, intent(in) :: case
@@ -187,7 +183,6 @@ contains
 
    !> The first case of a part.
    pure function first_of_part(plan, part) result(case)
-      !> The plan
       type(plan_t), intent(in) :: plan
       !> The part, from 1
       integer, intent(in) :: part
@@ -198,7 +193,6 @@ contains
 
    !> The last case of a part.
    pure function last_of_part(plan, part) result(case)
-      !> The plan
       type(plan_t), intent(in) :: plan
       !> The part, from 1
       integer, intent(in) :: part
@@ -209,7 +203,6 @@ contains
 
    !> All that the rows depend on, a line a name, in words that read back to the same numbers.
    subroutine plan_text(scene, plan, text)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan
       type(plan_t), intent(in) :: plan
@@ -240,7 +233,6 @@ contains
 
    !> Numbers in words; a long list by its ends and its checksum.
    function listed(numbers) result(text)
-      !> The numbers
       real(wp), intent(in) :: numbers(:)
       character(:), allocatable :: text
 
