@@ -36,11 +36,11 @@ contains
       if (allocated(error)) return
       call begin_results(root, expected_bytes, scene)
       group = root%group('precision')
-      call group%note('processor', processor_name())
-      call group%note('compiler', compiler_name())
-      call group%note('compiler_options', options_of_compiler())
-      call group%note('build', kind_of_build())
-      call group%note('clock_resolution', clock_resolution())
+      call group%attribute('processor', processor_name())
+      call group%attribute('compiler', compiler_name())
+      call group%attribute('compiler_options', options_of_compiler())
+      call group%attribute('build', kind_of_build())
+      call group%attribute('clock_resolution', clock_resolution())
       if (allocated(study%motion)) call write_motion(group%group('motion'), study)
       if (allocated(study%parts)) call write_parts(group%group('parts'), study)
       if (allocated(study%curves)) call write_curves(group%group('growth'), study)
@@ -61,7 +61,7 @@ contains
       integer :: i
 
       associate (entries => study%motion)
-         call group%note('horizon', study%horizon)
+         call group%attribute('horizon', study%horizon)
          call group%add(along, [(i, i=1, size(entries))], '1', 'one method at one setting', is_scale=.true.)
          call group%add('method', contender_names(entries%contender), 'none', 'way through time', along=along)
          call group%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
@@ -83,10 +83,10 @@ contains
          call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', along=along)
          call write_errors(group, 'error', entries%errors, along)
          check = group%group('check')
-         call check%note('what', 'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &
+         call check%attribute('what', 'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &
                          //'beta = 1/4, events located to rounding, extrapolated from two steps to none')
-         call check%note('steps', study%check%steps)
-         call check%note('failure', study%check%failure)
+         call check%attribute('steps', study%check%steps)
+         call check%attribute('failure', study%check%failure)
          call check%add('pair', [1, 2], '1', '1: the longer step and the extrapolation; 2: the extrapolation and the reference', &
                         is_scale=.true.)
          call write_errors(check, 'difference', [study%check%between_steps, study%check%difference], 'pair')
@@ -182,8 +182,8 @@ contains
       do i = 1, size(study%curves)
          associate (curve => study%curves(i))
             one = group%group('curve_'//to_text(i))
-            call one%note('name', trim(curve%name))
-            call one%note('exponent', curve%exponent)
+            call one%attribute('name', trim(curve%name))
+            call one%attribute('exponent', curve%exponent)
             call one%add('x', curve%abscissa, '1', trim(curve%abscissa_name), is_scale=.true.)
             call one%add('y', curve%ordinate, trim(curve%unit), trim(curve%name), along='x')
          end associate

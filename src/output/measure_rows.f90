@@ -26,16 +26,18 @@ contains
             if (measure%is_whole) then
                call group%add(trim(measure%run_name), nint(row(i)), '1', trim(measure%meaning))
             else
-               call group%add(trim(measure%run_name), row(i), '1', trim(measure%meaning))
+               call group%add(trim(measure%run_name), row(i), '1', trim(measure%meaning), in_scene_units(i))
             end if
-            if (in_scene_units(i) > 0.0_wp) call group%note('in_scene_units', in_scene_units(i), trim(measure%run_name))
          end associate
       end do
    end subroutine write_measures_of_run
 
    !> One list a measure.
-   subroutine write_measures_of_cases(group, rows, along)
+   subroutine write_measures_of_cases(group, names, units, rows, along)
       type(hdf5_group_t), intent(in) :: group
+      !> Of the datasets, [measure_count]; empty: it is left out
+      character(*), intent(in) :: names(:)
+      character(*), intent(in) :: units(:)
       !> [measure_count, cases]
       real(wp), intent(in) :: rows(:, :)
       !> Dimension scale of the cases
@@ -45,15 +47,13 @@ contains
       integer :: i
 
       do i = 1, measure_count
-         associate (measure => measure_table(i))
-            if (measure%run_name == '') cycle
-            column = rows(i, :)
-            if (measure%is_whole) then
-               call group%add(trim(measure%run_name), nint(column), '1', trim(measure%meaning), along=along)
-            else
-               call group%add(trim(measure%run_name), column, '1', trim(measure%meaning), along=along)
-            end if
-         end associate
+         if (names(i) == '') cycle
+         column = rows(i, :)
+         if (measure_table(i)%is_whole) then
+            call group%add(trim(names(i)), nint(column), trim(units(i)), trim(measure_table(i)%meaning), along)
+         else
+            call group%add(trim(names(i)), column, trim(units(i)), trim(measure_table(i)%meaning), along)
+         end if
       end do
    end subroutine write_measures_of_cases
 

@@ -1,11 +1,9 @@
 !> The right to write the results of a scene: one run at a time, and only in place of what an earlier run wrote.
 module results_claim
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_loc, c_null_char, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: kind_file, kind_folder, kind_link, kind_nothing, kind_of, reason
-   use hdf5, only: h5aclose_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, &
-      h5tclose_f, h5tis_variable_str_f, hid_t
-   use hdf5_writing, only: c_free, open_hdf5
+   use hdf5_loading, only: hdf5_source_t
    use program_identity, only: program_name
    implicit none (type, external)
    private
@@ -37,15 +35,6 @@ module results_claim
          character(kind=c_char), intent(in) :: path(*)
          integer(c_int), value :: file
       end subroutine impactbeam_unlock
-
-      !> C: 0 where two texts are the same.
-      function c_strcmp(address, text) bind(c, name='strcmp') result(order)
-         import :: c_char, c_int, c_ptr
-         implicit none (type, external)
-         type(c_ptr), value :: address
-         character(kind=c_char), intent(in) :: text(*)
-         integer(c_int) :: order
-      end function c_strcmp
    end interface
 
 contains
@@ -133,33 +122,13 @@ contains
       character(*), intent(in) :: path
       logical :: answer
 
-      integer(hid_t) :: file, attribute, type
-      integer :: status
-      logical :: is_text
-      type(c_ptr) :: place
-      type(c_ptr), target :: address
+      type(hdf5_source_t) :: file
 
       answer = kind_of(path) == kind_nothing
       if (kind_of(path) /= kind_file) return
-      call open_hdf5(status)
-      call h5fopen_f(path, h5f_acc_rdonly_f, file, status)
-      if (status < 0) return
-      call h5aopen_by_name_f(file, '/', 'program', attribute, status)
-      if (status >= 0) then
-         call h5aget_type_f(attribute, type, status)
-         call h5tis_variable_str_f(type, is_text, status)
-         if (is_text) then
-            place = c_loc(address)
-            call h5aread_f(attribute, type, place, status)
-            if (status >= 0 .and. c_associated(address)) then
-               answer = c_strcmp(address, program_name//c_null_char) == 0
-               call c_free(address)
-            end if
-         end if
-         call h5tclose_f(type, status)
-         call h5aclose_f(attribute, status)
-      end if
-      call h5fclose_f(file, status)
+      call file%open_file(path)
+      answer = file%text_attribute('program') == program_name
+      call file%close_source()
    end function is_result
 
 end module results_claim

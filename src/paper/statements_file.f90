@@ -109,7 +109,7 @@ contains
          'verdict', along='statement')
       call group%add('has_end', merge(1, 0, list%item%has_end), '1', '1: the end of the motion counts', &
          along='statement')
-      call group%note('definitions_of_the_end', real(definition_count, wp), 'has_end')
+      call group%attribute('definitions_of_the_end', real(definition_count, wp), 'has_end')
       do i = 1, way_count
          call group%add(name_of('figure', i), list%item%figure(i), '1', 'figure that decides: '//trim(ways(i)%name), &
             along='statement')

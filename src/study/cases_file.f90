@@ -7,10 +7,10 @@ module cases_file
    use file_system, only: make_folder
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
-   use measure_list, only: measure_count
+   use measure_list, only: measure_count, measure_table
    use number_text, only: to_text
    use measure_rows, only: write_measures_of_cases
-   use results_file, only: begin_results, finish_results, write_run
+   use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -41,17 +41,17 @@ contains
       name = trim(scene%cases%parameter%name)
       call begin_results(root, expected_bytes, scene)
       group = root%group('cases')
-      call group%note('parameter', name)
-      call group%note('meaning', trim(scene%cases%parameter%meaning))
+      call group%attribute('parameter', name)
+      call group%attribute('meaning', trim(scene%cases%parameter%meaning))
       call group%add(name, cases%value, '1', trim(scene%cases%parameter%meaning), is_scale=.true.)
       do i = 1, size(cases)
          rows(:, i) = row_of(cases(i)%response%measures)
       end do
-      call write_measures_of_cases(group, rows, along=name)
+      call write_measures_of_cases(group, measure_table%run_name, spread('1', 1, measure_count), rows, name)
       do i = 1, size(cases)
          case_group = group%group('case_'//to_text(i))
-         call case_group%note('value', cases(i)%value)
-         call write_run(case_group, cases(i)%scene, cases(i)%node_position, response=cases(i)%response)
+         call case_group%attribute('value', cases(i)%value)
+         call write_groups(case_group, cases(i)%scene, cases(i)%node_position, response=cases(i)%response)
       end do
       call finish_results(root, folder, scene, error)
    end subroutine write_cases

@@ -1,17 +1,14 @@
 !> The parts of a sweep on disk while it runs: files of some hundred rows each, written aside and renamed into place,
 !> so that whatever ends the run each of them is whole or absent. Beside them lies the plan they belong to.
 module sweep_parts
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit
    use checksums, only: checksum
    use failures, only: fail, failure_t, status_bad_input
    use file_system, only: entry_length, final_name, folder_entries, kind_folder, kind_nothing, kind_of, load_file, &
       make_new_folder, remove_empty_folder, remove_entries, replace_file
-   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, &
-      h5p_file_access_f, h5pclose_f, h5pcreate_f, h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, &
-      h5sget_simple_extent_npoints_f, h5t_cset_utf8_f, h5t_native_double, h5t_native_integer, h5t_string, h5tclose_f, &
-      h5tcopy_f, h5tset_cset_f, hid_t, hsize_t, size_t
-   use hdf5_writing, only: c_free, hdf5_group_t, open_hdf5
+   use hdf5_loading, only: hdf5_source_t
+   use hdf5_writing, only: hdf5_group_t
    use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_status, measure_table
    use program_identity, only: program_name
@@ -20,7 +17,7 @@ module sweep_parts
    implicit none (type, external)
    private
    public :: part_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
-   public :: reason_room, assembled_file
+   public :: joined, reason_room, assembled_file
 
    !> Reasons of failure are cut to this.
    integer, parameter :: reason_room = 200
@@ -205,20 +202,20 @@ contains
       !> Why it could not be written
       type(failure_t), allocatable, intent(out) :: error
 
-      integer(size_t), parameter :: overhead = 32768_size_t
+      integer(c_size_t), parameter :: overhead = 32768_c_size_t
       type(hdf5_group_t) :: root
       character(kind=c_char), allocatable :: bytes(:)
       character(seal_length, kind=c_char) :: mark
       integer :: i
 
-      call root%begin(8_size_t*(size(part%rows, kind=size_t) + size(part%values, kind=size_t)) + overhead)
+      call root%begin(8_c_size_t*(size(part%rows, kind=c_size_t) + size(part%values, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
                      'number of the case', is_scale=.true.)
       call root%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
-      call root%note('names', joined(measure_table%name), 'column')
+      call root%attribute('names', joined(measure_table%name), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
-      call root%note('names', joined(plan%axes%parameter%name), 'parameter')
+      call root%attribute('names', joined(plan%axes%parameter%name), 'parameter')
       call root%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
       call root%add('rows', part%rows, 'mixed', 'measures of each case', ['column', 'case  '])
       call root%add('failed', part%failed, '1', 'cases that failed', is_scale=.true.)
@@ -266,132 +263,52 @@ contains
       !> False: it cannot be read, or belongs to another plan
       logical, intent(out) :: is_good
 
-      integer(hid_t) :: file
-      integer :: status, cases, failures, first
-      character(kind=c_char), allocatable :: bytes(:)
+      type(hdf5_source_t) :: source
       type(failure_t), allocatable :: error
-      integer, allocatable, target :: failed(:), case(:)
-      real(wp), allocatable, target :: values(:, :), rows(:, :)
-      real(wp), target :: found(1)
+      character(kind=c_char), allocatable :: bytes(:)
+      integer, allocatable :: case(:)
+      integer :: cases, failures, first
+      real(wp) :: found(1)
 
       first = first_of_part(plan, number)
       cases = last_of_part(plan, number) - first + 1
-      allocate (values(size(plan%axes), cases), rows(measure_count, cases), case(cases))
+      allocate (part%values(size(plan%axes), cases), part%rows(measure_count, cases), case(cases))
       call load_file(path//'/'//part_name(number), bytes, error)
       is_good = .not. allocated(error)
-      if (is_good) call open_sealed(bytes, file, is_good)
+      if (is_good) is_good = is_sealed(bytes)
       if (.not. is_good) return
-      call load(file, 'plan', h5t_native_double, 1_hsize_t, c_loc(found), is_good)
-      if (is_good) is_good = nint(found(1), i8) == checksum(text, len(text, kind=c_size_t))
-      call load(file, 'case', h5t_native_integer, size(case, kind=hsize_t), c_loc(case), is_good)
-      if (is_good) is_good = case(1) == first .and. case(cases) == first + cases - 1
-      call load(file, 'parameters', h5t_native_double, size(values, kind=hsize_t), c_loc(values), is_good)
-      call load(file, 'rows', h5t_native_double, size(rows, kind=hsize_t), c_loc(rows), is_good)
+      ! what HDF5 reads is what was checked
+      call source%open_bytes(bytes(:size(bytes) - seal_length))
+      call source%load('plan', found)
+      call source%load('case', case)
+      call source%load('parameters', part%values)
+      call source%load('rows', part%rows)
+      is_good = source%is_sound()
+      if (is_good) is_good = nint(found(1), i8) == checksum(text, len(text, kind=c_size_t)) &
+         .and. case(1) == first .and. case(cases) == first + cases - 1
       failures = 0
-      if (is_good) failures = count(rows(measure_status, :) > 0.0_wp)
-      allocate (failed(failures), part%reasons(failures))
-      if (failures > 0) then
-         call load(file, 'failed', h5t_native_integer, int(failures, hsize_t), c_loc(failed), is_good)
-         call load_reasons(file, part%reasons, is_good)
-      end if
-      call h5fclose_f(file, status)
-      call move_alloc(values, part%values)
-      call move_alloc(rows, part%rows)
-      call move_alloc(failed, part%failed)
+      if (is_good) failures = count(part%rows(measure_status, :) > 0.0_wp)
+      allocate (part%failed(failures), part%reasons(failures))
+      call source%load('failed', part%failed)
+      call source%load('reason', part%reasons)
+      is_good = is_good .and. source%is_sound()
+      call source%close_source()
    end subroutine read_part
 
-   !> Open a part that was loaded into memory, so that what HDF5 reads is what was checked, and is sound.
-   subroutine open_sealed(bytes, file, is_good)
+   !> Does the seal of a part fit its bytes?
+   function is_sealed(bytes) result(fits)
       !> The file and its seal
-      character(kind=c_char), contiguous, target, intent(in) :: bytes(:)
-      !> The file, open
-      integer(hid_t), intent(out) :: file
-      !> The seal fits, and the file is open
-      logical, intent(out) :: is_good
+      character(kind=c_char), contiguous, intent(in) :: bytes(:)
+      logical :: fits
 
-      integer(size_t), parameter :: increment = 65536_size_t
       character(seal_length, kind=c_char) :: mark
-      integer(hid_t) :: access
-      integer(size_t) :: length
-      integer :: status
+      integer(c_size_t) :: length
 
-      length = size(bytes, kind=size_t) - len(mark, kind=size_t)
-      is_good = length > 0_size_t
-      if (.not. is_good) return
-      mark = transfer(bytes(length + 1_size_t:), mark)
-      is_good = mark == seal(checksum(bytes, length))
-      if (.not. is_good) return
-      call open_hdf5(status)
-      call h5pcreate_f(h5p_file_access_f, access, status)
-      call h5pset_fapl_core_f(access, increment, .false., status)
-      call h5pset_file_image_f(access, c_loc(bytes), length, status)
-      call h5fopen_f('part', h5f_acc_rdonly_f, file, status, access)
-      is_good = status == 0
-      call h5pclose_f(access, status)
-   end subroutine open_sealed
-
-   !> Read a dataset of a known size.
-   subroutine load(file, name, type, expected, address, is_good)
-      !> The open file
-      integer(hid_t), intent(in) :: file
-      !> The dataset, and its type in memory
-      character(*), intent(in) :: name
-      integer(hid_t), intent(in) :: type
-      !> Number of its elements
-      integer(hsize_t), intent(in) :: expected
-      !> Where they go
-      type(c_ptr), intent(in) :: address
-      !> In: go on. Out: it went well
-      logical, intent(inout) :: is_good
-
-      integer(hid_t) :: dataset, space
-      integer(hsize_t) :: points
-      integer :: status
-      type(c_ptr) :: place
-
-      if (.not. is_good) return
-      call h5dopen_f(file, name, dataset, status)
-      is_good = status == 0
-      if (.not. is_good) return
-      call h5dget_space_f(dataset, space, status)
-      call h5sget_simple_extent_npoints_f(space, points, status)
-      is_good = points == expected
-      place = address
-      if (is_good) call h5dread_f(dataset, type, place, status)
-      is_good = is_good .and. status == 0
-      call h5sclose_f(space, status)
-      call h5dclose_f(dataset, status)
-   end subroutine load
-
-   !> Read the reasons.
-   subroutine load_reasons(file, reasons, is_good)
-      !> The open file
-      integer(hid_t), intent(in) :: file
-      !> The reasons
-      character(*), intent(out) :: reasons(:)
-      !> In: go on. Out: it went well
-      logical, intent(inout) :: is_good
-
-      integer(hid_t) :: type
-      integer :: status, i, k
-      type(c_ptr), target :: addresses(size(reasons))
-      character(kind=c_char), pointer :: letters(:)
-
-      reasons = ''
-      call h5tcopy_f(h5t_string, type, status)
-      call h5tset_cset_f(type, h5t_cset_utf8_f, status)
-      call load(file, 'reason', type, size(reasons, kind=hsize_t), c_loc(addresses), is_good)
-      call h5tclose_f(type, status)
-      if (.not. is_good) return
-      do i = 1, size(reasons)
-         if (.not. c_associated(addresses(i))) cycle
-         call c_f_pointer(addresses(i), letters, [len(reasons) + 1])
-         do k = 1, len(reasons)
-            if (letters(k) == c_null_char) exit
-            reasons(i) (k:k) = letters(k)
-         end do
-         call c_free(addresses(i))
-      end do
-   end subroutine load_reasons
+      length = size(bytes, kind=c_size_t) - len(mark, kind=c_size_t)
+      fits = length > 0_c_size_t
+      if (.not. fits) return
+      mark = transfer(bytes(length + 1_c_size_t:), mark)
+      fits = mark == seal(checksum(bytes, length))
+   end function is_sealed
 
 end module sweep_parts

@@ -1,0 +1,87 @@
+!> The group of frequencies and mode shapes in a results file.
+module frequency_groups
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use frequency_types, only: frequency_table_t
+   use hdf5_writing, only: hdf5_group_t
+   use kinds, only: lambda1, wp
+   use scene_types, only: name_length
+   use scene_units, only: units_t
+   implicit none (type, external)
+   private
+   public :: write_frequencies
+
+contains
+
+   !> The table of frequencies; where a mesh has no such mode, or its solver failed, stands NaN.
+   subroutine write_frequencies(group, table, units)
+      type(hdf5_group_t), intent(in) :: group
+      type(frequency_table_t), intent(in) :: table
+      type(units_t), intent(in) :: units
+
+      character(*), parameter :: of_columns = 'column_solver column_elements column_ratio'
+      integer, parameter :: longest_failure = 200
+      character(name_length) :: solver(size(table%columns))
+      character(longest_failure) :: failure(size(table%columns))
+      integer :: column, columns, elements(size(table%columns)), i, modes, rows
+      real(wp) :: nan, ratio(size(table%columns))
+      real(wp), allocatable :: error(:, :), lambda(:, :), omega(:, :)
+
+      columns = size(table%columns)
+      rows = 0
+      if (allocated(table%exact)) rows = size(table%exact)
+      do column = 1, columns
+         rows = max(rows, size(table%columns(column)%lambda))
+      end do
+      nan = ieee_value(nan, ieee_quiet_nan)
+      allocate (lambda(columns, rows), omega(columns, rows), error(columns, rows), source=nan)
+      do column = 1, columns
+         solver(column) = table%columns(column)%solver
+         failure(column) = ''
+         if (allocated(table%columns(column)%failure)) failure(column) = table%columns(column)%failure
+         elements(column) = table%columns(column)%elements
+         ratio(column) = table%columns(column)%ratio
+         modes = size(table%columns(column)%lambda)
+         lambda(column, :modes) = table%columns(column)%lambda
+         omega(column, :modes) = (table%columns(column)%lambda/lambda1)**2
+         if (.not. allocated(table%exact)) cycle
+         modes = min(modes, size(table%exact))
+         error(column, :modes) = 100.0_wp*(table%columns(column)%lambda(:modes)/table%exact(:modes) - 1.0_wp)
+      end do
+
+      call group%add('mode', [(i, i=1, rows)], '1', 'mode', is_scale=.true.)
+      call group%add('column', [(i, i=1, columns)], '1', 'column of the table: a solver on a mesh', is_scale=.true.)
+      call group%add('column_solver', solver, 'none', 'solver', along='column')
+      call group%add('column_elements', elements, '1', 'number of elements n', along='column')
+      call group%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1)', along='column')
+      call group%add('column_failure', failure, 'none', 'why the solver gave no values; empty: it gave some', along='column')
+      call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', ['column', 'mode  '])
+      call group%attribute('coordinates', of_columns, 'lambda')
+      call group%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '], in_scene_units=units%frequency)
+      call group%attribute('coordinates', of_columns, 'omega')
+      if (allocated(table%exact)) then
+         call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
+         call group%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
+         call group%attribute('coordinates', of_columns, 'error')
+      end if
+      if (allocated(table%shape)) call write_mode_shapes(group%group('shapes'), table, units)
+   end subroutine write_frequencies
+
+   !> Mode shapes on the first mesh of the table.
+   subroutine write_mode_shapes(group, table, units)
+      type(hdf5_group_t), intent(in) :: group
+      type(frequency_table_t), intent(in) :: table
+      type(units_t), intent(in) :: units
+
+      integer :: i
+
+      call group%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
+      call group%add('x', table%node, '1', 'position of the nodes x/L', is_scale=.true., in_scene_units=units%length)
+      call group%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', ['x   ', 'mode'])
+      if (allocated(table%shape_slope)) &
+         call group%add('slope', table%shape_slope, '1', 'its derivative by x/L', ['x   ', 'mode'])
+      call group%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
+      call group%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
+                     'largest |phi_i.K phi_j/(lambda_i lambda_j)^2 - delta_ij|')
+   end subroutine write_mode_shapes
+
+end module frequency_groups

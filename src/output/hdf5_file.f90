@@ -1,0 +1,300 @@
+!> An HDF5 file under construction, in memory or on the disk: what its groups and columns share.
+!>
+!> The first call that fails is remembered and the later ones do nothing, so who makes the file asks once, at the end.
+module hdf5_file
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_null_char, c_null_ptr, c_ptr
+   use failures, only: fail, failure_t, status_run_failed
+   use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
+   use hdf5, only: &
+      & h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dopen_f, h5dwrite_f, &
+      & h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_file_image_f, h5gcreate_f, &
+      & h5pclose_f, h5pcreate_f, h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, &
+      & h5pset_libver_bounds_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, &
+      & h5screate_f, h5screate_simple_f, h5tclose_f, hid_t, hsize_t, size_t, &
+      & h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_earliest_f, h5f_libver_v18_f, h5f_scope_local_f, &
+      & h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, h5p_file_access_f, &
+      & h5p_file_create_f, h5p_group_create_f, h5s_scalar_f, h5t_native_double
+   use hdf5_library, only: make_text_type, open_hdf5
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: hdf5_file_t
+
+   !> Up to so many attributes are kept with their object, where HDF5 finds them fastest.
+   integer, parameter :: compact_attributes = 64
+
+   type :: hdf5_file_t
+      !> Its root
+      integer(hid_t) :: id = -1_hid_t
+      integer(hid_t) :: text_type = -1_hid_t
+      integer(hid_t), private :: group_properties = -1_hid_t
+      integer(hid_t), private :: dataset_properties = -1_hid_t
+      !> The space of one value
+      integer(hid_t), private :: one_value = -1_hid_t
+      !> The dimension scale that was asked for last, open, with its group and name
+      integer(hid_t), private :: scale = -1_hid_t
+      integer(hid_t), private :: group_of_scale = -1_hid_t
+      character(:), allocatable, private :: name_of_scale
+      !> Where HDF5 refused first; unallocated: nowhere
+      character(:), allocatable :: refused
+   contains
+      procedure :: start
+      procedure :: take_image
+      procedure :: stop
+      procedure :: check
+      procedure :: make_group
+      procedure :: make_dataset
+      procedure :: describe
+      procedure :: attach
+      procedure :: write_attribute
+      procedure :: write_text
+      procedure, private :: open_scale
+   end type hdf5_file_t
+
+contains
+
+   !> Start an empty file.
+   subroutine start(self, name, expected_size)
+      class(hdf5_file_t), intent(inout) :: self
+      !> In memory any
+      character(*), intent(in) :: name
+      !> It is made in memory, and about so many bytes will come
+      integer(size_t), intent(in), optional :: expected_size
+
+      integer(size_t), parameter :: smallest_increment = 65536_size_t
+      integer :: order, status
+      integer(hid_t) :: access, creation
+
+      call open_hdf5(status)
+      call self%check(status, 'starting the library')
+      call h5pcreate_f(h5p_file_access_f, access, status)
+      if (present(expected_size)) &
+         call h5pset_fapl_core_f(access, max(smallest_increment, expected_size), .false., status)
+      call self%check(status, 'the file in memory')
+      ! The first superblock: h5fget_file_image_f (HDF5 1.10.8) spoils the checksum of the later ones.
+      call h5pset_libver_bounds_f(access, h5f_libver_earliest_f, h5f_libver_v18_f, status)
+      call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)
+
+      order = ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f)
+      call h5pcreate_f(h5p_file_create_f, creation, status)
+      call h5pset_link_creation_order_f(creation, order, status)
+      call h5pset_obj_track_times_f(creation, .false., status)
+      call h5pset_attr_phase_change_f(creation, compact_attributes, 0, status)
+      call h5pcreate_f(h5p_group_create_f, self%group_properties, status)
+      call h5pset_link_creation_order_f(self%group_properties, order, status)
+      call h5pset_obj_track_times_f(self%group_properties, .false., status)
+      call h5pset_attr_phase_change_f(self%group_properties, compact_attributes, 0, status)
+      call h5pcreate_f(h5p_dataset_create_f, self%dataset_properties, status)
+      call h5pset_obj_track_times_f(self%dataset_properties, .false., status)
+      call self%check(status, 'the creation properties')
+      call make_text_type(self%text_type, status)
+      call self%check(status, 'the type of texts')
+      call h5screate_f(h5s_scalar_f, self%one_value, status)
+      call self%check(status, 'the space of one value')
+
+      call h5fcreate_f(name, h5f_acc_trunc_f, self%id, status, creation, access)
+      call self%check(status, 'the file '//name)
+      call h5pclose_f(creation, status)
+      call h5pclose_f(access, status)
+   end subroutine start
+
+   !> The bytes of a file in memory.
+   subroutine take_image(self, bytes)
+      class(hdf5_file_t), intent(inout) :: self
+      !> None where HDF5 has failed
+      character(kind=c_char), allocatable, target, intent(out) :: bytes(:)
+
+      integer :: status
+      integer(size_t) :: length
+      type(c_ptr) :: buffer
+
+      length = 0_size_t
+      if (.not. allocated(self%refused)) then
+         call h5fflush_f(self%id, h5f_scope_local_f, status)
+         call self%check(status, 'finishing the file')
+         buffer = c_null_ptr
+         call h5fget_file_image_f(self%id, buffer, 0_size_t, status, length)
+         call self%check(status, 'finishing the file')
+      end if
+      allocate (bytes(length))
+      if (allocated(self%refused) .or. length == 0_size_t) return
+      buffer = c_loc(bytes)
+      call h5fget_file_image_f(self%id, buffer, length, status)
+      call self%check(status, 'finishing the file')
+   end subroutine take_image
+
+   !> Close the file and all that is open in it.
+   subroutine stop(self, error)
+      class(hdf5_file_t), intent(inout) :: self
+      !> What HDF5 refused
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: status
+
+      call h5sclose_f(self%one_value, status)
+      call h5tclose_f(self%text_type, status)
+      call h5pclose_f(self%dataset_properties, status)
+      call h5pclose_f(self%group_properties, status)
+      call h5fclose_f(self%id, status)
+      call self%check(status, 'closing the file')
+      if (allocated(self%refused)) call fail(error, status_run_failed, 'HDF5 failed at '//self%refused)
+   end subroutine stop
+
+   !> Remember the first call that failed.
+   subroutine check(self, status, what)
+      class(hdf5_file_t), intent(inout) :: self
+      !> What HDF5 returned: negative is a failure
+      integer, intent(in) :: status
+      !> What the call was about
+      character(*), intent(in) :: what
+
+      if (status < 0 .and. .not. allocated(self%refused)) self%refused = "'"//what//"'"
+   end subroutine check
+
+   function make_group(self, parent, name) result(group)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(hid_t), intent(in) :: parent
+      character(*), intent(in) :: name
+      integer(hid_t) :: group
+
+      integer :: status
+
+      group = -1_hid_t
+      if (allocated(self%refused)) return
+      call h5gcreate_f(parent, name, group, status, gcpl_id=self%group_properties)
+      call self%check(status, name)
+   end function make_group
+
+   !> A dataset, open, with its values; a null address: they come later.
+   function make_dataset(self, group, name, type, extent, address, is_scale) result(dataset)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(hid_t), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Of the values, in the file as in memory
+      integer(hid_t), intent(in) :: type
+      !> Its shape; without elements: one value
+      integer(hsize_t), intent(in) :: extent(:)
+      type(c_ptr), intent(in) :: address
+      !> It is a dimension scale
+      logical, intent(in), optional :: is_scale
+      integer(hid_t) :: dataset
+
+      integer :: status
+      integer(hid_t) :: space
+
+      dataset = -1_hid_t
+      if (allocated(self%refused)) return
+      space = self%one_value
+      if (size(extent) > 0) call h5screate_simple_f(size(extent), extent, space, status)
+      call h5dcreate_f(group, name, type, space, dataset, status, dcpl_id=self%dataset_properties)
+      call self%check(status, name)
+      if (.not. allocated(self%refused) .and. c_associated(address)) then
+         call h5dwrite_f(dataset, type, address, status)
+         call self%check(status, name)
+      end if
+      if (size(extent) > 0) call h5sclose_f(space, status)
+      if (.not. present(is_scale)) return
+      if (is_scale) call h5dsset_scale_f(dataset, status, name)
+      call self%check(status, name)
+   end function make_dataset
+
+   !> What a dataset is.
+   subroutine describe(self, dataset, units, long_name, in_scene_units)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(hid_t), intent(in) :: dataset
+      character(*), intent(in) :: units
+      character(*), intent(in) :: long_name
+      !> One unit in the units of the scene; 0 or absent: not known
+      real(wp), target, intent(in), optional :: in_scene_units
+
+      call self%write_text(dataset, 'long_name', long_name)
+      call self%write_text(dataset, 'units', units)
+      if (.not. present(in_scene_units)) return
+      if (in_scene_units > 0.0_wp) &
+         call self%write_attribute(dataset, 'in_scene_units', h5t_native_double, c_loc(in_scene_units))
+   end subroutine describe
+
+   !> Let an index of a dataset go along a dimension scale.
+   subroutine attach(self, dataset, group, scale, index)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(hid_t), intent(in) :: dataset
+      !> Group and name of the scale
+      integer(hid_t), intent(in) :: group
+      character(*), intent(in) :: scale
+      !> From 1, but in C's order: the last index of an array is the first
+      integer, intent(in) :: index
+
+      integer :: status
+
+      call self%open_scale(group, scale)
+      if (allocated(self%refused)) return
+      call h5dsattach_scale_f(dataset, self%scale, index, status)
+      call self%check(status, scale)
+   end subroutine attach
+
+   !> The scale is open; it mostly is, as datasets that go along it follow each other.
+   subroutine open_scale(self, group, name)
+      class(hdf5_file_t), intent(inout) :: self
+      integer(hid_t), intent(in) :: group
+      character(*), intent(in) :: name
+
+      integer :: status
+
+      if (allocated(self%refused)) return
+      if (self%group_of_scale == group) then
+         if (self%name_of_scale == name) return
+      end if
+      if (self%group_of_scale >= 0_hid_t) call h5dclose_f(self%scale, status)
+      self%group_of_scale = -1_hid_t
+      call h5dopen_f(group, name, self%scale, status)
+      call self%check(status, name)
+      if (allocated(self%refused)) return
+      self%group_of_scale = group
+      self%name_of_scale = name
+   end subroutine open_scale
+
+   subroutine write_attribute(self, object, name, type, address, length)
+      class(hdf5_file_t), intent(inout) :: self
+      !> Group or dataset
+      integer(hid_t), intent(in) :: object
+      character(*), intent(in) :: name
+      !> Of the values, in the file as in memory
+      integer(hid_t), intent(in) :: type
+      type(c_ptr), intent(in) :: address
+      !> Number of values; absent: one
+      integer(hsize_t), intent(in), optional :: length
+
+      integer :: status
+      integer(hid_t) :: attribute, space
+
+      if (allocated(self%refused)) return
+      space = self%one_value
+      if (present(length)) call h5screate_simple_f(1, [length], space, status)
+      call h5acreate_f(object, name, type, space, attribute, status)
+      call self%check(status, name)
+      if (allocated(self%refused)) return
+      if (c_associated(address)) then
+         call h5awrite_f(attribute, type, address, status)
+         call self%check(status, name)
+      end if
+      call h5aclose_f(attribute, status)
+      if (present(length)) call h5sclose_f(space, status)
+   end subroutine write_attribute
+
+   !> An attribute that is a text.
+   subroutine write_text(self, object, name, text)
+      class(hdf5_file_t), intent(inout) :: self
+      !> Group or dataset
+      integer(hid_t), intent(in) :: object
+      character(*), intent(in) :: name
+      character(*), intent(in) :: text
+
+      character(len(text) + 1), target :: terminated
+      type(c_ptr), target :: address
+
+      terminated = text//c_null_char
+      address = c_loc(terminated)
+      call self%write_attribute(object, name, self%text_type, c_loc(address))
+   end subroutine write_text
+
+end module hdf5_file

@@ -1,0 +1,63 @@
+!> HDF5's library: its start, and what writing and loading share.
+module hdf5_library
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr
+   use hdf5, only: h5eset_auto_f, h5open_f, h5t_cset_utf8_f, h5t_string, h5tcopy_f, h5tset_cset_f, hid_t
+   implicit none (type, external)
+   private
+   public :: open_hdf5, make_text_type, c_free
+
+   !> The library has been started: each further start would leave copies of its types behind.
+   logical :: is_open = .false.
+
+   interface
+      !> POSIX: set an environment variable; without `overwrite` one that is set stays.
+      function posix_setenv(name, value, overwrite) bind(c, name='setenv') result(status)
+         import :: c_char, c_int
+         implicit none (type, external)
+         character(kind=c_char), intent(in) :: name(*)
+         character(kind=c_char), intent(in) :: value(*)
+         integer(c_int), value :: overwrite
+         integer(c_int) :: status
+      end function posix_setenv
+
+      !> C: give memory back, here that of a text which HDF5 read.
+      subroutine c_free(address) bind(c, name='free')
+         import :: c_ptr
+         implicit none (type, external)
+         type(c_ptr), value :: address
+      end subroutine c_free
+   end interface
+
+contains
+
+   !> Start the library, at the first call.
+   subroutine open_hdf5(status)
+      !> What HDF5 returned: negative is a failure
+      integer, intent(out) :: status
+
+      integer :: quiet_status
+
+      status = 0
+      ! The program has a lock of its own, and HDF5's keeps files from being opened on disks that have none.
+      if (.not. is_open) then
+         quiet_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
+         call h5open_f(status)
+      end if
+      is_open = status == 0
+      ! What fails is told by who asked. Each thread has a setting of its own, so each that comes here is silenced.
+      call h5eset_auto_f(0, quiet_status)
+   end subroutine open_hdf5
+
+   !> The type of texts: UTF-8 of any length.
+   subroutine make_text_type(type, status)
+      !> To be closed by the caller
+      integer(hid_t), intent(out) :: type
+      !> What HDF5 returned: negative is a failure
+      integer, intent(out) :: status
+
+      ! h5t_string is of variable length already, ended by a null as in C.
+      call h5tcopy_f(h5t_string, type, status)
+      if (status >= 0) call h5tset_cset_f(type, h5t_cset_utf8_f, status)
+   end subroutine make_text_type
+
+end module hdf5_library

@@ -1,0 +1,209 @@
+!> Datasets and attributes of an HDF5 file read back. The first failure is remembered and later calls do nothing, so the
+!> caller asks once.
+module hdf5_loading
+   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
+   use hdf5, only: h5aclose_f, h5aget_space_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5dclose_f, &
+      h5dget_space_f, h5dopen_f, &
+      h5dread_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, h5p_file_access_f, h5pclose_f, h5pcreate_f, &
+      h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_native_double, &
+      h5t_native_integer, h5tclose_f, h5tis_variable_str_f, hid_t, hsize_t, size_t
+   use hdf5_library, only: c_free, make_text_type, open_hdf5
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: hdf5_source_t
+
+   !> A file open for reading.
+   type :: hdf5_source_t
+      private
+      integer(hid_t) :: id = -1_hid_t
+      logical :: is_open = .false.
+      logical :: is_good = .false.
+   contains
+      procedure :: open_bytes
+      procedure :: open_file
+      procedure :: close_source
+      procedure :: is_sound
+      !> A dataset: name, values; a failure unless it has just as many
+      generic :: load => load_reals, load_table, load_integers, load_texts
+      procedure :: text_attribute
+      procedure, private :: load_reals, load_table, load_integers, load_texts, load_dataset
+   end type hdf5_source_t
+
+contains
+
+   !> Open what was loaded into memory.
+   subroutine open_bytes(self, bytes)
+      class(hdf5_source_t), intent(out) :: self
+      !> The whole file; HDF5 makes a copy
+      character(kind=c_char), contiguous, target, intent(in) :: bytes(:)
+
+      integer(size_t), parameter :: increment = 65536_size_t
+      integer(hid_t) :: access
+      integer :: status
+
+      call open_hdf5(status)
+      call h5pcreate_f(h5p_file_access_f, access, status)
+      call h5pset_fapl_core_f(access, increment, .false., status)
+      call h5pset_file_image_f(access, c_loc(bytes), size(bytes, kind=size_t), status)
+      call h5fopen_f('image', h5f_acc_rdonly_f, self%id, status, access)
+      self%is_open = status == 0
+      self%is_good = self%is_open
+      call h5pclose_f(access, status)
+   end subroutine open_bytes
+
+   !> Open a file of the disk.
+   subroutine open_file(self, path)
+      class(hdf5_source_t), intent(out) :: self
+      character(*), intent(in) :: path
+
+      integer :: status
+
+      call open_hdf5(status)
+      call h5fopen_f(path, h5f_acc_rdonly_f, self%id, status)
+      self%is_open = status >= 0
+      self%is_good = self%is_open
+   end subroutine open_file
+
+   subroutine close_source(self)
+      class(hdf5_source_t), intent(inout) :: self
+
+      integer :: status
+
+      if (self%is_open) call h5fclose_f(self%id, status)
+      self%is_open = .false.
+   end subroutine close_source
+
+   !> Has nothing failed so far?
+   pure logical function is_sound(self)
+      class(hdf5_source_t), intent(in) :: self
+
+      is_sound = self%is_good
+   end function is_sound
+
+   subroutine load_reals(self, name, values)
+      class(hdf5_source_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(wp), contiguous, target, intent(out) :: values(:)
+
+      if (size(values) > 0) call self%load_dataset(name, h5t_native_double, size(values, kind=hsize_t), c_loc(values))
+   end subroutine load_reals
+
+   subroutine load_table(self, name, values)
+      class(hdf5_source_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      real(wp), contiguous, target, intent(out) :: values(:, :)
+
+      if (size(values) > 0) call self%load_dataset(name, h5t_native_double, size(values, kind=hsize_t), c_loc(values))
+   end subroutine load_table
+
+   subroutine load_integers(self, name, values)
+      class(hdf5_source_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      integer, contiguous, target, intent(out) :: values(:)
+
+      if (size(values) > 0) call self%load_dataset(name, h5t_native_integer, size(values, kind=hsize_t), c_loc(values))
+   end subroutine load_integers
+
+   !> Texts, cut where they are longer than there is room.
+   subroutine load_texts(self, name, texts)
+      class(hdf5_source_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      character(*), intent(out) :: texts(:)
+
+      integer(hid_t) :: type
+      integer :: status, i, k
+      type(c_ptr), target :: addresses(size(texts))
+      character(kind=c_char), pointer :: letters(:)
+
+      texts = ''
+      if (size(texts) == 0) return
+      call make_text_type(type, status)
+      call self%load_dataset(name, type, size(texts, kind=hsize_t), c_loc(addresses))
+      call h5tclose_f(type, status)
+      if (.not. self%is_good) return
+      do i = 1, size(texts)
+         if (.not. c_associated(addresses(i))) cycle
+         call c_f_pointer(addresses(i), letters, [len(texts) + 1])
+         do k = 1, len(texts)
+            if (letters(k) == c_null_char) exit
+            texts(i) (k:k) = letters(k)
+         end do
+         call c_free(addresses(i))
+      end do
+   end subroutine load_texts
+
+   subroutine load_dataset(self, name, type, expected, address)
+      class(hdf5_source_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      !> Type in memory
+      integer(hid_t), intent(in) :: type
+      !> Number of its elements
+      integer(hsize_t), intent(in) :: expected
+      !> Where they go
+      type(c_ptr), intent(in) :: address
+
+      integer(hid_t) :: dataset, space
+      integer(hsize_t) :: points
+      integer :: status
+      type(c_ptr) :: place
+
+      if (.not. self%is_good) return
+      call h5dopen_f(self%id, name, dataset, status)
+      self%is_good = status == 0
+      if (.not. self%is_good) return
+      call h5dget_space_f(dataset, space, status)
+      call h5sget_simple_extent_npoints_f(space, points, status)
+      self%is_good = points == expected
+      place = address
+      if (self%is_good) call h5dread_f(dataset, type, place, status)
+      self%is_good = self%is_good .and. status == 0
+      call h5sclose_f(space, status)
+      call h5dclose_f(dataset, status)
+   end subroutine load_dataset
+
+   !> An attribute of the file that is a text; empty: there is none.
+   function text_attribute(self, name) result(text)
+      class(hdf5_source_t), intent(in) :: self
+      character(*), intent(in) :: name
+      character(:), allocatable :: text
+
+      character(kind=c_char), pointer :: letters(:)
+      integer(hid_t) :: attribute, space, type
+      integer(hsize_t) :: points
+      integer :: i, length, status
+      logical :: is_text
+      type(c_ptr) :: place
+      type(c_ptr), target :: address
+
+      text = ''
+      if (.not. self%is_good) return
+      call h5aopen_by_name_f(self%id, '/', name, attribute, status)
+      if (status < 0) return
+      call h5aget_space_f(attribute, space, status)
+      call h5sget_simple_extent_npoints_f(space, points, status)
+      call h5sclose_f(space, status)
+      call h5aget_type_f(attribute, type, status)
+      call h5tis_variable_str_f(type, is_text, status)
+      if (is_text .and. points == 1_hsize_t) then
+         place = c_loc(address)
+         call h5aread_f(attribute, type, place, status)
+         if (status >= 0 .and. c_associated(address)) then
+            call c_f_pointer(address, letters, [huge(1)])
+            length = 0
+            do while (letters(length + 1) /= c_null_char)
+               length = length + 1
+            end do
+            deallocate (text)
+            allocate (character(length) :: text)
+            do i = 1, length
+               text(i:i) = letters(i)
+            end do
+            call c_free(address)
+         end if
+      end if
+      call h5tclose_f(type, status)
+      call h5aclose_f(attribute, status)
+   end function text_attribute
+
+end module hdf5_loading
