@@ -18,7 +18,7 @@ module skip_savings
    use scene_types, only: contender_exact, law_three_element, output_settings_t, response_settings_t, scene_t, &
       shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
-   use stop_models, only: make_three_element
+   use three_element_stop, only: make_three_element
    use timed_tasks, only: measure_time
    implicit none (type, external)
    private

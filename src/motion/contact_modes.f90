@@ -9,7 +9,7 @@ module contact_modes
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
-   use stop_models, only: three_element_t
+   use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: contact_modes_t, make_contact_modes, contact_amplitudes, contact_state
@@ -23,7 +23,7 @@ module contact_modes
    type :: contact_modes_t
       logical :: made = .false.
       !> The stop, and 2 zeta of the beam
-      type(three_element_t) :: spring
+      type(impedance_t) :: spring
       real(wp) :: two_zeta = 0.0_wp
       !> Number of exponents; of a conjugate pair only the one with Im s > 0 is kept
       integer :: count = 0
@@ -55,7 +55,7 @@ contains
       !> zeta
       real(wp), intent(in) :: zeta
       !> The stop
-      type(three_element_t), intent(in) :: spring
+      class(impedance_t), intent(in) :: spring
       !> The exponents and their shapes
       type(contact_modes_t), intent(out) :: modes
       !> Set when the iteration does not converge
@@ -85,7 +85,7 @@ contains
       s(:) = exponents(problem, near, offset)
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%made = .true.
-      modes%spring = spring
+      modes%spring = impedance_t(spring%stiffness, spring%branch_stiffness, spring%relaxation_rate)
       modes%two_zeta = 2.0_wp*zeta
       modes%count = size(keep)
       allocate (modes%exponent(modes%count), modes%weight(modes%count), modes%derivative(modes%count))

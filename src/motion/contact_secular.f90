@@ -8,7 +8,7 @@
 module contact_secular
    use kinds, only: wp
    use modal_beam, only: attach_spring, modal_beam_t
-   use stop_models, only: three_element_t
+   use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: secular_t, make_secular, first_guess, find_all_roots, distances, inverses, secular, exponents, size_of
@@ -43,7 +43,7 @@ contains
       !> zeta
       real(wp), intent(in) :: zeta
       !> The stop
-      type(three_element_t), intent(in) :: spring
+      class(impedance_t), intent(in) :: spring
       !> The problem
       type(secular_t), intent(out) :: problem
 
@@ -153,7 +153,7 @@ contains
       !> zeta
       real(wp), intent(in) :: zeta
       !> The stop
-      type(three_element_t), intent(in) :: spring
+      class(impedance_t), intent(in) :: spring
       !> The problem
       type(secular_t), intent(in) :: problem
       !> Guesses: the nearest pole, and the offset from it, [roots]

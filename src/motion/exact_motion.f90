@@ -13,8 +13,10 @@ module exact_motion
    use response_records, only: count_samples, open_records
    use response_types, only: mode_check_t, response_t
    use run_recorder, only: make_recorder
-   use run_settings, only: impulse_nodal, law_restitution, law_three_element, run_settings_t
+   use run_settings, only: impulse_nodal, run_settings_t
+   use stop_laws, only: is_rigid, make_yielding_stop
    use yielding_contact, only: make_yielding_contact, yielding_contact_t
+   use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
    public :: exact_response
@@ -90,7 +92,7 @@ contains
       all = size(modes%lambda)
       associate (b => modes%mode(modes%stop_dof, :), tolerance => settings%response%mode_tolerance)
          check%kept = modes_that_matter(modes%square, b, 1.0_wp + settings%stop%preload, tolerance, &
-                                        settings%stop%law /= law_three_element)
+                                        is_rigid(settings%stop))
          if (check%kept == all) return
          trial = trial_settings(settings, modes%lambda(1))
          do
@@ -160,7 +162,7 @@ contains
       response%shape_displacement(0, :) = -settings%stop%preload
    end subroutine run_in_modes
 
-   !> The stop of a run, by its law.
+   !> The stop of a run: it yields or holds.
    subroutine make_contact(beam, modes, settings, contact)
       !> The beam in its free modes, and what its runs share; they must outlive the contact
       type(modal_beam_t), target, intent(in) :: beam
@@ -168,19 +170,20 @@ contains
       type(run_settings_t), intent(in) :: settings
       class(contact_t), allocatable, intent(out) :: contact
 
+      class(yielding_stop_t), allocatable :: stop
       type(held_contact_t), allocatable :: held
       type(yielding_contact_t), allocatable :: yielding
 
-      select case (settings%stop%law)
-      case (law_restitution)
+      call make_yielding_stop(settings%stop, stop)
+      if (allocated(stop)) then
+         allocate (yielding)
+         call make_yielding_contact(beam, settings, stop, yielding)
+         call move_alloc(yielding, contact)
+      else
          allocate (held)
          call make_held_contact(beam, modes, settings, held)
          call move_alloc(held, contact)
-      case (law_three_element)
-         allocate (yielding)
-         call make_yielding_contact(beam, settings, yielding)
-         call move_alloc(yielding, contact)
-      end select
+      end if
    end subroutine make_contact
 
 end module exact_motion

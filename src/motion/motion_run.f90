@@ -6,7 +6,8 @@ module motion_run
    use free_modes, only: find_free_modes, free_modes_t
    use newmark_motion, only: check_newmark, newmark_response
    use response_types, only: response_t
-   use run_settings, only: law_restitution, method_exact, method_newmark, run_settings_t
+   use run_settings, only: method_exact, method_newmark, run_settings_t
+   use stop_laws, only: is_rigid
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes
@@ -58,7 +59,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       if (settings%response%method == method_exact) &
-         call find_free_modes(model, modes, error, with_support=settings%stop%law == law_restitution)
+         call find_free_modes(model, modes, error, with_support=is_rigid(settings%stop))
    end subroutine find_shared_modes
 
 end module motion_run

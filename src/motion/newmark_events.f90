@@ -2,16 +2,15 @@
 module newmark_events
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t
+   use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, stop_energy
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: copy_state, momentum_at_stop, restart_acceleration
+   use restitution_stop, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
                              event_t, response_t
    use run_recorder, only: charge_event
-   use run_settings, only: impulse_nodal, law_three_element
+   use run_settings, only: impulse_nodal
    use step_measures, only: greatest_in, measure_event, piece_t
-   use stop_models, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse, stop_energy, &
-                          unload_surface
    implicit none (type, external)
    private
    public :: look_for_event, give_way
@@ -46,7 +45,7 @@ contains
             if (distance >= run%contact_tolerance) then
                run%armed = .true.
             else if (rate < 0.0_wp .and. (run%armed .or. closing .or. run%leaving)) then
-               if (run%settings%law == law_three_element) then
+               if (allocated(run%stop)) then
                   call begin_contact(run, response, error)
                else
                   call strike(run, response, error)
@@ -269,10 +268,9 @@ contains
       real(wp) :: before
 
       associate (state => run%states(run%now), ledger => run%progress%ledger)
-         before = stop_energy(run%stop, state%indentation, state%branch_force)
-         call unload_surface(run%stop, state%indentation, state%branch_force)
-         ledger%dissipated_stop = ledger%dissipated_stop &
-                                  + before - stop_energy(run%stop, state%indentation, state%branch_force)
+         before = stop_energy(run, state)
+         call run%stop%unload(state%indentation, state%branch_force)
+         ledger%dissipated_stop = ledger%dissipated_stop + before - stop_energy(run, state)
          call restart_acceleration(run%stepper, state, .false.)
          run%phase = phase_free
          run%armed = gap_rate(run, state) > 0.0_wp

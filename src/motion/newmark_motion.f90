@@ -9,7 +9,7 @@ module newmark_motion
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: i8, lambda1_power4, wp
    use newmark_events, only: give_way, look_for_event
-   use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, whole_step
+   use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, stop_energy, whole_step
    use newmark_samples, only: keep_shapes, take_sample
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
    use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, kinetic_energy, make_factors, &
@@ -18,10 +18,11 @@ module newmark_motion
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
    use run_measures, only: start_tally
-   use run_settings, only: law_three_element, response_settings_t, run_settings_t
+   use run_settings, only: response_settings_t, run_settings_t
    use skyline_matrix, only: multiply, skyline_t
    use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
-   use stop_models, only: contact_force, make_three_element, mean_force_coefficients, stop_energy
+   use stop_laws, only: make_yielding_stop
+   use yielding_stop, only: contact_force, mean_force_coefficients
    implicit none (type, external)
    private
    public :: newmark_response, check_newmark, rounding_of_energy
@@ -29,7 +30,7 @@ module newmark_motion
 contains
 
    !> The motion from rest in the static shape, eta_c = 1, until the end of the run.
-   pure subroutine newmark_response(model, settings, response, error)
+   subroutine newmark_response(model, settings, response, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, steps, tolerances, output
@@ -90,7 +91,7 @@ contains
    end subroutine newmark_response
 
    !> Can a run start? What would keep it from that is known without running it.
-   pure subroutine check_newmark(model, settings, error)
+   subroutine check_newmark(model, settings, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, steps, tolerances, output
@@ -104,7 +105,7 @@ contains
    end subroutine check_newmark
 
    !> Check the step, make the stepper, the stop and the start.
-   pure subroutine make_run(model, settings, run, error)
+   subroutine make_run(model, settings, run, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, steps, tolerances, output
@@ -121,10 +122,7 @@ contains
       run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
-      if (settings%stop%law == law_three_element) then
-         run%stop = make_three_element(settings%stop%stiffness_ratio, settings%stop%branch_ratio, &
-                                       settings%stop%damper_ratio)
-      end if
+      call make_yielding_stop(settings%stop, run%stop)
       call divide_step(model, settings%zeta, settings%response, run%parts, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
@@ -133,7 +131,7 @@ contains
       end associate
       if (.not. allocated(error)) &
          call make_start_state(model, run%stepper, 1.0_wp + settings%stop%preload, run%states(1), error)
-      if (.not. allocated(error)) call make_factors(run%stepper, 0, run%stop, error)
+      if (.not. allocated(error)) call make_factors(run%stepper, 0, error, run%stop)
       if (allocated(error)) then
          error%message = 'on this mesh Newmark''s steps are lost in rounding ('//error%message// &
                          '): take elements of more equal length, a shorter step, or method = ''exact'''
@@ -144,6 +142,7 @@ contains
       run%states(2) = run%states(1)
       run%flight_state = run%states(1)
       run%leaving = gap(run, run%states(1)) < -run%contact_tolerance
+      if (.not. allocated(run%stop)) return
       if (run%stop%branch_stiffness > 0.0_wp .and. run%stop%relaxation_rate > 0.0_wp) &
          run%contact_level = level_of(run, 1.0_wp/run%stop%relaxation_rate)
    end subroutine make_run
@@ -271,7 +270,7 @@ contains
       if (run%progress%offset > 0_i8) level = max(level, deepest_level - trailz(run%progress%offset))
       do
          if (.not. run%stepper%factors(level)%made) then
-            call make_factors(run%stepper, level, run%stop, error)
+            call make_factors(run%stepper, level, error, run%stop)
             if (allocated(error)) return
          end if
          span = shiftr(whole_step, level)
@@ -325,7 +324,7 @@ contains
          case (phase_free)
             call finish_step(stepper, level, 0.0_wp, new)
             if (old%indentation > 0.0_wp) then
-               new%indentation = old%indentation*factors%surface
+               new%indentation = old%indentation*factors%stop%surface
                new%branch_force = -run%stop%stiffness*new%indentation
             else
                new%indentation = 0.0_wp
@@ -342,14 +341,13 @@ contains
             ! P = slope u + rest in the mean of the step, and u falls with the force at its end through A^-1
             associate (give => 0.25_wp*factors%step**2)
                free_displacement = new%displacement(c) + give*new%acceleration(c)
-               call mean_force_coefficients(run%stop, factors%gain, factors%mean_gain, old%indentation, &
-                                            old%branch_force, slope, rest)
+               call mean_force_coefficients(factors%stop, old%indentation, old%branch_force, slope, rest)
                force = (2.0_wp*(slope*(run%settings%preload + run%contact_gap - free_displacement) + rest) - old%force) &
                        /(1.0_wp + 2.0_wp*slope*give*factors%column_at_stop)
             end associate
             call finish_step(stepper, level, force, new)
             new%indentation = run%settings%preload + run%contact_gap - new%displacement(c)
-            new%branch_force = factors%decay*old%branch_force + factors%gain*(new%indentation - old%indentation)
+            new%branch_force = factors%stop%decay*old%branch_force + factors%stop%gain*(new%indentation - old%indentation)
             run%stop_work = (slope*new%indentation + rest)*(new%indentation - old%indentation)
             call change_force(stepper, contact_force(run%stop, new%indentation, new%branch_force), new)
          end select
@@ -388,8 +386,7 @@ contains
          call beam_dissipation(run%stepper, step, old, new, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated
          ledger%dissipated_stop = ledger%dissipated_stop + run%stop_work &
-                                  + stop_energy(run%stop, old%indentation, old%branch_force) &
-                                  - stop_energy(run%stop, new%indentation, new%branch_force)
+                                  + stop_energy(run, old) - stop_energy(run, new)
       end associate
    end subroutine account_step
 
@@ -440,7 +437,7 @@ contains
       associate (state => run%states(run%now))
          call kinetic_energy(run%stepper, state, kinetic)
          call strain_energy(run%stepper, state, strain)
-         miss = abs(kinetic + strain + stop_energy(run%stop, state%indentation, state%branch_force) - energy_of(run))
+         miss = abs(kinetic + strain + stop_energy(run, state) - energy_of(run))
       end associate
    end subroutine miss_of_ledger
 

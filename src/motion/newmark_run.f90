@@ -6,11 +6,11 @@ module newmark_run
    use run_recorder, only: ledger_t
    use run_settings, only: stop_settings_t
    use step_measures, only: step_measurer_t
-   use stop_models, only: three_element_t
+   use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
    public :: run_t, progress_t, phase_free, phase_held, phase_contact, whole_step, nowhere
-   public :: instant, gap, gap_rate, level_of
+   public :: instant, gap, gap_rate, level_of, stop_energy
 
    !> Away from the stop.
    integer, parameter :: phase_free = 1
@@ -40,7 +40,8 @@ module newmark_run
    type :: run_t
       type(newmark_stepper_t) :: stepper
       type(stop_settings_t) :: settings
-      type(three_element_t) :: stop
+      !> Unallocated: it does not yield
+      class(yielding_stop_t), allocatable :: stop
       !> Steps between two samples, and the distance of the samples
       integer :: parts = 1
       real(wp) :: sample_step = 0.0_wp
@@ -122,6 +123,16 @@ contains
       rate = state%velocity(run%stepper%stop_dof)
       if (state%indentation > 0.0_wp) rate = rate - run%stop%surface_rate*state%indentation
    end function gap_rate
+
+   !> Energy in the springs of the stop.
+   pure function stop_energy(run, state) result(energy)
+      type(run_t), intent(in) :: run
+      type(newmark_state_t), intent(in) :: state
+      real(wp) :: energy
+
+      energy = 0.0_wp
+      if (allocated(run%stop)) energy = run%stop%energy(state%indentation, state%branch_force)
+   end function stop_energy
 
    !> How often the step must be halved to be no longer than this.
    pure function level_of(run, time) result(level)

@@ -2,11 +2,10 @@
 module newmark_samples
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
-   use newmark_run, only: run_t
+   use newmark_run, only: run_t, stop_energy
    use newmark_stepper, only: kinetic_energy, newmark_state_t, strain_energy
    use response_types, only: response_t
    use run_recorder, only: keep_sample, sample_t
-   use stop_models, only: stop_energy
    implicit none (type, external)
    private
    public :: take_sample, keep_shapes
@@ -31,7 +30,7 @@ contains
          if (allocated(response%energy)) then
             call kinetic_energy(stepper, state, sample%beam_energy(1))
             call strain_energy(stepper, state, sample%beam_energy(2))
-            sample%stop_energy = stop_energy(run%stop, state%indentation, state%branch_force)
+            sample%stop_energy = stop_energy(run, state)
          end if
       end associate
       call keep_sample(run%progress%sample + 1, sample, run%progress%ledger, response)

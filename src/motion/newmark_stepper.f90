@@ -24,7 +24,7 @@ module newmark_stepper
    use failures, only: failure_t
    use kinds, only: lambda1_power4, wp
    use skyline_matrix, only: combine, factorise, multiply, skyline_t, solve_factorised
-   use stop_models, only: branch_decay, branch_gain, branch_mean_gain, surface_decay, three_element_t
+   use yielding_stop, only: stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
    public :: newmark_stepper_t, newmark_state_t, deepest_level
@@ -61,11 +61,8 @@ module newmark_stepper
       !> A^-1 e_c, padded, [-2 : order + 3], and its entry at the stop point
       real(wp), allocatable :: column(:)
       real(wp) :: column_at_stop = 0.0_wp
-      !> Model B over this step: `branch_decay`, `branch_gain`, `branch_mean_gain`, `surface_decay`
-      real(wp) :: decay = 1.0_wp
-      real(wp) :: gain = 0.0_wp
-      real(wp) :: mean_gain = 0.0_wp
-      real(wp) :: surface = 1.0_wp
+      !> A stop that yields over this step
+      type(stop_step_t) :: stop
    end type newmark_factors_t
 
    type :: newmark_stepper_t
@@ -180,15 +177,15 @@ contains
    end subroutine make_start_state
 
    !> The factors for the step h = step/2^level, unless they are there.
-   pure subroutine make_factors(stepper, level, stop, error)
+   pure subroutine make_factors(stepper, level, error, stop)
       !> Keeps them
       type(newmark_stepper_t), intent(inout) :: stepper
       !> How often the step is halved
       integer, intent(in) :: level
-      !> Model B; without it the defaults
-      type(three_element_t), intent(in) :: stop
       !> Set when A cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
+      !> Absent: the stop does not yield
+      class(yielding_stop_t), intent(in), optional :: stop
 
       type(skyline_t) :: matrix
       real(wp) :: h
@@ -215,10 +212,7 @@ contains
          factors%column(stepper%stop_dof) = 1.0_wp
          call solve_banded(n, factors%lower, factors%reciprocal_pivot, factors%column)
          factors%column_at_stop = factors%column(stepper%stop_dof)
-         factors%decay = branch_decay(stop, h)
-         factors%gain = branch_gain(stop, h)
-         factors%mean_gain = branch_mean_gain(stop, h)
-         factors%surface = surface_decay(stop, h)
+         if (present(stop)) factors%stop = stop%step(h)
          factors%made = .true.
       end associate
    end subroutine make_factors

@@ -35,7 +35,7 @@ module phase_measures
 contains
 
    !> Begin a run.
-   pure subroutine start_measures(settings, start_energy, measurer)
+   subroutine start_measures(settings, start_energy, measurer)
       !> Stop and output of the run
       type(run_settings_t), intent(in) :: settings
       !> Energy at tau = 0

@@ -11,8 +11,9 @@ module run_measures
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_energy, &
       quiet_level, response_t, run_measures_t
-   use run_settings, only: law_three_element, stop_settings_t
-   use stop_models, only: make_three_element, three_element_t
+   use run_settings, only: stop_settings_t
+   use stop_laws, only: make_yielding_stop
+   use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
    public :: tally_t, start_tally, take_impulse, take_contact, end_episode, mark_energy, add_rebound, finish_tally
@@ -48,7 +49,7 @@ module run_measures
 contains
 
    !> Begin a run.
-   pure subroutine start_tally(stop, start_energy, force_scale, tally)
+   subroutine start_tally(stop, start_energy, force_scale, tally)
       !> The stop
       type(stop_settings_t), intent(in) :: stop
       !> Energy of the static shape of the start, whose stop point is 1 + delta away from where it is unstressed
@@ -58,19 +59,17 @@ contains
       !> Ready for the first phase
       type(tally_t), intent(out) :: tally
 
-      type(three_element_t) :: spring
+      class(yielding_stop_t), allocatable :: yielding
       real(wp) :: compliance
 
       tally%force_scale = force_scale
       tally%start_energy = start_energy
-      tally%yields = stop%law == law_three_element
+      call make_yielding_stop(stop, yielding)
+      tally%yields = allocated(yielding)
       if (stop%preload <= 0.0_wp) return
       ! of the beam, and of the stop in a row with it
       compliance = 0.5_wp*(1.0_wp + stop%preload)**2/start_energy
-      if (tally%yields) then
-         spring = make_three_element(stop%stiffness_ratio, stop%branch_ratio, stop%damper_ratio)
-         compliance = compliance + 1.0_wp/spring%stiffness
-      end if
+      if (tally%yields) compliance = compliance + 1.0_wp/yielding%stiffness
       tally%rest_force = stop%preload/compliance
       tally%rest_energy = 0.5_wp*stop%preload*tally%rest_force
    end subroutine start_tally

@@ -15,7 +15,7 @@ module yielding_contact
    use run_recorder, only: asked_t, charge_event, sample_t
    use run_settings, only: run_settings_t
    use signal_peaks, only: exceeds
-   use stop_models, only: make_three_element, stop_energy, three_element_t
+   use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
    public :: yielding_contact_t, make_yielding_contact
@@ -25,7 +25,7 @@ module yielding_contact
 
    type, extends(contact_t) :: yielding_contact_t
       type(modal_beam_t), pointer :: beam => null()
-      type(three_element_t) :: spring
+      class(yielding_stop_t), allocatable :: spring
       !> P2, the force in the branch: at the start of a contact, and of a flight
       real(wp) :: branch_force = 0.0_wp
       !> First derivative of P that does not vanish as contact begins: 1 on arrival, 2 from rest
@@ -59,31 +59,31 @@ module yielding_contact
 contains
 
    !> Prepare the stop of a run.
-   subroutine make_yielding_contact(beam, settings, contact)
+   subroutine make_yielding_contact(beam, settings, spring, contact)
       !> The beam in its free modes; it must outlive the contact
       type(modal_beam_t), target, intent(in) :: beam
       type(run_settings_t), intent(in) :: settings
+      class(yielding_stop_t), intent(in) :: spring
       type(yielding_contact_t), intent(out) :: contact
 
       contact%beam => beam
       contact%surface = settings%stop%preload
       contact%force_scale = settings%height_ratio
-      contact%spring = make_three_element(settings%stop%stiffness_ratio, settings%stop%branch_ratio, &
-                                          settings%stop%damper_ratio)
+      allocate (contact%spring, source=spring)
       if (contact%spring%branch_stiffness > 0.0_wp) contact%rate = contact%spring%surface_rate
       contact%energy_rate = 2.0_wp*contact%rate
       call indent(contact, 0.0_wp)
    end subroutine make_yielding_contact
 
    !> The surface as a force in the branch leaves it, where P = k u + P2 = 0.
-   elemental subroutine indent(self, branch_force)
+   pure subroutine indent(self, branch_force)
       type(yielding_contact_t), intent(inout) :: self
       !> P2
       real(wp), intent(in) :: branch_force
 
       self%branch_force = branch_force
       self%depth = -branch_force/self%spring%stiffness
-      self%energy = stop_energy(self%spring, self%depth, branch_force)
+      self%energy = self%spring%energy(self%depth, branch_force)
    end subroutine indent
 
    !> The run starts at rest on the surface: the beam leaves, or the force grows from zero like the indentation.
@@ -232,7 +232,7 @@ contains
       call self%go_to(time, q, v)
       depth = self%surface - sum(self%beam%stop_value*q)
       sample%beam_energy = modal_energy(self%beam%oscillators, q, v)
-      sample%stop_energy = stop_energy(self%spring, depth, force - self%spring%stiffness*depth)
+      sample%stop_energy = self%spring%energy(depth, force - self%spring%stiffness*depth)
       sample%lost = self%lost
    end subroutine take_energy
 
@@ -277,7 +277,7 @@ contains
       depth = self%surface - sum(self%beam%stop_value*q)
       force = self%force%offset + sum(real(self%force%amplitude*exp(self%force%exponent*time), wp))
       energy = 0.5_wp*sum(v**2 + self%beam%oscillators%square*q**2) &
-               + stop_energy(self%spring, depth, force - self%spring%stiffness*depth)
+               + self%spring%energy(depth, force - self%spring%stiffness*depth)
    end function energy_at
 
    !> Bring the motion to the separation, where P = k u + P2 = 0.

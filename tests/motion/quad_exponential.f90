@@ -4,7 +4,7 @@ module quad_exponential
    use, intrinsic :: iso_fortran_env, only: real128
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
-   use stop_models, only: three_element_t
+   use three_element_stop, only: three_element_t
    implicit none (type, external)
    private
    public :: qp, exponential, free_matrix, contact_matrix

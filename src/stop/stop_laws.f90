@@ -1,0 +1,32 @@
+!> The stop that a run's settings ask for.
+module stop_laws
+   use run_settings, only: law_restitution, law_three_element, stop_settings_t
+   use three_element_stop, only: make_three_element
+   use yielding_stop, only: yielding_stop_t
+   implicit none (type, external)
+   private
+   public :: is_rigid, make_yielding_stop
+
+contains
+
+   !> Do impulses act on the beam?
+   elemental function is_rigid(settings) result(answer)
+      type(stop_settings_t), intent(in) :: settings
+      logical :: answer
+
+      answer = settings%law == law_restitution
+   end function is_rigid
+
+   !> A stop that yields.
+   subroutine make_yielding_stop(settings, stop)
+      type(stop_settings_t), intent(in) :: settings
+      !> Unallocated where the stop is rigid
+      class(yielding_stop_t), allocatable, intent(out) :: stop
+
+      select case (settings%law)
+      case (law_three_element)
+         allocate (stop, source=make_three_element(settings%stiffness_ratio, settings%branch_ratio, settings%damper_ratio))
+      end select
+   end subroutine make_yielding_stop
+
+end module stop_laws

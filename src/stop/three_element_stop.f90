@@ -1,0 +1,179 @@
+!> Model B of the stop: a spring k parallel to a Maxwell branch, a spring beta k in series with a damper c (docs/theory.md,
+!> section 8).
+!>
+!> dP2/dtau + rate P2 = beta k du/dtau, rate = beta k / c.
+module three_element_stop
+   use kinds, only: lambda1_power4, wp
+   use yielding_stop, only: contact_force, stop_step_t, yielding_stop_t
+   implicit none (type, external)
+   private
+   public :: three_element_t, make_three_element, branch_decay, branch_gain, branch_mean_gain, surface_decay
+
+   type, extends(yielding_stop_t) :: three_element_t
+   contains
+      procedure :: step
+      procedure :: energy
+      procedure :: unload
+   end type three_element_t
+
+contains
+
+   !> Model B from the ratios of the paper.
+   elemental function make_three_element(stiffness_ratio, branch_ratio, damper_ratio) result(stop)
+      !> kappa
+      real(wp), intent(in) :: stiffness_ratio
+      !> beta
+      real(wp), intent(in) :: branch_ratio
+      !> c*; 0: the branch bears nothing
+      real(wp), intent(in) :: damper_ratio
+      type(three_element_t) :: stop
+
+      real(wp) :: branch
+
+      branch = branch_ratio*stiffness_ratio
+      stop%stiffness = 3.0_wp*stiffness_ratio/lambda1_power4
+      if (branch <= 0.0_wp) return
+      if (damper_ratio <= branch*tiny(1.0_wp)) then
+         ! a damper without resistance: the branch is absent, and without force the surface is at home
+         stop%relaxation_rate = huge(1.0_wp)
+         stop%surface_rate = huge(1.0_wp)
+      else
+         stop%branch_stiffness = branch_ratio*stop%stiffness
+         stop%relaxation_rate = branch/damper_ratio
+         stop%surface_rate = stop%relaxation_rate/(1.0_wp + branch_ratio)
+      end if
+   end function make_three_element
+
+   !> E in P2(tau + step) = E P2(tau) + beta k phi (u(tau + step) - u(tau)), exact where u is linear in tau.
+   elemental function branch_decay(stop, step) result(decay)
+      !> Model B
+      type(three_element_t), intent(in) :: stop
+      !> Length of the step, tau
+      real(wp), intent(in) :: step
+      real(wp) :: decay
+
+      decay = decay_over(stop%relaxation_rate, step)
+   end function branch_decay
+
+   !> beta k phi of the same formula, phi = (1 - E)/(rate step): beta k if the damper does not yield, 0 if it does not resist.
+   elemental function branch_gain(stop, step) result(gain)
+      !> Model B
+      type(three_element_t), intent(in) :: stop
+      !> Length of the step, tau
+      real(wp), intent(in) :: step
+      real(wp) :: gain
+
+      real(wp) :: x
+
+      gain = 0.0_wp
+      if (stop%relaxation_rate >= huge(1.0_wp)) return
+      x = stop%relaxation_rate*step
+      if (x > 1.0_wp) then
+         gain = stop%branch_stiffness*(1.0_wp - exp(-x))/x
+      else if (x > 0.0_wp) then
+         ! 1 - exp(-x) = 2 exp(-x/2) sinh(x/2), without cancellation
+         gain = stop%branch_stiffness*exp(-0.5_wp*x)*sinh(0.5_wp*x)/(0.5_wp*x)
+      else
+         gain = stop%branch_stiffness
+      end if
+   end function branch_gain
+
+   !> beta k (1 - phi)/(rate step), phi as there: the mean of P2 over the step is phi P2(tau) + this (u(tau + step) - u(tau)).
+   elemental function branch_mean_gain(stop, step) result(gain)
+      !> Model B
+      type(three_element_t), intent(in) :: stop
+      !> Length of the step, tau
+      real(wp), intent(in) :: step
+      real(wp) :: gain
+
+      integer, parameter :: last = 20
+      real(wp) :: x, term
+      integer :: i
+
+      gain = 0.0_wp
+      if (stop%relaxation_rate >= huge(1.0_wp)) return
+      x = stop%relaxation_rate*step
+      if (x > 1.0_wp) then
+         gain = stop%branch_stiffness*(1.0_wp - (1.0_wp - exp(-x))/x)/x
+      else
+         ! 1/2 - x/6 + x^2/24 - ...
+         term = 0.5_wp*stop%branch_stiffness
+         do i = 3, last
+            gain = gain + term
+            term = -term*x/real(i, wp)
+         end do
+      end if
+   end function branch_mean_gain
+
+   !> Factor by which the indentation of the free surface shrinks over a step; there P2 = -k u.
+   elemental function surface_decay(stop, step) result(decay)
+      !> Model B
+      type(three_element_t), intent(in) :: stop
+      !> Length of the step, tau
+      real(wp), intent(in) :: step
+      real(wp) :: decay
+
+      decay = decay_over(stop%surface_rate, step)
+   end function surface_decay
+
+   !> exp(-rate step), both limits of the rate included.
+   elemental function decay_over(rate, step) result(decay)
+      !> Rate; `huge` stands for infinity
+      real(wp), intent(in) :: rate
+      !> Time
+      real(wp), intent(in) :: step
+      real(wp) :: decay
+
+      decay = 1.0_wp
+      if (step <= 0.0_wp) return
+      decay = 0.0_wp
+      if (rate < huge(1.0_wp)) decay = exp(-rate*step)
+   end function decay_over
+
+   !> What happens in a step: then the springs keep and the damper takes the energy that the mean of P gives the stop, no less.
+   pure function step(self, length)
+      class(three_element_t), intent(in) :: self
+      real(wp), intent(in) :: length
+      type(stop_step_t) :: step
+
+      real(wp) :: mean_gain
+
+      mean_gain = branch_mean_gain(self, length)
+      step%decay = branch_decay(self, length)
+      step%gain = branch_gain(self, length)
+      step%mean_slope = 0.5_wp*self%stiffness + mean_gain
+      step%mean_indentation = 0.5_wp*self%stiffness - mean_gain
+      if (self%branch_stiffness > 0.0_wp) step%mean_branch = step%gain/self%branch_stiffness
+      step%surface = surface_decay(self, length)
+   end function step
+
+   !> Take what is left of the force off at once: both springs give, the damper does not move. The
+   !> surface is then free, P2 = -k u.
+   pure subroutine unload(self, indentation, branch_force)
+      class(three_element_t), intent(in) :: self
+      !> u; that of the free surface on return
+      real(wp), intent(inout) :: indentation
+      !> P2; -k u on return
+      real(wp), intent(inout) :: branch_force
+
+      real(wp) :: total
+
+      total = self%stiffness + self%branch_stiffness
+      if (total > 0.0_wp) indentation = indentation - contact_force(self, indentation, branch_force)/total
+      branch_force = -self%stiffness*indentation
+   end subroutine unload
+
+   !> Energy in both springs, k u^2/2 + P2^2/(2 beta k).
+   pure function energy(self, indentation, branch_force)
+      class(three_element_t), intent(in) :: self
+      !> u
+      real(wp), intent(in) :: indentation
+      !> P2
+      real(wp), intent(in) :: branch_force
+      real(wp) :: energy
+
+      energy = 0.5_wp*self%stiffness*indentation**2
+      if (self%branch_stiffness > 0.0_wp) energy = energy + 0.5_wp*branch_force**2/self%branch_stiffness
+   end function energy
+
+end module three_element_stop

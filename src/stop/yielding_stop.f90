@@ -1,0 +1,109 @@
+!> A stop that yields under the beam, as arithmetic on scalars for any way through time.
+!>
+!> Scales: displacement eta, time tau, mass in rho Abar L; so forces are Pbar / (hbar/L) and stiffnesses
+!> k / (lambda1^4 E Ibar / L^3).
+!>
+!> With the indentation u its force is P = k u + P2, P2 the force in a branch beside the spring. Where the beam has left it P
+!> is zero, and the surface comes back.
+module yielding_stop
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, mean_force_coefficients
+
+   !> What the stop answers to exp(s tau): P = k u + beta k s/(s + nu) u.
+   type :: impedance_t
+      !> k
+      real(wp) :: stiffness = 0.0_wp
+      !> beta k, 0 where the branch is absent
+      real(wp) :: branch_stiffness = 0.0_wp
+      !> nu = beta k / c; 0: the damper does not yield; `huge`: the branch bears nothing
+      real(wp) :: relaxation_rate = 0.0_wp
+   end type impedance_t
+
+   !> A step of fixed length in which u changes linearly.
+   type :: stop_step_t
+      !> Mean of P = mean_slope u+ + mean_indentation u + mean_branch P2
+      real(wp) :: mean_slope = 0.0_wp
+      real(wp) :: mean_indentation = 0.0_wp
+      real(wp) :: mean_branch = 0.0_wp
+      !> P2+ = decay P2 + gain (u+ - u)
+      real(wp) :: decay = 1.0_wp
+      real(wp) :: gain = 0.0_wp
+      !> Without force u+ = surface u
+      real(wp) :: surface = 1.0_wp
+   end type stop_step_t
+
+   type, abstract, extends(impedance_t) :: yielding_stop_t
+      !> Rate at which the surface comes back without force
+      real(wp) :: surface_rate = 0.0_wp
+   contains
+      procedure(step_interface), deferred :: step
+      procedure(energy_interface), deferred :: energy
+      procedure(unload_interface), deferred :: unload
+   end type yielding_stop_t
+
+   abstract interface
+      !> What happens in a step, exact where u is linear in tau.
+      pure function step_interface(self, length) result(step)
+         import :: stop_step_t, wp, yielding_stop_t
+         implicit none (type, external)
+         class(yielding_stop_t), intent(in) :: self
+         !> Length of the step, tau
+         real(wp), intent(in) :: length
+         type(stop_step_t) :: step
+      end function step_interface
+
+      !> Energy in the springs.
+      pure function energy_interface(self, indentation, branch_force) result(energy)
+         import :: wp, yielding_stop_t
+         implicit none (type, external)
+         class(yielding_stop_t), intent(in) :: self
+         !> u
+         real(wp), intent(in) :: indentation
+         !> P2
+         real(wp), intent(in) :: branch_force
+         real(wp) :: energy
+      end function energy_interface
+
+      !> Take what is left of the force off at once. The surface is then free.
+      pure subroutine unload_interface(self, indentation, branch_force)
+         import :: wp, yielding_stop_t
+         implicit none (type, external)
+         class(yielding_stop_t), intent(in) :: self
+         !> u; that of the free surface on return
+         real(wp), intent(inout) :: indentation
+         !> P2; -k u on return
+         real(wp), intent(inout) :: branch_force
+      end subroutine unload_interface
+   end interface
+
+contains
+
+   !> P = k u + P2.
+   elemental function contact_force(stop, indentation, branch_force) result(force)
+      class(impedance_t), intent(in) :: stop
+      !> u
+      real(wp), intent(in) :: indentation
+      !> P2
+      real(wp), intent(in) :: branch_force
+      real(wp) :: force
+
+      force = stop%stiffness*indentation + branch_force
+   end function contact_force
+
+   !> Mean of P over a step = slope u+ + rest.
+   elemental subroutine mean_force_coefficients(step, indentation, branch_force, slope, rest)
+      type(stop_step_t), intent(in) :: step
+      !> u and P2 at its start
+      real(wp), intent(in) :: indentation
+      real(wp), intent(in) :: branch_force
+      real(wp), intent(out) :: slope
+      !> What the past contributes
+      real(wp), intent(out) :: rest
+
+      slope = step%mean_slope
+      rest = step%mean_indentation*indentation + step%mean_branch*branch_force
+   end subroutine mean_force_coefficients
+
+end module yielding_stop
