@@ -7,7 +7,7 @@ module scene_needs
    use memory_needs, only: add_modes, add_need, bytes_of_number, most_samples, need_t, overhead, refuse_need, so_many
    use number_text, only: to_text
    use scene_types, only: law_restitution, method_exact, scene_t, solver_auto, solver_dsygv, solver_lanczos
-   use sweep_settings, only: place_of, swept_t
+   use sweep_settings, only: is_swept, place_of, values_given
    use sweep_study, only: cases_of, threads_for
    implicit none (type, external)
    private
@@ -86,7 +86,7 @@ contains
          modes = min(modes, elements)
          ! vectors, deflections at four points an element, shapes; the beam itself
          call add_need(need, bytes_of_number*(n*(8.0_wp*real(modes, wp) + 30.0_wp) + 12.5_wp*real(modes, wp)**2), &
-                  to_text(modes)//' modes of '//to_text(elements)//' elements', 'give a smaller count or fewer elements')
+            to_text(modes)//' modes of '//to_text(elements)//' elements', 'give a smaller count or fewer elements')
       else if (solver == solver_dsygv) then
          call add_need(need, 3.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the full matrices of '//to_text(elements)//' elements', lesser)
       else if (with_shapes) then
@@ -95,7 +95,7 @@ contains
          call add_need(need, 4.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the flexibility of '//to_text(elements)//' elements', lesser)
       end if
       if (with_shapes) call add_need(need, 6.0_wp*bytes_of_number*n*real(modes, wp), to_text(modes)//' mode shapes', &
-                                'give &output fewer mode_shapes')
+         'give &output fewer mode_shapes')
    end subroutine add_column
 
    !> A response, or as many as there are cases: its beam, and its records three times: as they are, in the file that is
@@ -119,17 +119,17 @@ contains
          samples = scene%response%duration/scene%response%step
          if (samples > most_samples) then
             call refuse_need(need, '&response has '//so_many(samples)//' samples, more than '//so_many(most_samples), &
-                        'give it a shorter duration or a longer step')
+               'give it a shorter duration or a longer step')
             return
          end if
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
-                  //so_many(runs*samples)//' samples', &
-                  'give &response a longer step, or &output fewer histories')
+            //so_many(runs*samples)//' samples', &
+            'give &response a longer step, or &output fewer histories')
          shapes = 0.0_wp
          if (allocated(output%shape_times)) shapes = real(size(output%shape_times), wp)
          if (output%shape_step > 0.0_wp) shapes = shapes + scene%response%duration/output%shape_step
          call add_need(need, copies*runs*bytes_of_number*shapes*4.0_wp*(real(scene%mesh%elements, wp) + 2.0_wp), &
-                  'the whole beam at '//so_many(shapes)//' instants', 'give &output a longer shape_step')
+            'the whole beam at '//so_many(shapes)//' instants', 'give &output a longer shape_step')
       end associate
    end subroutine add_response
 
@@ -165,7 +165,7 @@ contains
       values = 0.0_wp
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
-            if (.not. (allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range))) cycle
+            if (.not. is_swept(swept)) cycle
             axes = axes + 1
             if (allocated(swept%list)) then
                values = values + real(size(swept%list), wp)
@@ -176,31 +176,19 @@ contains
       end do
       ! the random order of one of them besides
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
-               //so_many(cases_of(scene%sweep))//' cases', 'give &sweep fewer cases, or design = ''grid''')
-      elements = nint(greatest_of(scene%sweep%swept(place_of('elements', scene%sweep%swept)), real(scene%mesh%elements, wp)))
+         //so_many(cases_of(scene%sweep))//' cases', 'give &sweep fewer cases, or design = ''grid''')
+      elements = nint(maxval(values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), &
+         real(scene%mesh%elements, wp))))
       call add_beam(scene, elements, workers, need)
       if (scene%response%method /= method_exact) then
-         duration = greatest_of(scene%sweep%swept(place_of('duration', scene%sweep%swept)), scene%response%duration)
+         duration = maxval(values_given(scene%sweep%swept(place_of('duration', scene%sweep%swept)), &
+            scene%response%duration))
          call add_need(need, bytes_of_number*real(5*workers, wp)*duration/scene%response%step, 'the samples of a case', &
-                  'give &response a longer step')
+            'give &response a longer step')
       end if
       rows = real(min(max(scene%sweep%part_cases, 0), huge(1)), wp)
       rows = bytes_of_number*min(max(rows, largest_part), cases_of(scene%sweep))*real(measure_count + axes, wp)
       call add_need(need, rows*real(workers + 3, wp), 'the rows of parts', 'give &sweep fewer part_cases')
    end subroutine add_sweep
-
-   !> The greatest value of a swept parameter.
-   pure function greatest_of(swept, otherwise) result(value)
-      !> The parameter
-      type(swept_t), intent(in) :: swept
-      !> Its value where it is not swept
-      real(wp), intent(in) :: otherwise
-      real(wp) :: value
-
-      value = otherwise
-      if (allocated(swept%list)) value = maxval(swept%list)
-      if (allocated(swept%range)) value = swept%range(2)
-      if (allocated(swept%log_range)) value = swept%log_range(2)
-   end function greatest_of
 
 end module scene_needs

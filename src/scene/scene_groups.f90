@@ -16,8 +16,7 @@ module scene_groups
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: physical_t, group_names, list_scene, list_group, most_cases
-   public :: scheme_average_acceleration, scheme_linear_acceleration, scheme_explicit
+   public :: physical_t, group_names, list_scene, list_group, most_cases, scheme_betas
 
    !> Quantities that a file may give instead of the ratios of a scene, in the user's units.
    type :: physical_t
@@ -38,15 +37,14 @@ module scene_groups
       !> Duration and step of the response
       real(wp) :: duration_time = 0.0_wp
       real(wp) :: step_time = 0.0_wp
-      !> One of the `scheme_` constants; 0: not given
+      !> Place in `scheme_names`; 0: not given
       integer :: newmark_scheme = 0
    end type physical_t
 
-   integer, parameter :: scheme_average_acceleration = 1
-   integer, parameter :: scheme_linear_acceleration = 2
-   integer, parameter :: scheme_explicit = 3
    character(*), parameter :: scheme_names(3) = [character(name_length) :: &
       'average_acceleration', 'linear_acceleration', 'explicit']
+   !> Newmark's beta by these names
+   real(wp), parameter :: scheme_betas(3) = [1.0_wp/4.0_wp, 1.0_wp/6.0_wp, 0.0_wp]
 
    integer, parameter :: history_all = history_count + 1
    integer, parameter :: history_none = history_count + 2

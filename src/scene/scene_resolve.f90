@@ -8,7 +8,7 @@ module scene_resolve
    use printable_text, only: character_count, excerpt
    use programs, only: name_of_program, program_benchmark, program_motion, program_paper
    use scene_beam, only: mean_section, resolve_beam
-   use scene_groups, only: physical_t, scheme_average_acceleration, scheme_explicit, scheme_linear_acceleration
+   use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_rules, only: check_rules
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
@@ -245,14 +245,7 @@ contains
       !> As read in; resolved out
       type(response_settings_t), intent(inout) :: response
 
-      select case (physical%newmark_scheme)
-      case (scheme_average_acceleration)
-         response%newmark_beta = 1.0_wp/4.0_wp
-      case (scheme_linear_acceleration)
-         response%newmark_beta = 1.0_wp/6.0_wp
-      case (scheme_explicit)
-         response%newmark_beta = 0.0_wp
-      end select
+      if (physical%newmark_scheme > 0) response%newmark_beta = scheme_betas(physical%newmark_scheme)
       call take_ratio(input, table, 'response', 'duration_time', physical%duration_time*omega1, response%duration)
       call take_ratio(input, table, 'response', 'step_time', physical%step_time*omega1, response%step)
       if (input%has_problem()) return

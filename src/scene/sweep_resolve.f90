@@ -5,7 +5,7 @@ module sweep_resolve
    use scene_groups, only: most_cases
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, place_of, swept_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, place_of, swept_t, values_given
    implicit none (type, external)
    private
    public :: resolve_sweep
@@ -51,7 +51,7 @@ contains
       has_range = allocated(swept%range)
       has_log = allocated(swept%log_range)
       if (count([has_list, has_range, has_log]) > 1) then
-         call input%complain('sweep', name//trim(merge('_range    ', '_log_range', has_range)), &
+         call input%complain('sweep', given_name(swept), &
             'give one of '//name//', '//name//'_range and '//name//'_log_range')
          return
       end if
@@ -67,10 +67,10 @@ contains
       select case (design)
       case (design_grid)
          if ((has_range .or. has_log) .and. swept%points == 0) call input%complain('sweep', &
-            name//trim(merge('_range    ', '_log_range', has_range)), 'needs '//name//'_points too')
+            given_name(swept), 'needs '//name//'_points too')
       case (design_paired)
          if (has_range .or. has_log) call input%complain('sweep', &
-            name//trim(merge('_range    ', '_log_range', has_range)), 'design = ''paired'' takes lists: give '//name)
+            given_name(swept), 'design = ''paired'' takes lists: give '//name)
       case (design_latin_hypercube)
          if (has_list) call input%complain('sweep', name, 'design = ''latin_hypercube'' takes ranges')
          if (swept%points > 0) call input%complain('sweep', name//'_points', &
@@ -133,22 +133,21 @@ contains
       real(wp) :: elements, mean, decades
       integer :: i
 
-      call values_given(scene%sweep%swept(place_of('taper', scene%sweep%swept)), values)
+      associate (swept => scene%sweep%swept)
+         allocate (values, source=values_given(swept(place_of('taper', swept))))
+         elements = maxval(values_given(swept(place_of('elements', swept)), real(scene%mesh%elements, wp)))
+         decades = (elements - 1.0_wp) &
+            *maxval(abs(log10(values_given(swept(place_of('mesh_ratio', swept)), scene%mesh%ratio))))
+      end associate
       mean = 0.5_wp*(scene%beam%height_root + scene%beam%height_tip)/scene%beam%length
       do i = 1, size(values)
          if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - smallest_tip)) cycle
          if (abs(values(i) - 2.0_wp*mean) <= 4.0_wp*epsilon(mean)*mean) cycle
-         call input%complain('sweep', given_name(scene%sweep%swept(place_of('taper', scene%sweep%swept)), 'taper'), 'taper = ' &
+         call input%complain('sweep', given_name(scene%sweep%swept(place_of('taper', scene%sweep%swept))), 'taper = ' &
             //to_text(values(i))//': the height at the clamp must not vanish, at the tip it must be 0 or at least ' &
             //to_text(smallest_tip)//' of that; so at most '//to_text(2.0_wp*mean)//' in size (a full wedge)')
          return
       end do
-      elements = real(scene%mesh%elements, wp)
-      call values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), values)
-      if (size(values) > 0) elements = maxval(values)
-      call values_given(scene%sweep%swept(place_of('mesh_ratio', scene%sweep%swept)), values)
-      if (size(values) == 0) values = [scene%mesh%ratio]
-      decades = (elements - 1.0_wp)*maxval(abs(log10(values)))
       if (decades > log10(largest_spread)) call input%complain('sweep', 'elements', 'with '//to_text(nint(elements)) &
          //' elements and the ratios given the longest element is 1e'//to_text(nint(decades)) &
          //' times the shortest: must be at most '//to_text(largest_spread))
@@ -160,45 +159,28 @@ contains
       type(scene_t), intent(in) :: scene
 
       real(wp), parameter :: most_samples = 1.0e8_wp
-      real(wp), allocatable :: values(:)
-      character(:), allocatable :: name
 
-      call values_given(scene%sweep%swept(place_of('duration', scene%sweep%swept)), values)
-      if (size(values) == 0) return
-      name = given_name(scene%sweep%swept(place_of('duration', scene%sweep%swept)), 'duration')
-      if (minval(values) < scene%response%step) then
-         call input%complain('sweep', name, 'must not be shorter than the step '//to_text(scene%response%step))
-      else if (maxval(values) > most_samples*scene%response%step) then
-         call input%complain('sweep', name, 'must be at most '//to_text(most_samples)//' steps')
-      end if
+      associate (duration => scene%sweep%swept(place_of('duration', scene%sweep%swept)))
+         if (any(values_given(duration) < scene%response%step)) then
+            call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
+               //to_text(scene%response%step))
+         else if (any(values_given(duration) > most_samples*scene%response%step)) then
+            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(most_samples)//' steps')
+         end if
+      end associate
    end subroutine check_duration
 
-   !> Values of a parameter that a file gives: its list, or the ends of its range.
-   subroutine values_given(swept, values)
+   !> The name under which the values of a parameter stand.
+   pure function given_name(swept) result(given)
       type(swept_t), intent(in) :: swept
-      !> Its values; none: not swept
-      real(wp), allocatable, intent(out) :: values(:)
-
-      if (allocated(swept%list)) then
-         allocate (values, source=swept%list)
-      else if (allocated(swept%range)) then
-         allocate (values, source=swept%range)
-      else if (allocated(swept%log_range)) then
-         allocate (values, source=swept%log_range)
-      else
-         allocate (values(0))
-      end if
-   end subroutine values_given
-
-   !> The name under which they stand.
-   pure function given_name(swept, name) result(given)
-      type(swept_t), intent(in) :: swept
-      character(*), intent(in) :: name
       character(:), allocatable :: given
 
-      given = name
-      if (allocated(swept%range)) given = name//'_range'
-      if (allocated(swept%log_range)) given = name//'_log_range'
+      given = trim(swept%parameter%name)
+      if (allocated(swept%range)) then
+         given = given//'_range'
+      else if (allocated(swept%log_range)) then
+         given = given//'_log_range'
+      end if
    end function given_name
 
 end module sweep_resolve

@@ -4,7 +4,7 @@ module sweep_settings
    use measure_list, only: measure_quiet
    implicit none (type, external)
    private
-   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, place_of
+   public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, place_of, values_given
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_least, goal_most, goal_names
 
@@ -103,11 +103,30 @@ contains
 
    !> Does a sweep give this parameter values?
    elemental function is_swept(swept) result(is)
-      !> What it gives
       type(swept_t), intent(in) :: swept
       logical :: is
 
       is = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
    end function is_swept
+
+   !> What a sweep gives for a parameter: a list, or the least and the greatest.
+   pure function values_given(swept, otherwise) result(values)
+      type(swept_t), intent(in) :: swept
+      !> Its value where it is not swept; absent: it has none then
+      real(wp), intent(in), optional :: otherwise
+      real(wp), allocatable :: values(:)
+
+      if (allocated(swept%list)) then
+         allocate (values, source=swept%list)
+      else if (allocated(swept%range)) then
+         allocate (values, source=swept%range)
+      else if (allocated(swept%log_range)) then
+         allocate (values, source=swept%log_range)
+      else if (present(otherwise)) then
+         allocate (values(1), source=otherwise)
+      else
+         allocate (values(0))
+      end if
+   end function values_given
 
 end module sweep_settings

@@ -8,7 +8,7 @@ module sweep_plan
    use program_identity, only: program_name, program_version
    use random_numbers, only: next_random, random_t, shuffle, start_random
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, swept_t
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, swept_t, values_given
    implicit none (type, external)
    private
    public :: plan_t, axis_t, make_plan, case_values, first_of_part, last_of_part, plan_text
@@ -65,16 +65,8 @@ contains
             else
                call divide(sweep%swept(k), axes(count)%values)
             end if
-            if (allocated(sweep%swept(k)%range)) then
-               axes(count)%least = sweep%swept(k)%range(1)
-               axes(count)%most = sweep%swept(k)%range(2)
-            else if (axes(count)%is_logarithmic) then
-               axes(count)%least = sweep%swept(k)%log_range(1)
-               axes(count)%most = sweep%swept(k)%log_range(2)
-            else
-               axes(count)%least = minval(axes(count)%values)
-               axes(count)%most = maxval(axes(count)%values)
-            end if
+            axes(count)%least = minval(values_given(sweep%swept(k)))
+            axes(count)%most = maxval(values_given(sweep%swept(k)))
             if (plan%is_grid) then
                plan%cases = plan%cases*size(axes(count)%values)
             else
