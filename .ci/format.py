@@ -30,9 +30,9 @@ def main(arguments):
     if arguments not in ([], ["--check"]):
         print(__doc__, file=sys.stderr)
         return 2
-    findent = shutil.which("findent", path=os.path.dirname(sys.executable)) or shutil.which("findent")
+    findent = shutil.which("findent", path=os.path.join(ROOT, "build", "tools", "bin")) or shutil.which("findent")
     if not findent:
-        print("format.py: there is no findent: see CONTRIBUTING.md", file=sys.stderr)
+        print("format.py: there is no findent; .ci/check gets it", file=sys.stderr)
         return 2
     changed = files = 0
     for path in sources():

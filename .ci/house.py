@@ -16,7 +16,7 @@ import textwrap
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PAGE = os.path.join(ROOT, "CONTRIBUTING.md")
-BEGIN, END = "<!-- drawn by tools/house.py --write -->\n```text\n", "```\n<!-- end of the drawing -->"
+BEGIN, END = "<!-- drawn by .ci/house.py --write -->\n```text\n", "```\n<!-- end of the drawing -->"
 MOST_LINES_OF_FILE, MOST_LINES_OF_PROCEDURE, MOST_ARGUMENTS = 500, 80, 9
 # others decide how many arguments their procedures take
 FOREIGN_INTERFACES = ("lapack_interfaces",)
@@ -198,7 +198,7 @@ def check_page(page, drawing, broken):
     if BEGIN not in page or END not in page:
         broken.append("CONTRIBUTING.md: has no place for the drawing")
     elif page.split(BEGIN)[1].split(END)[0] != drawing:
-        broken.append("CONTRIBUTING.md: the drawing is out of date: tools/house.py --write")
+        broken.append("CONTRIBUTING.md: the drawing is out of date: .ci/house.py --write")
     source = ""
     for folder, _, names in os.walk(os.path.join(ROOT, "src")):
         for name in sorted(names):
