@@ -7,7 +7,8 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, viewed_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero
+   public :: certified_signal_t, viewed_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero, free_step
+   public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
    public :: found_zero, found_none, found_never_left
 
    !> The signal falls through zero at `time`.
@@ -19,6 +20,16 @@ module certified_search
 
    !> After a start at rest a signal of the order of 1 may dip so far by the rounding error of forces.
    real(wp), parameter :: deepest_dip = 1.0e-11_wp
+
+   !> What is known of each term of a signal, column by column: its value and first two derivatives, and bounds from now on
+   !> on its magnitude and on those of its second and third derivative.
+   integer, parameter :: term_value = 1
+   integer, parameter :: term_rate = 2
+   integer, parameter :: term_curvature = 3
+   integer, parameter :: bound_value = 4
+   integer, parameter :: bound_curvature = 5
+   integer, parameter :: bound_jerk = 6
+   integer, parameter :: term_columns = 6
 
    !> Something that swings, with certain bounds on its derivatives.
    type, abstract :: certified_signal_t
@@ -124,50 +135,18 @@ contains
       type(search_t), intent(out) :: search
 
       real(wp) :: t, before, step
-      type(local_t) :: here, lower
+      type(local_t) :: here
       integer :: order
+      logical :: is_found
 
-      ! from a zero march on the derivative that is positive there: while it is, so is all below it
-      order = signal%start_order
-      if (order == 1) order = 0
       t = 0.0_wp
       before = 0.0_wp
-      call signal%look(t, order, here)
-      search%evaluations = 1_i8
-      if (signal%start_order > 0) then
-         here%signal = 0.0_wp
-         if (order == 0) here%value = 0.0_wp
-      end if
-      if (order > 2 .and. here%value <= 64.0_wp*here%rounding) then
-         ! where stiff modes creep the derivative below decides
-         call signal%look(t, order - 1, lower)
-         search%evaluations = search%evaluations + 1_i8
-         if (lower%value > 64.0_wp*lower%rounding) then
-            order = order - 1
-            here = lower
-            here%signal = 0.0_wp
-         end if
-      end if
+      call look_at_start(signal, order, here, search)
       do
          search%greatest = max(search%greatest, here%signal)
          if (order > 0 .and. t > 0.0_wp) then
-            if (here%signal < -max(deepest_dip, 64.0_wp*here%signal_rounding)) then
-               ! what should have lifted it was lost in the rounding error of forces
-               search%outcome = found_zero
-               search%time = start_of_dip(signal, before, t)
-               return
-            else if (here%signal > 64.0_wp*here%signal_rounding) then
-               order = 0
-               call signal%look(t, order, here)
-               search%evaluations = search%evaluations + 1_i8
-            else if (order > 1) then
-               call signal%look(t, order - 1, lower)
-               search%evaluations = search%evaluations + 1_i8
-               if (lower%value > 64.0_wp*lower%rounding) then
-                  order = order - 1
-                  here = lower
-               end if
-            end if
+            call lower_order(signal, before, t, order, here, search, is_found)
+            if (is_found) return
          end if
          if (order == 0 .and. falls_to_zero(here)) then
             call finish(signal, t, here, limit, search)
@@ -210,6 +189,73 @@ contains
          search%evaluations = search%evaluations + 1_i8
       end do
    end subroutine first_zero
+
+   !> From a zero the search marches on the derivative that is positive there: while it is, so is all below it.
+   subroutine look_at_start(signal, order, here, search)
+      class(certified_signal_t), intent(in) :: signal
+      !> Which derivative; 0: the signal itself
+      integer, intent(out) :: order
+      !> Its values
+      type(local_t), intent(out) :: here
+      !> Counts the looks
+      type(search_t), intent(inout) :: search
+
+      type(local_t) :: lower
+
+      order = signal%start_order
+      if (order == 1) order = 0
+      call signal%look(0.0_wp, order, here)
+      search%evaluations = 1_i8
+      if (signal%start_order > 0) then
+         here%signal = 0.0_wp
+         if (order == 0) here%value = 0.0_wp
+      end if
+      if (order > 2 .and. here%value <= 64.0_wp*here%rounding) then
+         ! where stiff modes creep the derivative below decides
+         call signal%look(0.0_wp, order - 1, lower)
+         search%evaluations = search%evaluations + 1_i8
+         if (lower%value > 64.0_wp*lower%rounding) then
+            order = order - 1
+            here = lower
+            here%signal = 0.0_wp
+         end if
+      end if
+   end subroutine look_at_start
+
+   !> March on a lower derivative, or on the signal, as soon as it exceeds its rounding error.
+   subroutine lower_order(signal, before, t, order, here, search, is_found)
+      class(certified_signal_t), intent(in) :: signal
+      !> The last instant but one, and the last
+      real(wp), intent(in) :: before
+      real(wp), intent(in) :: t
+      !> Which derivative, > 0
+      integer, intent(inout) :: order
+      !> Its values
+      type(local_t), intent(inout) :: here
+      type(search_t), intent(inout) :: search
+      !> The signal has a zero before t
+      logical, intent(out) :: is_found
+
+      type(local_t) :: lower
+
+      is_found = here%signal < -max(deepest_dip, 64.0_wp*here%signal_rounding)
+      if (is_found) then
+         ! what should have lifted it was lost in the rounding error of forces
+         search%outcome = found_zero
+         search%time = start_of_dip(signal, before, t)
+      else if (here%signal > 64.0_wp*here%signal_rounding) then
+         order = 0
+         call signal%look(t, order, here)
+         search%evaluations = search%evaluations + 1_i8
+      else if (order > 1) then
+         call signal%look(t, order - 1, lower)
+         search%evaluations = search%evaluations + 1_i8
+         if (lower%value > 64.0_wp*lower%rounding) then
+            order = order - 1
+            here = lower
+         end if
+      end if
+   end subroutine lower_order
 
    !> Has the signal died away so far that its digits underflow?
    elemental function is_faint(here) result(is)
@@ -291,6 +337,80 @@ contains
       step = merge(root, 2.0_wp*value, slope >= 0.0_wp)
       step = step/max(merge(curvature, root, slope >= 0.0_wp), 1.0e-290_wp*step, tiny(1.0_wp))
    end function step_without_zero
+
+   !> How far there is certainly no zero, by more than one bound on the second derivative.
+   !>
+   !> The modes above any number k swing no further than their amplitudes; those up to k are kept by their value,
+   !> slope and a bound B on their second derivative. The best k is taken. Within a time T the second derivative
+   !> changes by no more than T times a bound on the third; the best T is taken, too.
+   pure function free_step(terms, rest, rest_slope, whole, whole_slope) result(step)
+      !> Terms of the sum with their bounds, [count, 6]
+      real(wp), contiguous, intent(in) :: terms(:, :)
+      !> What is added to the terms, and its slope; it is convex
+      real(wp), intent(in) :: rest
+      real(wp), intent(in) :: rest_slope
+      !> The sum and its slope
+      real(wp), intent(in) :: whole
+      real(wp), intent(in) :: whole_slope
+      real(wp) :: step
+
+      real(wp), parameter :: horizons(8) = [1.25_wp, 1.6_wp, 2.0_wp, 2.6_wp, 3.4_wp, 5.0_wp, 8.0_wp, 16.0_wp]
+      ! sums of the first k terms, and of the last
+      real(wp), dimension(size(terms, 1)) :: values, slopes, bounds, curvatures, jerks, left, low, length
+      real(wp) :: sums(6), doubt, trial(size(horizons))
+      integer :: best, j, k, n, pass
+
+      n = size(terms, 1)
+      sums = 0.0_wp
+      sums(1) = rest
+      sums(2) = rest_slope
+      do k = 1, n
+         sums(1) = sums(1) + terms(k, term_value)
+         sums(2) = sums(2) + terms(k, term_rate)
+         sums(3) = sums(3) + terms(k, bound_curvature)
+         sums(4) = sums(4) + terms(k, term_curvature)
+         sums(5) = sums(5) + terms(k, bound_jerk)
+         values(k) = sums(1)
+         slopes(k) = sums(2)
+         bounds(k) = sums(3)
+         curvatures(k) = sums(4)
+         jerks(k) = sums(5)
+         left(n + 1 - k) = sums(6)
+         sums(6) = sums(6) + terms(n + 1 - k, bound_value)
+      end do
+      ! what the order of summation leaves in doubt
+      doubt = 8.0_wp*epsilon(1.0_wp)*(sums(6) + abs(rest))
+      !$omp simd
+      do k = 1, n
+         low(k) = values(k) - left(k) - doubt
+      end do
+      low(n) = max(whole, 0.0_wp)
+      slopes(n) = whole_slope
+      !$omp simd
+      do k = 1, n
+         length(k) = step_without_zero(max(low(k), 0.0_wp), slopes(k), bounds(k))
+         length(k) = merge(length(k), 0.0_wp, low(k) >= 0.0_wp)
+      end do
+      step = 0.0_wp
+      best = n
+      do k = 1, n
+         if (length(k) > step) then
+            step = length(k)
+            best = k
+         end if
+      end do
+      do pass = 1, 2
+         k = merge(best, n, pass == 1)
+         if (pass == 2 .and. best == n) exit
+         !$omp simd
+         do j = 1, size(horizons)
+            trial(j) = horizons(j)*step
+            trial(j) = min(trial(j), step_without_zero(low(k), slopes(k), &
+                                                       min(bounds(k), max(0.0_wp, jerks(k)*trial(j) - curvatures(k)))))
+         end do
+         step = max(step, maxval(trial))
+      end do
+   end function free_step
 
    !> The slope keeps its sign up to a zero that is certain to come: inverse interpolation inside a bracket.
    subroutine finish(signal, start, at_start, limit, search)

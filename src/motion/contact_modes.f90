@@ -17,8 +17,9 @@ module contact_modes
    !> Modes whose value at the stop is below this share of the greatest do not feel it.
    real(wp), parameter :: least_coupling = 1.0e-100_wp
 
-   !> Above this condition two exponents are taken together.
+   !> Above this condition two exponents are taken together, by so many points of a circle around both.
    real(wp), parameter :: greatest_condition = 1.0e3_wp
+   integer, parameter :: circle_points = 48
 
    type :: contact_modes_t
       logical :: made = .false.
@@ -157,16 +158,14 @@ contains
       !> Clusters are replaced
       type(contact_modes_t), intent(inout) :: modes
 
-      integer, parameter :: points = 48
       type(contact_modes_t) :: circles
-      complex(wp) :: center, direction, node, value, slope
-      complex(wp), dimension(problem%poles) :: distance, inverse
-      real(wp) :: apart, room, radius, noise, angle
+      complex(wp) :: center, direction
+      real(wp) :: apart, room, radius, angle
       logical :: gone(size(keep)), on_axis
-      integer :: m, i, k, partner, near, place
+      integer :: m, i, k, partner, place
 
       gone = .false.
-      call make_room(circles, beam%count, (points + 1)*size(keep))
+      call make_room(circles, beam%count, (circle_points + 1)*size(keep))
       do m = 1, size(keep)
          if (gone(m) .or. modes%condition(m) <= greatest_condition) cycle
          partner = minloc(abs(s - s(keep(m))), dim=1, mask=[(i, i=1, size(s))] /= keep(m))
@@ -183,27 +182,12 @@ contains
          do i = 1, size(keep)
             if (keep(i) == partner) gone(i) = .true.
          end do
-         do k = 1, points
-            angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(points, wp)
+         do k = 1, circle_points
+            angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
             ! around the real axis the lower half is the conjugate of the upper one
-            if (on_axis .and. k > points/2) exit
+            if (on_axis .and. k > circle_points/2) exit
             direction = cmplx(cos(angle), sin(angle), wp)
-            node = center + radius*direction
-            near = minloc(abs(problem%pole - node), dim=1)
-            call distances(problem, near, node - problem%pole(near), distance)
-            place = circles%count + 1
-            circles%count = place
-            call inverses(distance, inverse)
-            call secular(problem, node, distance(problem%poles), inverse, value, slope, noise, circles%condition(place))
-            circles%condition(place) = 1.0_wp
-            circles%exponent(place) = node
-            circles%weight(place) = 2.0_wp
-            circles%derivative(place) = value*real(points, wp)/(radius*direction)
-            do i = 1, size(active)
-               circles%shape(active(i), place) = beam%stop_value(active(i))/(distance(2*i - 1)*distance(2*i))
-            end do
-            circles%stop_value(place) = sum(beam%stop_value*circles%shape(:, place))
-            circles%tip_value(place) = sum(beam%tip_value*circles%shape(:, place))
+            call add_node(beam, problem, active, center, radius*direction, circles)
          end do
       end do
       if (.not. any(gone)) return
@@ -230,6 +214,44 @@ contains
          modes%tip_value = circles%tip_value(:all)
       end associate
    end subroutine replace_clusters
+
+   !> A point of a circle in the place of an exponent.
+   subroutine add_node(beam, problem, active, center, arm, circles)
+      !> The beam in its free modes
+      type(modal_beam_t), intent(in) :: beam
+      !> The secular function
+      type(secular_t), intent(in) :: problem
+      !> Modes that move the stop point
+      integer, intent(in) :: active(:)
+      !> The center, and the point less the center
+      complex(wp), intent(in) :: center
+      complex(wp), intent(in) :: arm
+      !> Gets it
+      type(contact_modes_t), intent(inout) :: circles
+
+      complex(wp), dimension(problem%poles) :: distance, inverse
+      complex(wp) :: node, value, slope
+      real(wp) :: noise, condition
+      integer :: i, near
+
+      node = center + arm
+      near = minloc(abs(problem%pole - node), dim=1)
+      call distances(problem, near, node - problem%pole(near), distance)
+      call inverses(distance, inverse)
+      call secular(problem, node, distance(problem%poles), inverse, value, slope, noise, condition)
+      circles%count = circles%count + 1
+      associate (place => circles%count)
+         circles%condition(place) = 1.0_wp
+         circles%exponent(place) = node
+         circles%weight(place) = 2.0_wp
+         circles%derivative(place) = value*real(circle_points, wp)/arm
+         do i = 1, size(active)
+            circles%shape(active(i), place) = beam%stop_value(active(i))/(distance(2*i - 1)*distance(2*i))
+         end do
+         circles%stop_value(place) = sum(beam%stop_value*circles%shape(:, place))
+         circles%tip_value(place) = sum(beam%tip_value*circles%shape(:, place))
+      end associate
+   end subroutine add_node
 
    !> Room for some exponents.
    pure subroutine make_room(modes, free, most)

@@ -144,39 +144,37 @@ contains
 
       integer :: first
 
-      if (.not. t > 0.0_wp) then
-         z = z0
-         v = v0
-         return
-      end if
+      z = z0
+      v = v0
+      if (.not. t > 0.0_wp) return
       first = lanes*(oscillators%oscillating/lanes) + 1
       if (oscillators%oscillating > 0) &
-         call oscillate(padded(min(oscillators%oscillating, size(z0)))/lanes, t, oscillators%decay, oscillators%spread, &
-                        oscillators%inverse_spread, oscillators%lane_square, z0, v0, z, v)
-      if (first <= size(z0)) &
-         call creep((size(z0) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, oscillators%decay(first:), &
-                    oscillators%spread(first:), oscillators%inverse_spread(first:), z0(first:), v0(first:), z(first:), &
-                    v(first:))
+         call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, oscillators%oscillating, t, oscillators%decay, &
+                        oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
+      if (first <= size(z)) &
+         call creep((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, oscillators%decay(first:), &
+                    oscillators%spread(first:), oscillators%inverse_spread(first:), z(first:), v(first:))
    end subroutine propagate_lanes
 
-   !> Underdamped modes. A vector that holds both regimes is computed for both; `creep` overwrites what is its own.
-   pure subroutine oscillate(blocks, t, decay, spread, inverse_spread, square, z0, v0, z, v)
+   !> Underdamped modes. The last vector may hold others, which stay as they are.
+   pure subroutine oscillate(blocks, last, t, decay, spread, inverse_spread, square, z, v)
       !> Vectors in each array
       integer, intent(in) :: blocks
+      !> The last of these modes
+      integer, intent(in) :: last
       !> Time, > 0
       real(wp), intent(in) :: t
       !> The family
       real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, square
-      !> State at time 0 and at time t
-      real(wp), intent(in), dimension(lanes*blocks) :: z0, v0
-      real(wp), intent(out), dimension(lanes*blocks) :: z, v
+      !> State at time 0; at time t on return
+      real(wp), intent(inout), dimension(lanes*blocks) :: z, v
 
       ! short loops of one function each: the compiler makes vector calls of them
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
       real(wp), dimension(lanes*blocks) :: factors, cosines, sines
-      real(wp) :: sine
+      real(wp) :: sine, new_z, new_v
       integer :: i
 
       do i = 1, lanes*blocks
@@ -188,17 +186,19 @@ contains
       do i = 1, lanes*blocks
          sines(i) = sin(spread(i)*t)
       end do
-      !$omp simd private(sine)
+      !$omp simd private(sine, new_z, new_v)
       do i = 1, lanes*blocks
          ! sin(w t)/w, which is t where w vanishes
          sine = merge(sines(i)*inverse_spread(i), t, spread(i)*t > 1.0e-8_wp)
-         z(i) = factors(i)*(z0(i)*cosines(i) + (v0(i) + decay(i)*z0(i))*sine)
-         v(i) = factors(i)*(v0(i)*cosines(i) - (square(i)*z0(i) + decay(i)*v0(i))*sine)
+         new_z = factors(i)*(z(i)*cosines(i) + (v(i) + decay(i)*z(i))*sine)
+         new_v = factors(i)*(v(i)*cosines(i) - (square(i)*z(i) + decay(i)*v(i))*sine)
+         z(i) = merge(new_z, z(i), i <= last)
+         v(i) = merge(new_v, v(i), i <= last)
       end do
    end subroutine oscillate
 
-   !> Modes at and beyond critical damping.
-   pure subroutine creep(blocks, first, t, decay, spread, inverse_spread, z0, v0, z, v)
+   !> Modes at and beyond critical damping. The first vector may hold others, which stay as they are.
+   pure subroutine creep(blocks, first, t, decay, spread, inverse_spread, z, v)
       !> Vectors in each array
       integer, intent(in) :: blocks
       !> The first of these modes
@@ -207,8 +207,7 @@ contains
       real(wp), intent(in) :: t
       !> The family
       real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread
-      !> State at time 0 and at time t
-      real(wp), intent(in), dimension(lanes*blocks) :: z0, v0
+      !> State at time 0; at time t on return
       real(wp), intent(inout), dimension(lanes*blocks) :: z, v
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
@@ -233,8 +232,8 @@ contains
          lag = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
                + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
          lag = merge(t*sqrt(fast_factors(i))*lag, 0.5_wp*(1.0_wp - fast_factors(i))*inverse_spread(i), phase <= 1.0_wp)
-         mixed = v0(i) + decay(i)*z0(i)
-         y = factors(i)*(z0(i) + mixed*lag)
+         mixed = v(i) + decay(i)*z(i)
+         y = factors(i)*(z(i) + mixed*lag)
          z(i) = merge(y, z(i), i >= first)
          v(i) = merge(factors(i)*mixed*fast_factors(i) - decay(i)*y, v(i), i >= first)
       end do

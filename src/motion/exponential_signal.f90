@@ -1,9 +1,9 @@
 !> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element
 !> stop. No term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
-   use certified_search, only: falls_to_zero, local_t, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, free_step, local_t, term_columns, &
+      term_curvature, term_rate, term_value, viewed_signal_t
    use kinds, only: wp
-   use modal_bounds, only: free_step
    implicit none (type, external)
    private
    public :: exponential_signal_t, fastest_last
@@ -77,10 +77,9 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      ! terms of the sum, of its first and second derivative; bounds on them, on the second and the third
-      real(wp), dimension(size(self%exponent)) :: value, rate, curvature, swing, swing_curvature, swing_jerk
+      real(wp) :: terms(size(self%exponent), term_columns)
       complex(wp) :: term
-      real(wp) :: magnitude, size_of_signal, speed
+      real(wp) :: magnitude, size_of_signal, speed, swing
       integer :: k, m
 
       here%signal = self%offset
@@ -92,27 +91,28 @@ contains
          term = self%amplitude(m)*exp(self%exponent(m)*t)
          ! far from where a square could overflow, so without the care that abs takes
          speed = sqrt(real(self%exponent(m), wp)**2 + aimag(self%exponent(m))**2)
-         swing(k) = sqrt(real(term, wp)**2 + aimag(term)**2)
+         swing = sqrt(real(term, wp)**2 + aimag(term)**2)
          here%signal = here%signal + real(term, wp)
-         size_of_signal = size_of_signal + swing(k)
-         magnitude = magnitude + (4.0_wp + speed*t)*swing(k)
+         size_of_signal = size_of_signal + swing
+         magnitude = magnitude + (4.0_wp + speed*t)*swing
          if (order > 0) then
             term = term*self%exponent(m)**order
-            swing(k) = swing(k)*speed**order
-            here%rounding = here%rounding + (4.0_wp + speed*t)*epsilon(1.0_wp)*swing(k)
+            swing = swing*speed**order
+            here%rounding = here%rounding + (4.0_wp + speed*t)*epsilon(1.0_wp)*swing
          end if
-         value(k) = real(term, wp)
+         terms(k, term_value) = real(term, wp)
          term = term*self%exponent(m)
-         rate(k) = real(term, wp)
-         curvature(k) = real(term*self%exponent(m), wp)
-         swing_curvature(k) = swing(k)*speed**2
-         swing_jerk(k) = min(swing_curvature(k)*speed, huge(1.0_wp))
+         terms(k, term_rate) = real(term, wp)
+         terms(k, term_curvature) = real(term*self%exponent(m), wp)
+         terms(k, bound_value) = swing
+         terms(k, bound_curvature) = swing*speed**2
+         terms(k, bound_jerk) = min(terms(k, bound_curvature)*speed, huge(1.0_wp))
       end do
-      here%slope = sum(rate)
-      here%curvature = sum(curvature)
-      here%bound = sum(swing_curvature)
+      here%slope = sum(terms(:, term_rate))
+      here%curvature = sum(terms(:, term_curvature))
+      here%bound = sum(terms(:, bound_curvature))
       here%bound_both = here%bound
-      here%bound_jerk = sum(swing_jerk)
+      here%bound_jerk = sum(terms(:, bound_jerk))
       here%signal_rounding = epsilon(1.0_wp)*magnitude
       if (order == 0) then
          here%value = here%signal
@@ -120,10 +120,9 @@ contains
          here%floor = self%offset - size_of_signal
          if (here%floor > here%rounding .or. falls_to_zero(here)) return
       else
-         here%value = sum(value)
+         here%value = sum(terms(:, term_value))
       end if
-      here%free = free_step(value, rate, curvature, swing, swing_curvature, swing_jerk, &
-                            merge(self%offset, 0.0_wp, order == 0), 0.0_wp, here%value, here%slope)
+      here%free = free_step(terms, merge(self%offset, 0.0_wp, order == 0), 0.0_wp, here%value, here%slope)
    end subroutine look
 
    !> offset + factor times a derivative of the signal, from an instant on.

@@ -3,15 +3,14 @@
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
-   use certified_search, only: falls_to_zero, first_zero, found_zero, local_t, search_t, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_zero, free_step, &
+      local_t, search_t, step_without_zero, term_columns, term_curvature, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
-   use hop_series, only: next_derivative, zero_of_series
    use kinds, only: i8, wp
-   use modal_bounds, only: bound_terms, free_step
-   use separated_modes, only: advance, bound_separate, join, separate
+   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, split_exponentials
    implicit none (type, external)
    private
-   public :: modal_signal_t, make_modal_signal
+   public :: modal_signal_t, make_modal_signal, zero_of_series
 
    !> s(t) = offset + sum c_i z_i(t) + surface exp(-rate t). The last term, a surface that relaxes, is convex.
    type, extends(viewed_signal_t) :: modal_signal_t
@@ -70,7 +69,7 @@ contains
       real(wp) :: surface
 
       call propagate(self%oscillators, t, self%z, self%v, z, v)
-      if (self%is_viscous) call join_after(self, t, z, v)
+      if (self%is_viscous) call state_of_exponentials(self, t, z, v)
       value = self%offset + sum(self%weight*z)
       slope = sum(self%weight*v)
       if (self%surface > 0.0_wp) then
@@ -228,8 +227,7 @@ contains
       type(local_t), intent(out) :: here
 
       real(wp), dimension(size(self%lane_weight)) :: z0, v0, z, v, a, slow, fast
-      ! terms of the sum, of its first and second derivative; bounds on them, on the second and the third
-      real(wp), dimension(size(self%lane_weight)) :: value, rate, curvature, swing, swing_curvature, swing_jerk
+      real(wp) :: terms(size(self%lane_weight), term_columns)
       real(wp) :: magnitude, surface, signal, slope, rest
       integer :: blocks, k, last
       logical :: separates
@@ -245,8 +243,8 @@ contains
          separates = oscillators%blended < n
          call propagate_lanes(oscillators, t, z0(:last), v0(:last), z(:last), v(:last))
          if (separates) then
-            call separate(oscillators, weight, self%offset, self%start_order > 1, self%is_viscous, t, z0, v0, slow, fast)
-            call join(oscillators, slow, fast, z, v)
+            call split_exponentials(oscillators, weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, slow, fast)
+            call add_exponentials(oscillators, slow, fast, z, v)
          end if
          call sum_up(blocks, weight, t, z, v, signal, slope, magnitude)
          here%signal = self%offset + signal
@@ -258,8 +256,8 @@ contains
             z(:last) = v(:last)
             v(:last) = a(:last)
             if (separates) then
-               call advance(oscillators, slow, fast)
-               call join(oscillators, slow, fast, z, v)
+               call differentiate(oscillators, slow, fast)
+               call add_exponentials(oscillators, slow, fast, z, v)
             end if
          end do
          if (order > 0) then
@@ -267,16 +265,13 @@ contains
             here%rounding = epsilon(1.0_wp)*magnitude
          end if
          here%slope = slope
-         call bound_terms(last/lanes, oscillators%oscillating, oscillators%two_zeta, weight, square, &
-                          oscillators%inverse_square, oscillators%decay, oscillators%spread, oscillators%inverse_spread, &
-                          z, v, value, rate, curvature, swing, swing_curvature, swing_jerk)
-         if (separates) call bound_separate(oscillators, weight, slow, fast, value, rate, curvature, swing, swing_curvature, &
-                                            swing_jerk)
-         if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - sum(swing)
-         here%curvature = sum(curvature)
-         here%bound = sum(swing_curvature)
+         call bound_terms(last/lanes, oscillators, weight, z, v, terms)
+         if (separates) call bound_exponentials(oscillators, weight, slow, fast, terms)
+         if (order == 0 .and. self%offset > 0.0_wp) here%floor = self%offset - sum(terms(:, bound_value))
+         here%curvature = sum(terms(:, term_curvature))
+         here%bound = sum(terms(:, bound_curvature))
          here%bound_both = here%bound
-         here%bound_jerk = sum(swing_jerk)
+         here%bound_jerk = sum(terms(:, bound_jerk))
          surface = 0.0_wp
          if (self%surface > 0.0_wp) then
             surface = self%surface*exp(-self%rate*t)
@@ -295,13 +290,12 @@ contains
          if (order == 0 .and. falls_to_zero(here)) return
          if (surface < 0.0_wp) return
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
-         here%free = free_step(value, rate, curvature, swing, swing_curvature, swing_jerk, rest, -self%rate*surface, &
-                               here%value, here%slope)
+         here%free = free_step(terms, rest, -self%rate*surface, here%value, here%slope)
       end associate
    end subroutine look
 
    !> Value and slope of the modes far beyond critical damping at an instant.
-   pure subroutine join_after(self, t, z, v)
+   pure subroutine state_of_exponentials(self, t, z, v)
       !> The signal
       type(modal_signal_t), intent(in) :: self
       !> The instant
@@ -318,12 +312,26 @@ contains
          v0(n + 1:) = 0.0_wp
          z0(:n) = self%z
          v0(:n) = self%v
-         call separate(oscillators, self%lane_weight, self%offset, self%start_order > 1, self%is_viscous, t, z0, v0, slow, fast)
-         call join(oscillators, slow, fast, lane_z, lane_v)
+         call split_exponentials(oscillators, self%lane_weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, &
+                                 slow, fast)
+         call add_exponentials(oscillators, slow, fast, lane_z, lane_v)
          z(oscillators%blended + 1:) = lane_z(oscillators%blended + 1:n)
          v(oscillators%blended + 1:) = lane_v(oscillators%blended + 1:n)
       end associate
-   end subroutine join_after
+   end subroutine state_of_exponentials
+
+   !> Where high derivatives decide (a start at rest), fast exponentials that are lost in the rounding error of the sum
+   !> are left out: in a derivative that error would be all there is.
+   pure function least_amplitude(self, z0) result(least)
+      type(modal_signal_t), intent(in) :: self
+      !> State at time 0, [padded]
+      real(wp), intent(in) :: z0(:)
+      real(wp) :: least
+
+      least = 0.0_wp
+      if (self%start_order > 1) &
+         least = 0.25_wp*epsilon(1.0_wp)*(abs(self%offset) + sum(abs(self%lane_weight*z0)))/real(size(z0), wp)
+   end function least_amplitude
 
    !> The sum of all terms, its slope, and what its rounding error is measured by.
    pure subroutine sum_up(blocks, weight, t, z, v, value, slope, magnitude)
@@ -357,5 +365,91 @@ contains
       slope = sum(slopes)
       magnitude = sum(magnitudes)
    end subroutine sum_up
+
+   !> From two derivatives of the oscillators to the one after them.
+   pure subroutine next_derivative(square, two_zeta, weight, low, high, total)
+      !> W^2, [padded], and 2 zeta
+      real(wp), contiguous, intent(in) :: square(:)
+      real(wp), intent(in) :: two_zeta
+      !> Weights, [padded]
+      real(wp), contiguous, intent(in) :: weight(:)
+      !> The two; the latter and the next on return, [padded]
+      real(wp), contiguous, intent(inout) :: low(:)
+      real(wp), contiguous, intent(inout) :: high(:)
+      !> Weighted sum of the next
+      real(wp), intent(out) :: total
+
+      real(wp) :: new
+      integer :: i
+
+      total = 0.0_wp
+      !$omp simd reduction(+:total) private(new)
+      do i = 1, size(weight)
+         new = -square(i)*(low(i) + two_zeta*high(i))
+         low(i) = high(i)
+         high(i) = new
+         total = total + weight(i)*new
+      end do
+   end subroutine next_derivative
+
+   !> First zero of c_1 + c_2 t + c_3 t^2 + ... up to a reach.
+   pure subroutine zero_of_series(coefficient, reach, is_found, t)
+      !> c, the first one positive
+      real(wp), intent(in) :: coefficient(:)
+      !> Up to here
+      real(wp), intent(in) :: reach
+      !> There is one
+      logical, intent(out) :: is_found
+      !> Where
+      real(wp), intent(out) :: t
+
+      integer, parameter :: step_cap = 12, iteration_cap = 10
+      real(wp) :: bound, slope, step, value
+      integer :: i, k
+
+      ! of the second derivative, Horner's way
+      bound = 0.0_wp
+      do k = size(coefficient), 3, -1
+         bound = bound*reach + real((k - 1)*(k - 2), wp)*abs(coefficient(k))
+      end do
+      is_found = .false.
+      t = 0.0_wp
+      value = coefficient(1)
+      slope = coefficient(2)
+      do i = 1, step_cap
+         if (slope < 0.0_wp .and. slope**2 > 4.0_wp*bound*value) exit
+         t = t + step_without_zero(value, slope, bound)
+         if (t > reach .or. i == step_cap) return
+         call evaluate_series(coefficient, t, value, slope)
+      end do
+      do i = 1, iteration_cap
+         step = -value/slope
+         t = t + step
+         is_found = abs(step) <= 2.0_wp*spacing(t)
+         if (is_found .or. t > reach) exit
+         call evaluate_series(coefficient, t, value, slope)
+      end do
+      is_found = is_found .and. t > 0.0_wp .and. t <= reach
+   end subroutine zero_of_series
+
+   !> c_1 + c_2 t + c_3 t^2 + ... and its slope.
+   pure subroutine evaluate_series(coefficient, t, value, slope)
+      !> c
+      real(wp), intent(in) :: coefficient(:)
+      !> Where
+      real(wp), intent(in) :: t
+      !> Value and slope
+      real(wp), intent(out) :: value
+      real(wp), intent(out) :: slope
+
+      integer :: k
+
+      value = 0.0_wp
+      slope = 0.0_wp
+      do k = size(coefficient), 1, -1
+         slope = slope*t + value
+         value = value*t + coefficient(k)
+      end do
+   end subroutine evaluate_series
 
 end module modal_signal

@@ -229,7 +229,7 @@ contains
       type(newmark_state_t), intent(inout) :: new
 
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
-         call predict(stepper%order, h, 0.25_wp*h*h, 0.5_wp*h, stepper%double_zeta, &
+         call predict(stepper%order, h, stepper%double_zeta, &
                       old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
          call negative_product(stepper%order, stepper%stiffness_diagonals, stepper%work, new%acceleration)
          call solve_banded(stepper%order, factors%lower, factors%reciprocal_pivot, new%acceleration)
@@ -237,15 +237,11 @@ contains
    end subroutine predict_step
 
    !> Predicted displacement y + h v + h^2 a/4 and velocity v + h a/2, and y + 2 zeta v of them.
-   pure subroutine predict(order, h, factor_y, factor_v, double_zeta, y, v, a, y_new, v_new, combined)
+   pure subroutine predict(order, h, double_zeta, y, v, a, y_new, v_new, combined)
       !> Number of degrees of freedom
       integer, intent(in) :: order
       !> Length of the step
       real(wp), intent(in) :: h
-      !> h^2/4
-      real(wp), intent(in) :: factor_y
-      !> h/2
-      real(wp), intent(in) :: factor_v
       !> 2 zeta
       real(wp), intent(in) :: double_zeta
       !> State at the beginning
@@ -258,8 +254,11 @@ contains
       !> What the stiffness acts on
       real(wp), intent(inout) :: combined(1 - band:order + band)
 
+      real(wp) :: factor_y, factor_v
       integer :: i
 
+      factor_y = 0.25_wp*h*h
+      factor_v = 0.5_wp*h
       do i = 1, order
          y_new(i) = y(i) + (h*v(i) + factor_y*a(i))
          v_new(i) = v(i) + factor_v*a(i)

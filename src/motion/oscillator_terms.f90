@@ -1,0 +1,221 @@
+!> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical damping are
+!> taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
+module oscillator_terms
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, term_curvature, term_rate, term_value
+   use damped_oscillators, only: greatest_exponent, lanes, oscillators_t
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: bound_terms, bound_exponentials, split_exponentials, differentiate, add_exponentials
+
+contains
+
+   !> The terms of the sum and of its derivatives, and bounds on their magnitudes from now on. Each oscillator by the
+   !> smaller of two bounds: its energy's, which is good near critical damping, and its envelope's, which is good far
+   !> from it.
+   pure subroutine bound_terms(blocks, oscillators, weight, z, v, terms)
+      !> Vectors to be bounded
+      integer, intent(in) :: blocks
+      type(oscillators_t), intent(in) :: oscillators
+      !> Weights
+      real(wp), intent(in) :: weight(lanes*blocks)
+      !> State now
+      real(wp), intent(in) :: z(lanes*blocks)
+      real(wp), intent(in) :: v(lanes*blocks)
+      !> Columns as in `certified_search`, [padded, 6]
+      real(wp), contiguous, intent(inout) :: terms(:, :)
+
+      real(wp) :: a, jerk, snap, magnitude
+      integer :: b, i
+
+      associate (square => oscillators%lane_square, inverse_square => oscillators%inverse_square, &
+                 decay => oscillators%decay, spread => oscillators%spread, inverse_spread => oscillators%inverse_spread, &
+                 two_zeta => oscillators%two_zeta, oscillating => oscillators%oscillating)
+         do b = 0, lanes*(blocks - 1), lanes
+            if (oscillating > b) then
+               !$omp simd private(a, jerk, snap, magnitude)
+               do i = b + 1, b + lanes
+                  a = -square(i)*(z(i) + two_zeta*v(i))
+                  jerk = -square(i)*(v(i) + two_zeta*a)
+                  snap = -square(i)*(a + two_zeta*jerk)
+                  terms(i, term_value) = weight(i)*z(i)
+                  terms(i, term_rate) = weight(i)*v(i)
+                  terms(i, term_curvature) = weight(i)*a
+                  magnitude = abs(weight(i))
+                  terms(i, bound_value) = magnitude*oscillating_bound(z(i), v(i), inverse_square(i), decay(i), &
+                                                                      inverse_spread(i))
+                  terms(i, bound_curvature) = magnitude*oscillating_bound(a, jerk, inverse_square(i), decay(i), &
+                                                                          inverse_spread(i))
+                  terms(i, bound_jerk) = magnitude*oscillating_bound(jerk, snap, inverse_square(i), decay(i), &
+                                                                     inverse_spread(i))
+               end do
+            end if
+            if (oscillating >= b + lanes) cycle
+            !$omp simd private(a, jerk, snap, magnitude)
+            do i = max(oscillating, b) + 1, b + lanes
+               a = -square(i)*(z(i) + two_zeta*v(i))
+               jerk = -square(i)*(v(i) + two_zeta*a)
+               snap = -square(i)*(a + two_zeta*jerk)
+               terms(i, term_value) = weight(i)*z(i)
+               terms(i, term_rate) = weight(i)*v(i)
+               terms(i, term_curvature) = weight(i)*a
+               magnitude = abs(weight(i))
+               terms(i, bound_value) = magnitude*creeping_bound(z(i), v(i), inverse_square(i), decay(i), spread(i), &
+                                                                inverse_spread(i))
+               terms(i, bound_curvature) = magnitude*creeping_bound(a, jerk, inverse_square(i), decay(i), spread(i), &
+                                                                    inverse_spread(i))
+               terms(i, bound_jerk) = magnitude*creeping_bound(jerk, snap, inverse_square(i), decay(i), spread(i), &
+                                                               inverse_spread(i))
+            end do
+         end do
+      end associate
+   end subroutine bound_terms
+
+   !> Bound on |z| from now on, underdamped.
+   elemental function oscillating_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
+      !> State
+      real(wp), intent(in) :: z
+      real(wp), intent(in) :: v
+      !> 1/W^2, decay and 1/spread
+      real(wp), intent(in) :: inverse_square
+      real(wp), intent(in) :: decay
+      real(wp), intent(in) :: inverse_spread
+      real(wp) :: bound
+
+      bound = sqrt(z**2 + min(v**2*inverse_square, ((v + decay*z)*inverse_spread)**2))
+   end function oscillating_bound
+
+   !> Bound on |z| from now on, overdamped: z = A exp(-slow t) + B exp(-fast t).
+   elemental function creeping_bound(z, v, inverse_square, decay, spread, inverse_spread) result(bound)
+      !> State
+      real(wp), intent(in) :: z
+      real(wp), intent(in) :: v
+      !> 1/W^2, decay, spread and its reciprocal
+      real(wp), intent(in) :: inverse_square
+      real(wp), intent(in) :: decay
+      real(wp), intent(in) :: spread
+      real(wp), intent(in) :: inverse_spread
+      real(wp) :: bound
+
+      bound = min(sqrt(z**2 + v**2*inverse_square), &
+                  0.5_wp*inverse_spread*(abs(v + (decay + 2.0_wp*spread)*z) + abs(v + decay*z)))
+   end function creeping_bound
+
+   !> The two exponentials of the modes far beyond critical damping. Their derivatives are taken one by one: in
+   !> the equation of motion z and 2 zeta z' of the slow one cancel, and what is left is rounding error.
+   pure subroutine split_exponentials(oscillators, weight, least, is_viscous, t, z0, v0, slow, fast)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> Weights, [padded]
+      real(wp), contiguous, intent(in) :: weight(:)
+      !> Fast exponentials no greater than this are left out
+      real(wp), intent(in) :: least
+      !> Take z + 2 zeta z' for z
+      logical, intent(in) :: is_viscous
+      !> Instant
+      real(wp), intent(in) :: t
+      !> State at time 0, [padded]
+      real(wp), contiguous, intent(in) :: z0(:)
+      real(wp), contiguous, intent(in) :: v0(:)
+      !> A exp(-slow t), B exp(-fast t), [padded]; those of blended modes mean nothing
+      real(wp), contiguous, intent(out) :: slow(:)
+      real(wp), contiguous, intent(out) :: fast(:)
+
+      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
+      real(wp), dimension(size(z0)) :: slow_factor, fast_factor
+      real(wp) :: amplitude
+      integer :: i, first
+
+      first = lanes*(oscillators%blended/lanes) + 1
+      do i = first, size(z0)
+         slow_factor(i) = exp(-min(oscillators%decay(i)*t, greatest_exponent))
+      end do
+      do i = first, size(z0)
+         fast_factor(i) = exp(-min((oscillators%decay(i) + 2.0_wp*oscillators%spread(i))*t, greatest_exponent))
+      end do
+      !$omp simd private(amplitude)
+      do i = first, size(z0)
+         amplitude = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + oscillators%decay(i)*z0(i))
+         amplitude = merge(amplitude, 0.0_wp, abs(weight(i)*amplitude) > least)
+         slow(i) = (z0(i) - amplitude)*slow_factor(i)
+         fast(i) = amplitude*fast_factor(i)
+      end do
+      if (.not. is_viscous) return
+      do i = first, size(z0)
+         ! 1 - 2 zeta s = -s^2/W^2 for both exponents
+         slow(i) = -slow(i)*oscillators%inverse_square(i)*oscillators%decay(i)**2
+         fast(i) = -fast(i)*oscillators%inverse_square(i)*(oscillators%decay(i) + 2.0_wp*oscillators%spread(i))**2
+      end do
+   end subroutine split_exponentials
+
+   !> One derivative further.
+   pure subroutine differentiate(oscillators, slow, fast)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> From `split_exponentials`, [padded]
+      real(wp), contiguous, intent(inout) :: slow(:)
+      real(wp), contiguous, intent(inout) :: fast(:)
+
+      integer :: i
+
+      do i = lanes*(oscillators%blended/lanes) + 1, size(slow)
+         slow(i) = -oscillators%decay(i)*slow(i)
+         fast(i) = -(oscillators%decay(i) + 2.0_wp*oscillators%spread(i))*fast(i)
+      end do
+   end subroutine differentiate
+
+   !> Value and slope from the two exponentials, where they are told apart.
+   pure subroutine add_exponentials(oscillators, slow, fast, z, v)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> From `split_exponentials`, [padded]
+      real(wp), contiguous, intent(in) :: slow(:)
+      real(wp), contiguous, intent(in) :: fast(:)
+      !> Their sum and its slope; those of blended modes stay, [padded]
+      real(wp), contiguous, intent(inout) :: z(:)
+      real(wp), contiguous, intent(inout) :: v(:)
+
+      real(wp) :: rate
+      integer :: i
+
+      do i = oscillators%blended + 1, size(slow)
+         rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
+         z(i) = slow(i) + fast(i)
+         v(i) = -oscillators%decay(i)*slow(i) - rate*fast(i)
+      end do
+   end subroutine add_exponentials
+
+   !> Their terms of the sum and of its derivatives, and the bounds from now on.
+   pure subroutine bound_exponentials(oscillators, weight, slow, fast, terms)
+      !> The family
+      type(oscillators_t), intent(in) :: oscillators
+      !> Weights, [padded]
+      real(wp), contiguous, intent(in) :: weight(:)
+      !> From `split_exponentials`, [padded]
+      real(wp), contiguous, intent(in) :: slow(:)
+      real(wp), contiguous, intent(in) :: fast(:)
+      !> Columns as in `certified_search`; those of blended modes stay, [padded, 6]
+      real(wp), contiguous, intent(inout) :: terms(:, :)
+
+      real(wp) :: slow_rate, fast_rate, slow_term, fast_term
+      integer :: i
+
+      do i = oscillators%blended + 1, size(slow)
+         slow_rate = oscillators%decay(i)
+         fast_rate = slow_rate + 2.0_wp*oscillators%spread(i)
+         slow_term = weight(i)*slow(i)
+         fast_term = weight(i)*fast(i)
+         terms(i, term_value) = slow_term + fast_term
+         terms(i, bound_value) = abs(slow_term) + abs(fast_term)
+         slow_term = -slow_term*slow_rate
+         fast_term = -fast_term*fast_rate
+         terms(i, term_rate) = slow_term + fast_term
+         slow_term = -slow_term*slow_rate
+         fast_term = -fast_term*fast_rate
+         terms(i, term_curvature) = slow_term + fast_term
+         terms(i, bound_curvature) = abs(slow_term) + abs(fast_term)
+         terms(i, bound_jerk) = abs(slow_term)*slow_rate + abs(fast_term)*fast_rate
+      end do
+   end subroutine bound_exponentials
+
+end module oscillator_terms
