@@ -206,7 +206,7 @@ def check_page(page, drawing, broken):
                 source += stream.read().lower()
     words = set(re.findall(r"\w+", source))
     for quoted in re.findall(r"`([^`\n]+)`", page):
-        if "/" in quoted and re.fullmatch(r"\w[\w./-]*", quoted):
+        if "/" in quoted and re.fullmatch(r"[\w.][\w./-]*", quoted):
             if not os.path.exists(os.path.join(ROOT, quoted)) and not quoted.startswith("build/"):
                 broken.append(f"CONTRIBUTING.md: there is no {quoted}")
         elif re.fullmatch(r"[a-z]\w*_\w+", quoted) and quoted not in words:

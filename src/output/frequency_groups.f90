@@ -53,10 +53,13 @@ contains
       call group%add('column_solver', solver, 'none', 'solver', along='column')
       call group%add('column_elements', elements, '1', 'number of elements n', along='column')
       call group%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1)', along='column')
-      call group%add('column_failure', failure, 'none', 'why the solver gave no values; empty: it gave some', along='column')
-      call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', ['column', 'mode  '])
+      call group%add('column_failure', failure, 'none', 'why the solver gave no values; empty: it gave some', &
+         along='column')
+      call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', &
+         ['column', 'mode  '])
       call group%attribute('coordinates', of_columns, 'lambda')
-      call group%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '], in_scene_units=units%frequency)
+      call group%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '], &
+         in_scene_units=units%frequency)
       call group%attribute('coordinates', of_columns, 'omega')
       if (allocated(table%exact)) then
          call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
@@ -76,12 +79,14 @@ contains
 
       call group%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
       call group%add('x', table%node, '1', 'position of the nodes x/L', is_scale=.true., in_scene_units=units%length)
-      call group%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', ['x   ', 'mode'])
-      if (allocated(table%shape_slope)) &
+      call group%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', &
+         ['x   ', 'mode'])
+      if (allocated(table%shape_slope)) then
          call group%add('slope', table%shape_slope, '1', 'its derivative by x/L', ['x   ', 'mode'])
+      end if
       call group%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
       call group%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &
-                     'largest |phi_i.K phi_j/(lambda_i lambda_j)^2 - delta_ij|')
+         'largest |phi_i.K phi_j/(lambda_i lambda_j)^2 - delta_ij|')
    end subroutine write_mode_shapes
 
 end module frequency_groups

@@ -6,14 +6,14 @@ module hdf5_file
    use failures, only: fail, failure_t, status_run_failed
    use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
    use hdf5, only: &
-      & h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dopen_f, h5dwrite_f, &
-      & h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_file_image_f, h5gcreate_f, &
-      & h5pclose_f, h5pcreate_f, h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, &
-      & h5pset_libver_bounds_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, &
-      & h5screate_f, h5screate_simple_f, h5tclose_f, hid_t, hsize_t, size_t, &
-      & h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_earliest_f, h5f_libver_v18_f, h5f_scope_local_f, &
-      & h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, h5p_file_access_f, &
-      & h5p_file_create_f, h5p_group_create_f, h5s_scalar_f, h5t_native_double
+      h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dopen_f, h5dwrite_f, &
+      h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_file_image_f, h5gcreate_f, &
+      h5pclose_f, h5pcreate_f, h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, &
+      h5pset_libver_bounds_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, &
+      h5screate_f, h5screate_simple_f, h5tclose_f, hid_t, hsize_t, size_t, &
+      h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_earliest_f, h5f_libver_v18_f, h5f_scope_local_f, &
+      h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, h5p_file_access_f, &
+      h5p_file_create_f, h5p_group_create_f, h5s_scalar_f, h5t_native_double
    use hdf5_library, only: make_text_type, open_hdf5
    use kinds, only: wp
    implicit none (type, external)
@@ -68,8 +68,9 @@ contains
       call open_hdf5(status)
       call self%check(status, 'starting the library')
       call h5pcreate_f(h5p_file_access_f, access, status)
-      if (present(expected_size)) &
+      if (present(expected_size)) then
          call h5pset_fapl_core_f(access, max(smallest_increment, expected_size), .false., status)
+      end if
       call self%check(status, 'the file in memory')
       ! The first superblock: h5fget_file_image_f (HDF5 1.10.8) spoils the checksum of the later ones.
       call h5pset_libver_bounds_f(access, h5f_libver_earliest_f, h5f_libver_v18_f, status)
@@ -210,8 +211,9 @@ contains
       call self%write_text(dataset, 'long_name', long_name)
       call self%write_text(dataset, 'units', units)
       if (.not. present(in_scene_units)) return
-      if (in_scene_units > 0.0_wp) &
+      if (in_scene_units > 0.0_wp) then
          call self%write_attribute(dataset, 'in_scene_units', h5t_native_double, c_loc(in_scene_units))
+      end if
    end subroutine describe
 
    !> Let an index of a dataset go along a dimension scale.

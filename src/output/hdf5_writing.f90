@@ -1,5 +1,5 @@
-!> Groups, datasets with unit and long name, dimension scales, attributes, and columns that are filled piece by piece, in
-!> an HDF5 file made in memory or on the disk.
+!> Groups, datasets with unit and long name, dimension scales, attributes, and columns that are filled piece by piece,
+!> in an HDF5 file made in memory or on the disk.
 !>
 !> What is written goes to the group that is told to write it. Nothing remembers where the writer is, and the end of the
 !> file closes all that is open in it, so no way through a procedure can put a thing into another's group.
@@ -9,8 +9,8 @@
 module hdf5_writing
    use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: failure_t
-   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dwrite_f, h5s_select_set_f, h5sclose_f, h5screate_simple_f, &
-      h5sselect_hyperslab_f, h5t_native_double, h5t_native_integer, hid_t, hsize_t, size_t
+   use hdf5, only: h5dclose_f, h5dget_space_f, h5dopen_f, h5dwrite_f, h5s_select_set_f, h5sclose_f, &
+      h5screate_simple_f, h5sselect_hyperslab_f, h5t_native_double, h5t_native_integer, hid_t, hsize_t, size_t
    use hdf5_file, only: hdf5_file_t
    use kinds, only: wp
    implicit none (type, external)
@@ -20,7 +20,8 @@ module hdf5_writing
    !> The extent of one value.
    integer(hsize_t), parameter :: no_extent(0) = 0_hsize_t
 
-   !> A group; `begin` or `begin_on_disk` makes the root of a file, `finish` or `finish_on_disk` ends it and all its groups.
+   !> A group; `begin` or `begin_on_disk` makes the root of a file, `finish` or `finish_on_disk` ends it and all its
+   !> groups.
    type :: hdf5_group_t
       private
       type(hdf5_file_t), pointer :: file => null()
@@ -29,8 +30,8 @@ module hdf5_writing
       procedure :: begin, begin_on_disk, finish, finish_on_disk
       !> A new group in this one
       procedure :: group
-      !> A dataset: name, values, units, long name; the dimension scale of this group that it goes along, or that it is one
-      !> itself; what one unit is in the units of the scene, 0 if that is not known
+      !> A dataset: name, values, units, long name; the dimension scale of this group that it goes along, or that it is
+      !> one itself; what one unit is in the units of the scene, 0 if that is not known
       generic :: add => add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
       !> A list that is filled later
       procedure :: column
@@ -121,8 +122,8 @@ contains
       character(*), intent(in) :: long_name
       real(wp), intent(in), optional :: in_scene_units
 
-      call self%label(self%file%make_dataset(self%id, name, h5t_native_double, no_extent, c_loc(value)), units, long_name, &
-                      in_scene_units=in_scene_units)
+      call self%label(self%file%make_dataset(self%id, name, h5t_native_double, no_extent, c_loc(value)), units, &
+         long_name, in_scene_units=in_scene_units)
    end subroutine add_real
 
    !> A list of numbers.
@@ -139,7 +140,7 @@ contains
       integer(hid_t) :: dataset
 
       dataset = self%file%make_dataset(self%id, name, h5t_native_double, [size(values, kind=hsize_t)], &
-                                       address_of_reals(values), is_scale)
+         address_of_reals(values), is_scale)
       call self%label(dataset, units, long_name, along, in_scene_units)
    end subroutine add_reals
 
@@ -172,7 +173,8 @@ contains
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
 
-      call self%label(self%file%make_dataset(self%id, name, h5t_native_integer, no_extent, c_loc(value)), units, long_name)
+      call self%label(self%file%make_dataset(self%id, name, h5t_native_integer, no_extent, c_loc(value)), units, &
+         long_name)
    end subroutine add_integer
 
    !> A list of integers.
@@ -188,7 +190,7 @@ contains
       integer(hid_t) :: dataset
 
       dataset = self%file%make_dataset(self%id, name, h5t_native_integer, [size(values, kind=hsize_t)], &
-                                       address_of_integers(values), is_scale)
+         address_of_integers(values), is_scale)
       call self%label(dataset, units, long_name, along)
    end subroutine add_integers
 
@@ -207,7 +209,7 @@ contains
       terminated = text//c_null_char
       address = c_loc(terminated)
       call self%label(self%file%make_dataset(self%id, name, self%file%text_type, no_extent, c_loc(address)), units, &
-                      long_name)
+         long_name)
    end subroutine add_text
 
    !> A list of texts; blanks at their ends are cut.
@@ -277,7 +279,8 @@ contains
       if (allocated(self%file%refused) .or. size(values) == 0) return
       call h5screate_simple_f(1, [size(values, kind=hsize_t)], memory, status)
       call h5dget_space_f(self%id, space, status)
-      call h5sselect_hyperslab_f(space, h5s_select_set_f, [int(first - 1, hsize_t)], [size(values, kind=hsize_t)], status)
+      call h5sselect_hyperslab_f(space, h5s_select_set_f, [int(first - 1, hsize_t)], [size(values, kind=hsize_t)], &
+         status)
       call self%file%check(status, 'a place in a column')
       if (self%is_whole) then
          allocate (whole(size(values)))
@@ -327,7 +330,8 @@ contains
       integer(hid_t) :: object
 
       call self%open_object(object, dataset)
-      call self%file%write_attribute(object, name, h5t_native_double, address_of_reals(values), size(values, kind=hsize_t))
+      call self%file%write_attribute(object, name, h5t_native_double, address_of_reals(values), &
+         size(values, kind=hsize_t))
       call self%close_object(object, dataset)
    end subroutine reals_attribute
 
@@ -341,7 +345,7 @@ contains
 
       call self%open_object(object, dataset)
       call self%file%write_attribute(object, name, h5t_native_integer, address_of_integers(values), &
-                                     size(values, kind=hsize_t))
+         size(values, kind=hsize_t))
       call self%close_object(object, dataset)
    end subroutine integers_attribute
 

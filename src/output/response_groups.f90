@@ -25,8 +25,9 @@ contains
 
       call write_histories(group%group('response'), response, units)
       call write_events(group%group('events'), response, units)
-      if (allocated(response%shape_tau) .and. present(node_position)) &
+      if (allocated(response%shape_tau) .and. present(node_position)) then
          call write_shapes(group%group('shapes'), response, node_position, units)
+      end if
       if (allocated(response%energy)) call write_energy(group%group('energy'), response, units)
       if (allocated(response%measures)) call write_measures(group%group('measures'), response%measures, units)
    end subroutine write_run
@@ -55,7 +56,7 @@ contains
          if (.not. allocated(response%history(i)%values)) cycle
          associate (history => history_table(i))
             call group%add(trim(history%dataset), response%history(i)%values, '1', trim(history%meaning), 'tau', &
-                           in_scene_units=in_scene_units(history%unit, units))
+               in_scene_units=in_scene_units(history%unit, units))
          end associate
       end do
    end subroutine write_histories
@@ -74,20 +75,20 @@ contains
       end do
       count = response%event_count
       call group%add('tau', [(response%events(i)%tau, i=1, count)], '1', 'time of the event, tau', &
-                     is_scale=.true., in_scene_units=units%time)
+         is_scale=.true., in_scene_units=units%time)
       call group%add('kind', [(response%events(i)%kind, i=1, count)], '1', 'kind of the event', along='tau')
       call group%attribute('flag_values', [(i, i=1, event_separation)], 'kind')
       call group%attribute('flag_meanings', meanings, 'kind')
       call group%add('eta', [(response%events(i)%eta, i=1, count)], '1', &
-                     'displacement of the beam at the stop, eta', 'tau', in_scene_units=units%displacement)
+         'displacement of the beam at the stop, eta', 'tau', in_scene_units=units%displacement)
       call group%add('velocity_before', [(response%events(i)%velocity_before, i=1, count)], '1', &
-                     'velocity of the beam at the stop just before, d eta/d tau', 'tau', in_scene_units=units%velocity)
+         'velocity of the beam at the stop just before, d eta/d tau', 'tau', in_scene_units=units%velocity)
       call group%add('velocity_after', [(response%events(i)%velocity_after, i=1, count)], '1', &
-                     'velocity of the beam at the stop just after, d eta/d tau', 'tau', in_scene_units=units%velocity)
+         'velocity of the beam at the stop just after, d eta/d tau', 'tau', in_scene_units=units%velocity)
       call group%add('impulse', [(response%events(i)%impulse, i=1, count)], '1', &
-                     'impulse on the beam in rho Abar L omega1 (y_c(0) - d)', 'tau', in_scene_units=units%impulse)
+         'impulse on the beam in rho Abar L omega1 (y_c(0) - d)', 'tau', in_scene_units=units%impulse)
       call group%add('energy_change', [(response%events(i)%energy_change, i=1, count)], '1', &
-                     'change of energy in rho Abar L omega1^2 (y_c(0) - d)^2', 'tau', in_scene_units=units%energy)
+         'change of energy in rho Abar L omega1^2 (y_c(0) - d)^2', 'tau', in_scene_units=units%energy)
    end subroutine write_events
 
    !> Shapes of the whole beam at chosen instants.
@@ -164,14 +165,14 @@ contains
       call write_measures_of_run(group, row_of(measures), in_scene_units(measure_table%unit, units))
       call group%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
       call group%add('contact_start', measures%contact_start, '1', 'begin of the contact, tau', 'contact', &
-                     in_scene_units=units%time)
+         in_scene_units=units%time)
       call group%add('contact_end', measures%contact_end, '1', 'end of the contact or of the run, tau', 'contact', &
-                     in_scene_units=units%time)
+         in_scene_units=units%time)
       call group%add('rebound', [(i, i=1, size(measures%peak_eta))], '1', 'rebound', is_scale=.true.)
       call group%add('peak_tau', measures%peak_tau, '1', 'time of the peak of the rebound, tau', 'rebound', &
-                     in_scene_units=units%time)
+         in_scene_units=units%time)
       call group%add('peak', measures%peak_eta, '1', 'peak of the rebound, eta at the stop', 'rebound', &
-                     in_scene_units=units%displacement)
+         in_scene_units=units%displacement)
    end subroutine write_measures
 
 end module response_groups

@@ -67,7 +67,7 @@ contains
          if (allocated(error)) call release_results(claim)
       case (is_held)
          call fail(error, status_run_failed, "'"//path//"' is being computed by "// &
-                   owner(:index(owner, c_null_char) - 1)//'; wait for it, or give another name or --out')
+            owner(:index(owner, c_null_char) - 1)//'; wait for it, or give another name or --out')
       case (is_foreign)
          call refuse_foreign(lock, 'a lock', error)
       case default
@@ -77,7 +77,6 @@ contains
 
    !> Let others have it; without a claim nothing happens.
    subroutine release_results(claim)
-      !> The claim
       type(claim_t), intent(inout) :: claim
 
       if (.not. allocated(claim%path)) return
@@ -95,12 +94,11 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       call fail(error, status_run_failed, "'"//path//"' is "//what_is_there(path)//', and not '//wanted// &
-                ' that impactbeam wrote; it stays as it is: move it away, or give another name or --out')
+         ' that impactbeam wrote; it stays as it is: move it away, or give another name or --out')
    end subroutine refuse_foreign
 
    !> The kind of a file in words.
    function what_is_there(path) result(words)
-      !> Its name
       character(*), intent(in) :: path
       character(:), allocatable :: words
 
@@ -118,7 +116,6 @@ contains
 
    !> Is there nothing of that name, or a results file of the program?
    function is_result(path) result(answer)
-      !> The name
       character(*), intent(in) :: path
       logical :: answer
 

@@ -146,8 +146,9 @@ contains
          if (allocated(response%energy)) histories = histories + 8
          if (allocated(response%tau)) bytes = bytes + int(histories, c_size_t)*size(response%tau, kind=c_size_t)
          bytes = bytes + event_parts*int(response%event_count, c_size_t)
-         if (allocated(response%shape_displacement)) &
+         if (allocated(response%shape_displacement)) then
             bytes = bytes + shape_parts*size(response%shape_displacement, kind=c_size_t)
+         end if
       end if
       bytes = overhead + bytes*(storage_size(1.0_wp)/8)
    end function expected_size
@@ -210,7 +211,7 @@ contains
       call group%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true., in_scene_units=units%length)
       call group%add('element', [(i, i=1, elements)], '1', 'element, clamp first', is_scale=.true.)
       call group%add('element_length', node_position(2:) - node_position(:elements), '1', &
-                     'length of the elements in L', along='element', in_scene_units=units%length)
+         'length of the elements in L', along='element', in_scene_units=units%length)
    end subroutine write_mesh
 
 end module results_file

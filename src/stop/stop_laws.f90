@@ -25,7 +25,8 @@ contains
 
       select case (settings%law)
       case (law_three_element)
-         allocate (stop, source=make_three_element(settings%stiffness_ratio, settings%branch_ratio, settings%damper_ratio))
+         allocate (stop, source=make_three_element(settings%stiffness_ratio, settings%branch_ratio, &
+            settings%damper_ratio))
       end select
    end subroutine make_yielding_stop
 

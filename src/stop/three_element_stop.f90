@@ -1,5 +1,5 @@
-!> Model B of the stop: a spring k parallel to a Maxwell branch, a spring beta k in series with a damper c (docs/theory.md,
-!> section 8).
+!> Model B of the stop: a spring k parallel to a Maxwell branch, a spring beta k in series with a damper c
+!> (docs/theory.md, section 8).
 !>
 !> dP2/dtau + rate P2 = beta k du/dtau, rate = beta k / c.
 module three_element_stop
@@ -46,7 +46,6 @@ contains
 
    !> E in P2(tau + step) = E P2(tau) + beta k phi (u(tau + step) - u(tau)), exact where u is linear in tau.
    elemental function branch_decay(stop, step) result(decay)
-      !> Model B
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
@@ -55,9 +54,9 @@ contains
       decay = decay_over(stop%relaxation_rate, step)
    end function branch_decay
 
-   !> beta k phi of the same formula, phi = (1 - E)/(rate step): beta k if the damper does not yield, 0 if it does not resist.
+   !> beta k phi of the same formula, phi = (1 - E)/(rate step): beta k if the damper does not yield, 0 if it does not
+   !> resist.
    elemental function branch_gain(stop, step) result(gain)
-      !> Model B
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
@@ -78,9 +77,9 @@ contains
       end if
    end function branch_gain
 
-   !> beta k (1 - phi)/(rate step), phi as there: the mean of P2 over the step is phi P2(tau) + this (u(tau + step) - u(tau)).
+   !> beta k (1 - phi)/(rate step), phi as there: the mean of P2 over the step is phi P2(tau) + this (u(tau + step) -
+   !> u(tau)).
    elemental function branch_mean_gain(stop, step) result(gain)
-      !> Model B
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
@@ -107,7 +106,6 @@ contains
 
    !> Factor by which the indentation of the free surface shrinks over a step; there P2 = -k u.
    elemental function surface_decay(stop, step) result(decay)
-      !> Model B
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
       real(wp), intent(in) :: step
@@ -130,7 +128,8 @@ contains
       if (rate < huge(1.0_wp)) decay = exp(-rate*step)
    end function decay_over
 
-   !> What happens in a step: then the springs keep and the damper takes the energy that the mean of P gives the stop, no less.
+   !> What happens in a step: then the springs keep and the damper takes the energy that the mean of P gives the stop,
+   !> no less.
    pure function step(self, length)
       class(three_element_t), intent(in) :: self
       real(wp), intent(in) :: length

@@ -3,8 +3,8 @@
 !> Scales: displacement eta, time tau, mass in rho Abar L; so forces are Pbar / (hbar/L) and stiffnesses
 !> k / (lambda1^4 E Ibar / L^3).
 !>
-!> With the indentation u its force is P = k u + P2, P2 the force in a branch beside the spring. Where the beam has left it P
-!> is zero, and the surface comes back.
+!> With the indentation u its force is P = k u + P2, P2 the force in a branch beside the spring. Where the beam has left
+!> it P is zero, and the surface comes back.
 module yielding_stop
    use kinds, only: wp
    implicit none (type, external)
