@@ -38,7 +38,7 @@ contains
       call print_line(unit, 'beam', beam_in_words(scene))
       if (scene%wants_response) then
          call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
-            //to_text(scene%mesh%ratio))
+                         //to_text(scene%mesh%ratio))
          call print_line(unit, 'stop', stop_in_words(scene))
          call print_line(unit, 'motion', motion_in_words(scene))
       end if
@@ -46,6 +46,7 @@ contains
 
    !> Section, damping and tip mass.
    function beam_in_words(scene) result(words)
+      !> The scene
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
@@ -59,9 +60,8 @@ contains
          else
             words = 'taper, h1/h0 = '//rounded(beam%height_tip/beam%height_root)
          end if
-         if (beam%shape == shape_taper .and. beam%height_root > beam%height_tip) then
+         if (beam%shape == shape_taper .and. beam%height_root > beam%height_tip) &
             words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
-         end if
       end associate
       words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
       if (scene%zeta > 0.0_wp .or. scene%wants_response) words = words//', zeta = '//rounded(scene%zeta)
@@ -70,13 +70,13 @@ contains
 
    !> Law and place of the stop.
    function stop_in_words(scene) result(words)
+      !> The scene
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
       associate (stop => scene%stop)
          if (stop%law == law_restitution) then
-            words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('// &
-               trim(impulse_names(stop%impulse))//')'
+            words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('//trim(impulse_names(stop%impulse))//')'
          else
             words = 'three elements, kappa = '//rounded(stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
                //', c* = '//rounded(stop%damper_ratio)
@@ -87,13 +87,14 @@ contains
 
    !> Method and length of the run.
    function motion_in_words(scene) result(words)
+      !> The scene
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
       associate (response => scene%response)
          words = trim(method_names(response%method))
-         if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)// &
-            ', gamma = '//rounded(response%newmark_gamma)
+         if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)//', gamma = ' &
+            //rounded(response%newmark_gamma)
          words = words//', d tau = '//rounded(response%step)//', to tau = '//rounded(response%duration)
       end associate
    end function motion_in_words
@@ -218,8 +219,7 @@ contains
          cells(columns + 1) = ''
          do column = 1, columns
             associate (lambda => table%columns(column)%lambda, exact => table%exact(mode))
-               if (mode <= size(lambda)) cells(column) = &
-                  adjust_right(error_text(100.0_wp*(lambda(mode)/exact - 1.0_wp)))
+               if (mode <= size(lambda)) cells(column) = adjust_right(error_text(100.0_wp*(lambda(mode)/exact - 1.0_wp)))
             end associate
          end do
          call print_cells(unit, 'mode '//to_text(mode), cells)
@@ -266,8 +266,8 @@ contains
       type(mode_check_t), intent(in) :: check
 
       if (check%compared == 0) return
-      call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)// &
-         ' eta differs by '//rounded(check%difference)//' until tau = '//rounded(check%horizon))
+      call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)//' eta differs by '// &
+                      rounded(check%difference)//' until tau = '//rounded(check%horizon))
    end subroutine print_modes
 
    !> The measures of a run.
@@ -282,22 +282,21 @@ contains
 
       write (unit, '()')
       call print_line(unit, 'impacts', to_text(measures%impacts)//', ' &
-         //counted(size(measures%contact_start), 'lasting contact'))
+                      //counted(size(measures%contact_start), 'lasting contact'))
       if (measures%has_met_stop) then
          call print_line(unit, 'first impact', 'tau = '//fixed(measures%first_impact_tau, 6)//', velocity ' &
-            //fixed(measures%first_impact_velocity, 6))
+                         //fixed(measures%first_impact_velocity, 6))
          call print_line(unit, 'longest contact', fixed(measures%longest_contact, 6)//' of tau, together ' &
-            //fixed(measures%total_contact, 6))
+                         //fixed(measures%total_contact, 6))
       else
          call print_line(unit, 'first impact', 'none until tau = '//rounded(measures%duration))
       end if
       if (measures%rebounds == 0) call print_line(unit, 'rebound peaks', 'none')
       do i = 1, min(measures%rebounds, most_peaks)
          call print_line(unit, trim(merge('rebound peaks', '             ', i == 1)), 'eta = ' &
-            //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
+                         //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
       end do
-      if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)// &
-         ' more')
+      if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)//' more')
       if (measures%has_spent) then
          call print_line(unit, 'energy above rest', '1 % left at tau = '//fixed(measures%spent_tau, 6))
       else
@@ -349,6 +348,7 @@ contains
 
    !> An error in percent: four decimals, or an exponent where these would hide it.
    pure function error_text(error) result(text)
+      !> The error
       real(wp), intent(in) :: error
       character(:), allocatable :: text
 
@@ -364,6 +364,7 @@ contains
 
    !> A number with so many decimals; with an exponent if it is too large for that.
    pure function fixed(value, decimals) result(text)
+      !> The number
       real(wp), intent(in) :: value
       !> Digits behind the point
       integer, intent(in) :: decimals
@@ -383,6 +384,7 @@ contains
 
    !> A number of the input, without the digits that converting units leaves at the end.
    pure function rounded(value) result(text)
+      !> The number
       real(wp), intent(in) :: value
       character(:), allocatable :: text
 
@@ -408,6 +410,7 @@ contains
 
    !> A text at the right of a column.
    pure function adjust_right(text) result(cell)
+      !> The text
       character(*), intent(in) :: text
       character(column_width) :: cell
 
