@@ -66,8 +66,10 @@ contains
 
       if (is_new_beam) call model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
       if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
-      if (allocated(trouble)) &
-         call complain_of_scene(scene, 'response', [character(9) :: 'step', 'step_time'], subject//trouble%message, error)
+      if (allocated(trouble)) then
+         call complain_of_scene(scene, 'response', [character(9) :: 'step', 'step_time'], &
+            subject//trouble%message, error)
+      end if
    end subroutine check_run
 
    !> Does the longest step of a Newmark scheme depend on this parameter?

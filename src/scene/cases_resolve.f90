@@ -61,7 +61,7 @@ contains
                   is_lost = is_lost .or. (spoilt(1, k) == chosen%name%name .and. spoilt(2, k) == other%name%name)
                end do
                if (is_lost) call input%complain(trim(table%groups(other%group)%name), trim(other%name%name), &
-                  'does not go with &cases parameter = '''//parameter//'''')
+                  "does not go with &cases parameter = '"//parameter//"'")
             end associate
          end do
       end associate
@@ -72,9 +72,10 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      if (any(abs(scene%cases%values) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) &
+      if (any(abs(scene%cases%values) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
          call input%complain('cases', 'values', 'a taper must be at most twice mean_height_ratio = ' &
-         //to_text(scene%scales%height_ratio)//' in size (a full wedge)')
+            //to_text(scene%scales%height_ratio)//' in size (a full wedge)')
+      end if
    end subroutine check_taper
 
 end module cases_resolve

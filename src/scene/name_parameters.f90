@@ -30,8 +30,9 @@ contains
       type(parameter_t) :: parameter
 
       associate (entry => table%entries(place), sweep => table%entries(place)%name%sweep)
-         parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, group=table%groups(entry%group)%name, &
-            name_in_group=entry%name%name, order=sweep%order, is_of_beam=sweep%is_of_beam, is_whole=entry%kind == kind_whole)
+         parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, &
+            group=table%groups(entry%group)%name, name_in_group=entry%name%name, order=sweep%order, &
+            is_of_beam=sweep%is_of_beam, is_whole=entry%kind == kind_whole)
          if (sweep%name /= '') parameter%name = sweep%name
          if (sweep%meaning /= '') parameter%meaning = sweep%meaning
       end associate

@@ -1,9 +1,9 @@
 !> The names of scene files as data: one entry a name, which says all that is known about it and holds its value.
 !>
 !> A procedure that lists names (`list_group` of `scene_groups`) opens groups and binds entries to the components of a
-!> scene. It is gone through to fill the table with the scene's values, and again to give the scene what the table has by
-!> then, so a name and its component stand together in one statement. Reading a file, the echo, the reference, sweeps and
-!> cases work on the table alone.
+!> scene. It is gone through to fill the table with the scene's values, and again to give the scene what the table has
+!> by then, so a name and its component stand together in one statement. Reading a file, the echo, the reference,
+!> sweeps and cases work on the table alone.
 module name_table
    use kinds, only: wp
    use programs, only: program_motion
@@ -427,7 +427,7 @@ contains
       associate (needs => table%entries(place)%name%needs)
          phrase = trim(needs%phrase)
          if (phrase == '' .and. needs%word /= '') then
-            phrase = trim(needs%name)//' = '''//trim(needs%word)//''''
+            phrase = trim(needs%name)//" = '"//trim(needs%word)//"'"
          else if (phrase == '' .and. needs%name /= '') then
             phrase = trim(needs%name)//' = .true.'
          else if (phrase == '' .and. needs%group /= '') then

@@ -16,8 +16,8 @@ module namelist_text
    public :: namelist_t, group_t, item_t, parse_namelist
    public :: find_group, find_item, group_name, item_name, value_text, value_source, item_text, value_count
 
-   !> Groups, and items, after which no more are taken apart: far beyond the names there are, so that unknown ones or ones
-   !> given twice, of which the first is told, stand before.
+   !> Groups, and items, after which no more are taken apart: far beyond the names there are, so that unknown ones or
+   !> ones given twice, of which the first is told, stand before.
    integer, parameter :: most_taken = 10000
 
    !> name = values; as in the others, `first` and `last` delimit the name in the text
@@ -126,8 +126,10 @@ contains
       group%line = cursor%token_line
       group%first_item = namelist%item_count + 1
       group%last_item = namelist%item_count
-      namelist%group_count = namelist%group_count + 1
-      namelist%groups(namelist%group_count) = group
+      associate (count => namelist%group_count)
+         count = count + 1
+         namelist%groups(count) = group
+      end associate
       call advance(namelist%text, cursor, problem)
       do while (namelist%item_count < most_taken)
          if (allocated(problem)) return

@@ -86,7 +86,7 @@ contains
       case ('&')
          cursor%kind = token_group
          call take_group_name(text, cursor, problem)
-      case ('''', '"')
+      case ("'", '"')
          cursor%kind = token_value
          call take_quoted(text, cursor, problem)
       case default

@@ -14,8 +14,8 @@ module scene_echo
 
 contains
 
-   !> Put what counts in a scene into its echo: ratios instead of physical units, defaults filled in, without the groups that
-   !> it does not ask for.
+   !> Put what counts in a scene into its echo: ratios instead of physical units, defaults filled in, without the
+   !> groups that it does not ask for.
    subroutine make_echo(table, scene)
       !> Its names; their values need not be its own
       type(table_t), intent(inout) :: table
@@ -49,8 +49,8 @@ contains
          call echo_entry(table, table%entries(i), scene%echo(k))
       end do
       associate (scales => scene%scales)
-         call echo_scales([scales%length, scales%omega1, scales%bending_stiffness, scales%beam_mass, scales%height_ratio, &
-            scales%displacement], scene%echo(k + 1:))
+         call echo_scales([scales%length, scales%omega1, scales%bending_stiffness, scales%beam_mass, &
+            scales%height_ratio, scales%displacement], scene%echo(k + 1:))
       end associate
    end subroutine make_echo
 

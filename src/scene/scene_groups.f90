@@ -1,5 +1,5 @@
-!> The names of scene files: one entry a name, bound to its component, whose declaration has the default. All that is done
-!> with names follows from here; to add one, add its entry and its component.
+!> The names of scene files: one entry a name, bound to its component, whose declaration has the default. All that is
+!> done with names follows from here; to add one, add its entry and its component.
 !>
 !> What a name needs stands before it, in its own group or an earlier one.
 module scene_groups
@@ -52,8 +52,8 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(14) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', 'tip_mass', &
-      'stop', 'response', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
+   character(*), parameter :: group_names(14) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', &
+      'tip_mass', 'stop', 'response', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
    integer, parameter :: in_motion_and_benchmark = program_motion + program_benchmark
 
    ! What more than one name needs
@@ -118,7 +118,8 @@ contains
          call table%open(group_t('scene', program_any))
          call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
             range_t(1, name_length), default='name of the scene file'))
-         call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), default='the name'))
+         call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
+            default='the name'))
       case ('beam')
          call list_beam(table, scene%beam, physical)
       case ('mesh')
@@ -172,7 +173,7 @@ contains
       call table%open(group_t('beam', in_motion_and_benchmark))
       call table%bind(beam%length, name_t('length', 'length L', length_range))
       call table%bind(beam%width, name_t('width', 'width b', length_range, heights))
-      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', 'Young''s modulus E', material_range))
+      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', "Young's modulus E", material_range))
       call table%bind(beam%density, name_t('density', 'density rho', material_range))
       call table%bind(beam%height_root, name_t('height_root', 'height at the clamp', length_range, linear_taper, &
          default='0.075 length'))
@@ -210,18 +211,20 @@ contains
       type(stop_settings_t), intent(inout) :: stop
       type(physical_t), intent(inout) :: physical
 
-      call table%bind(stop%position, name_t('position', 'position of the stop Lc over length; the tip where the element ' &
-         //'beyond would be under 1/100 of its neighbour', range_t(1.0e-3_wp, 1.0_wp), &
+      call table%bind(stop%position, name_t('position', &
+         'position of the stop Lc over length; ' &
+         //'the tip where the element beyond would be under 1/100 of its neighbour', &
+         range_t(1.0e-3_wp, 1.0_wp), &
          sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
       call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
          range_t(-1.0e6_wp, 1.0e6_wp), sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
-      call table%bind(physical%surface_height, name_t('surface_height', 'd, the stop above the unstressed beam, length', &
-         position_range, instead_of='preload'))
+      call table%bind(physical%surface_height, name_t('surface_height', &
+         'd, the stop above the unstressed beam, length', position_range, instead_of='preload'))
       call table%bind(physical%initial_height, name_t('initial_height', 'y_c(0) above the unstressed beam, length', &
          position_range, instead_of='preload'))
       call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
-      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', range_t(0.0_wp, 1.0_wp), &
-         restitution, sweep=sweep_t(10, is_in_cases=.true.)))
+      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
+         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true.)))
       call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
          needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
@@ -248,16 +251,17 @@ contains
          sweep=sweep_t(6, meaning='length of the run, tau')))
       call table%bind(physical%duration_time, name_t('duration_time', 'length of the run, time', physical_range, &
          instead_of='duration'))
-      call table%bind(response%step, name_t('step', 'distance of the samples, and Newmark''s step, d tau', &
+      call table%bind(response%step, name_t('step', "distance of the samples, and Newmark's step, d tau", &
          range_t(1.0e-9_wp, 1.0e9_wp)))
       call table%bind(physical%step_time, name_t('step_time', 'the same in time', physical_range, instead_of='step'))
       call table%bind(response%method, name_t('method', 'way through time'), method_names)
-      call table%bind(response%newmark_beta, name_t('newmark_beta', 'Newmark''s beta', range_t(0.0_wp, 1.0_wp), newmark))
+      call table%bind(response%newmark_beta, name_t('newmark_beta', "Newmark's beta", range_t(0.0_wp, 1.0_wp), newmark))
       call table%bind(physical%newmark_scheme, name_t('newmark_scheme', 'beta by name: 1/4, 1/6, 0', needs=newmark, &
          instead_of='newmark_beta'), scheme_names)
-      call table%bind(response%newmark_gamma, name_t('newmark_gamma', 'Newmark''s gamma; below 1/2 no step is stable', &
+      call table%bind(response%newmark_gamma, name_t('newmark_gamma', "Newmark's gamma; below 1/2 no step is stable", &
          range_t(0.5_wp, 1.0_wp), newmark))
-      call table%bind(response%substep, name_t('substep', 'divide a step that is too long for the scheme', needs=newmark))
+      call table%bind(response%substep, name_t('substep', 'divide a step that is too long for the scheme', &
+         needs=newmark))
       call table%bind(response%contact_tolerance, name_t('contact_tolerance', &
          '|eta_c| at which an approach is a contact', range_t(0.0_wp, 0.1_wp, excludes_least=.true.), newmark))
       call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
@@ -279,8 +283,8 @@ contains
          default='as many as the mesh has, up to 12'))
       call table%bind(frequencies%solver, name_t('solver', 'eigen-solvers, one column each', &
          default='natural; auto beyond 100 elements'), solver_names)
-      call table%bind(frequencies%mesh_elements, name_t('mesh_elements', 'elements of each mesh; one value serves all', &
-         elements_range, default='elements of &mesh'))
+      call table%bind(frequencies%mesh_elements, name_t('mesh_elements', &
+         'elements of each mesh; one value serves all', elements_range, default='elements of &mesh'))
       call table%bind(frequencies%mesh_ratios, name_t('mesh_ratios', 'ratio of each mesh; one value serves all', &
          ratio_range, default='ratio of &mesh'))
       call table%bind(frequencies%reference, name_t('reference', 'values to compare with', &
@@ -291,15 +295,15 @@ contains
       class(table_t), intent(inout) :: table
       type(precision_settings_t), intent(inout) :: precision
 
-      call table%bind(precision%methods, name_t('methods', 'ways through time to compare', needs=a_stop, default='all'), &
-         contender_names)
+      call table%bind(precision%methods, name_t('methods', 'ways through time to compare', needs=a_stop, &
+         default='all'), contender_names)
       call table%bind(precision%duration, name_t('duration', 'length of the runs, tau', duration_range, a_stop))
-      call table%bind(precision%steps, name_t('steps', 'Newmark''s steps d tau; tolerances fall with their squares', &
+      call table%bind(precision%steps, name_t('steps', "Newmark's steps d tau; tolerances fall with their squares", &
          range_t(1.0e-6_wp, 0.1_wp), a_stop, default='0.04 halved up to seven times'))
       call table%bind(precision%hop_tolerances, name_t('hop_tolerances', 'hop tolerances of exact motion', hop_range, &
          a_stop, default='1e-2, 1e-3 ... 1e-12'))
-      call table%bind(precision%mode_tolerances, name_t('mode_tolerances', 'mode tolerances of exact motion', mode_range, &
-         a_stop, default='none'))
+      call table%bind(precision%mode_tolerances, name_t('mode_tolerances', 'mode tolerances of exact motion', &
+         mode_range, a_stop, default='none'))
       call table%bind(precision%mesh_elements, name_t('mesh_elements', 'meshes of exact motion', &
          range_t(1, most_elements_dense), a_stop, default='none'))
       call table%bind(precision%scaling_elements, name_t('scaling_elements', &
@@ -308,9 +312,10 @@ contains
          range_t(1, 100), a_stop))
       call table%bind(precision%scaling_durations, name_t('scaling_durations', &
          'lengths of runs over which cost grows, tau', duration_range, a_stop, default='none'))
-      call table%bind(precision%skips, name_t('skips', 'time what skipping saves, and compare the answers', needs=a_stop))
-      call table%bind(precision%repetitions, name_t('repetitions', 'timings of each entry, of which the median counts', &
-         range_t(1, 1000)))
+      call table%bind(precision%skips, name_t('skips', 'time what skipping saves, and compare the answers', &
+         needs=a_stop))
+      call table%bind(precision%repetitions, name_t('repetitions', &
+         'timings of each entry, of which the median counts', range_t(1, 1000)))
       call table%bind(precision%shortest_timing, name_t('shortest_timing', 'seconds that a timing lasts at least', &
          range_t(1.0e-4_wp, 10.0_wp)))
    end subroutine list_precision
@@ -326,10 +331,11 @@ contains
 
       call table%bind(sweep%design, name_t('design', 'which combinations of the values: all, the lists side by side, ' &
          //'or a random sample'), design_names)
-      call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, most_cases), hypercube, default='none'))
+      call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, most_cases), hypercube, &
+         default='none'))
       call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
-      call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', range_t(1, 1000000), &
-         default='a 400th, 10 to 16384'))
+      call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', &
+         range_t(1, 1000000), default='a 400th, 10 to 16384'))
       call list_parameters(table, places)
       if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
       do k = 1, size(places)
@@ -363,7 +369,8 @@ contains
 
       ! whether a case failed is nothing to compare
       chosen = best%measure - measure_status
-      call table%bind(chosen, name_t('measure', 'measure by which cases are compared; with restitution greatest_force ' &
+      call table%bind(chosen, name_t('measure', &
+         'measure by which cases are compared; with restitution greatest_force ' &
          //'is the mean over the first 0.1 of tau of an episode, as the peak has no limit in the mesh'), &
          measure_table(measure_status + 1:)%name)
       best%measure = chosen + measure_status
@@ -404,7 +411,7 @@ contains
       class(table_t), intent(inout) :: table
       type(statements_settings_t), intent(inout) :: statements
 
-      call table%bind(statements%elements, name_t('elements', 'elements of the paper''s mesh', judged_range))
+      call table%bind(statements%elements, name_t('elements', "elements of the paper's mesh", judged_range))
       call table%bind(statements%fine_elements, name_t('fine_elements', &
          'elements of a mesh that is fine enough to judge by', judged_range))
       call table%bind(statements%duration, name_t('duration', 'length of the runs, tau', duration_range))

@@ -38,8 +38,8 @@ module scene_input
       procedure :: complain
       procedure :: has_problem
       procedure :: get_problem
-      procedure, private :: read_entry, read_numbers, read_words, read_switch, read_line, report_groups, report_items, reject, &
-         report
+      procedure, private :: read_entry, read_numbers, read_words, read_switch, read_line, report_groups, &
+         report_items, reject, report
    end type scene_input_t
 
 contains
@@ -120,7 +120,8 @@ contains
          if (name%instead_of /= '') then
             other = find_item(input%namelist, input%namelist%items(item)%group, name%instead_of)
             if (other > 0) then
-               call input%report(input%namelist%items(max(item, other))%first, '&'//trim(table%groups(entry%group)%name) &
+               call input%report(input%namelist%items(max(item, other))%first, &
+                  '&'//trim(table%groups(entry%group)%name) &
                   //': give '//trim(name%name)//' or '//trim(name%instead_of)//', not both')
                return
             end if
@@ -231,7 +232,8 @@ contains
          chosen(i) = place
       end do
       if (is_alone .and. size(chosen) > 1) then
-         call input%reject(item, 0, ''''//trim(entry%name%alone(1))//''' and '''//trim(entry%name%alone(2))//''' stand alone')
+         call input%reject(item, 0, &
+            "'"//trim(entry%name%alone(1))//"' and '"//trim(entry%name%alone(2))//"' stand alone")
       else if (entry%is_list) then
          entry%list = real(chosen, wp)
       else
@@ -287,8 +289,8 @@ contains
       end if
    end subroutine read_line
 
-   !> Groups that the table does not have, that another program takes, and those given twice. Only the first counts, and it
-   !> stands behind no more good ones than there are names: the time grows with the text, not its square.
+   !> Groups that the table does not have, that another program takes, and those given twice. Only the first counts,
+   !> and it stands behind no more good ones than there are names: the time grows with the text, not its square.
    subroutine report_groups(input, table, program)
       class(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
@@ -412,8 +414,9 @@ contains
 
       if (.not. allocated(input%problem)) return
       problem = input%file//': '//input%problem
-      if (input%problem_position > 0) &
+      if (input%problem_position > 0) then
          problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
+      end if
    end subroutine get_problem
 
    !> Report a problem with a value of an item, or with the item.

@@ -48,8 +48,9 @@ contains
             names(count)%group = trim(group%name)
             names(count)%name = trim(entry%name%name)
             names(count)%meaning = trim(entry%name%meaning)
-            if (entry%name%instead_of /= '') &
+            if (entry%name%instead_of /= '') then
                names(count)%meaning = names(count)%meaning//'; instead of '//trim(entry%name%instead_of)
+            end if
             if (table%phrase(i) /= '') names(count)%meaning = names(count)%meaning//'; goes with '//table%phrase(i)
             names(count)%allowed = allowed_in(entry)
             names(count)%default = default_of(entry)
@@ -74,8 +75,8 @@ contains
       case (kind_logical)
          text = '.true. or .false.'
       case default
-         text = 'text in quotes, '//to_text(nint(entry%name%range%least))//' to '//to_text(nint(entry%name%range%most)) &
-            //' characters'
+         text = 'text in quotes, '//to_text(nint(entry%name%range%least))//' to ' &
+            //to_text(nint(entry%name%range%most))//' characters'
       end select
    end function allowed_in
 

@@ -108,7 +108,8 @@ contains
       if ((program == program_paper .and. .not. scene%wants_statements) .or. &
          (program == program_benchmark .and. .not. scene%wants_precision)) then
          call input%complain('', '', name_of_program(program_motion)//' runs this scene')
-      else if (.not. any([scene%wants_statements, scene%wants_precision, scene%wants_response, scene%wants_frequencies])) then
+      else if (.not. any([scene%wants_statements, scene%wants_precision, scene%wants_response, &
+         scene%wants_frequencies])) then
          call input%complain('', '', 'asks for nothing; add &response / or &frequencies /')
       end if
    end subroutine check_requests
@@ -193,7 +194,8 @@ contains
       if (input%has_problem()) return
       spring = scene%stop%stiffness_ratio*unit_stiffness
       if (input%has('stop', 'stiffness')) spring = physical%stiffness
-      call take_ratio(input, table, 'stop', 'branch_stiffness', physical%branch_stiffness/spring, scene%stop%branch_ratio)
+      call take_ratio(input, table, 'stop', 'branch_stiffness', physical%branch_stiffness/spring, &
+         scene%stop%branch_ratio)
       call take_ratio(input, table, 'stop', 'damper', physical%damper*scene%scales%omega1/unit_stiffness, &
          scene%stop%damper_ratio)
    end subroutine resolve_stop
@@ -216,10 +218,10 @@ contains
       lift = physical%initial_height - physical%surface_height
       associate (length => scene%beam%length)
          if (abs(physical%surface_height) > largest_height*length) then
-            call input%complain('stop', 'surface_height', 'must be smaller in size than the beam''s length, ' &
+            call input%complain('stop', 'surface_height', "must be smaller in size than the beam's length, " &
                //to_text(length))
          else if (abs(physical%initial_height) > largest_height*length) then
-            call input%complain('stop', 'initial_height', 'must be smaller in size than the beam''s length, ' &
+            call input%complain('stop', 'initial_height', "must be smaller in size than the beam's length, " &
                //to_text(length))
          else if (lift < smallest_lift*length) then
             call input%complain('stop', 'initial_height', 'must be above surface_height = ' &
@@ -309,7 +311,7 @@ contains
             frequencies%reference = reference_none
          else if (frequencies%reference == reference_exact) then
             call input%complain('frequencies', 'reference', 'exact values are known only for uniform ' &
-               //'and linearly tapered beams, not for tables nor a full wedge with tip mass; give ''none''')
+               //"and linearly tapered beams, not for tables nor a full wedge with tip mass; give 'none'")
          end if
       end associate
    end subroutine resolve_frequencies
@@ -321,11 +323,13 @@ contains
 
       integer :: i
 
-      if (.not. allocated(precision%methods)) &
+      if (.not. allocated(precision%methods)) then
          allocate (precision%methods, source=[contender_exact, contender_average, contender_linear, contender_explicit])
+      end if
       if (.not. allocated(precision%steps)) allocate (precision%steps, source=[(scale(0.04_wp, -i), i=0, 7)])
-      if (.not. allocated(precision%hop_tolerances)) &
+      if (.not. allocated(precision%hop_tolerances)) then
          allocate (precision%hop_tolerances, source=[(10.0_wp**(-i), i=2, 12)])
+      end if
    end subroutine resolve_precision
 
    !> The meshes of the frequency table, pairwise.
@@ -365,7 +369,7 @@ contains
          if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
          call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
             //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst) &
-            //'; use '''//trim(solver_names(solver_lanczos))//''' or '''//trim(solver_names(solver_auto))//'''')
+            //"; use '"//trim(solver_names(solver_lanczos))//"' or '"//trim(solver_names(solver_auto))//"'")
          return
       end do
    end subroutine resolve_meshes

@@ -38,7 +38,8 @@ module scene_rules
 
    type(exclusion_t), parameter :: exclusions(*) = [ &
       exclusion_t('sweep', 'frequencies cases', '; give it a scene of its own'), &
-      exclusion_t('sweep', 'output', ': each case is a row of measures; for histories run a scene of that case alone'), &
+      exclusion_t('sweep', 'output', &
+      ': each case is a row of measures; for histories run a scene of that case alone'), &
       exclusion_t('cases', 'frequencies', '; give it a scene of its own')]
 
    character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
@@ -79,8 +80,9 @@ contains
       end do
       if (input%has_problem()) return
       do i = 1, size(demands)
-         if (.not. is_met(table, demands(i))) &
+         if (.not. is_met(table, demands(i))) then
             call input%complain(trim(demands(i)%group), trim(demands(i)%name), trim(demands(i)%problem))
+         end if
       end do
       if (input%has_problem()) return
       do i = 1, size(exclusions)
@@ -99,7 +101,8 @@ contains
       if (.not. input%has_group(trim(exclusion%group))) return
       do i = 1, table%group_count
          associate (group => table%groups(i))
-            if (group%is_wanted .and. is_among(group%name, exclusion%others)) call input%complain(trim(group%name), '', &
+            if (.not. (group%is_wanted .and. is_among(group%name, exclusion%others))) cycle
+            call input%complain(trim(group%name), '', &
                'does not go with &'//trim(exclusion%group)//trim(exclusion%reason))
          end associate
       end do

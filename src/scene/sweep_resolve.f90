@@ -5,7 +5,8 @@ module sweep_resolve
    use scene_groups, only: most_cases
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, place_of, swept_t, values_given
+   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, place_of, swept_t, &
+      values_given
    implicit none (type, external)
    private
    public :: resolve_sweep
@@ -26,11 +27,13 @@ contains
          if (input%has_problem()) return
       end do
       if (.not. any(is_swept(scene%sweep%swept))) then
-         call input%complain('sweep', '', 'varies nothing; give a parameter a list or a range, such as zeta = 0.01, 0.02')
+         call input%complain('sweep', '', &
+            'varies nothing; give a parameter a list or a range, such as zeta = 0.01, 0.02')
          return
       end if
-      if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) &
+      if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) then
          call input%complain('sweep', 'design', 'needs count, the number of cases')
+      end if
       call check_count(input, scene)
       call check_beams(input, scene)
       call check_duration(input, scene)
@@ -59,22 +62,24 @@ contains
       if (has_log) call check_range(input, name//'_log_range', swept%log_range)
       if (input%has_problem()) return
       if (has_log) then
-         if (swept%log_range(1) <= 0.0_wp) &
+         if (swept%log_range(1) <= 0.0_wp) then
             call input%complain('sweep', name//'_log_range', 'must be above 0: it is divided in the logarithm')
+         end if
       end if
-      if (swept%points > 0 .and. .not. (has_range .or. has_log)) &
+      if (swept%points > 0 .and. .not. (has_range .or. has_log)) then
          call input%complain('sweep', name//'_points', 'goes with '//name//'_range or '//name//'_log_range')
+      end if
       select case (design)
       case (design_grid)
          if ((has_range .or. has_log) .and. swept%points == 0) call input%complain('sweep', &
             given_name(swept), 'needs '//name//'_points too')
       case (design_paired)
          if (has_range .or. has_log) call input%complain('sweep', &
-            given_name(swept), 'design = ''paired'' takes lists: give '//name)
+            given_name(swept), "design = 'paired' takes lists: give "//name)
       case (design_latin_hypercube)
-         if (has_list) call input%complain('sweep', name, 'design = ''latin_hypercube'' takes ranges')
+         if (has_list) call input%complain('sweep', name, "design = 'latin_hypercube' takes ranges")
          if (swept%points > 0) call input%complain('sweep', name//'_points', &
-            'does not go with design = ''latin_hypercube'', which has a value for each case')
+            "does not go with design = 'latin_hypercube', which has a value for each case")
       end select
       if (input%has_problem() .or. .not. has_list) return
       if (size(swept%list) == 0) call input%complain('sweep', name, 'needs at least one value')
@@ -111,7 +116,8 @@ contains
             if (scene%sweep%design == design_grid) cases = min(cases*values, 2_i8*most_cases)
             if (scene%sweep%design /= design_paired .or. .not. allocated(swept%list)) cycle
             if (first /= '' .and. values /= cases) then
-               call input%complain('sweep', trim(swept%parameter%name), 'design = ''paired'' takes lists of one length; ' &
+               call input%complain('sweep', trim(swept%parameter%name), &
+                  "design = 'paired' takes lists of one length; " &
                   //first//' has '//to_text(cases)//' values, this '//to_text(values))
                return
             end if

@@ -24,17 +24,18 @@ contains
       integer, intent(in) :: most
       type(range_t) :: range
 
-      range = range_t(real(least, wp), real(most, wp), excludes_least=.false.)
+      range%least = real(least, wp)
+      range%most = real(most, wp)
    end function range_of_integers
 
    !> Is the number in the range?
-   elemental function contains_value(range, value) result(contains)
+   elemental function contains_value(range, value) result(is_inside)
       type(range_t), intent(in) :: range
       real(wp), intent(in) :: value
-      logical :: contains
+      logical :: is_inside
 
-      contains = value >= range%least .and. value <= range%most
-      if (range%excludes_least) contains = contains .and. value > range%least
+      is_inside = value >= range%least .and. value <= range%most
+      if (range%excludes_least) is_inside = is_inside .and. value > range%least
    end function contains_value
 
    !> Such as 'from 0 to 1' and 'above 0, up to 1'.
@@ -60,7 +61,7 @@ contains
       text = ''
       do i = 1, size(words)
          if (i > 1) text = text//trim(merge(' or', ',  ', i == size(words)))//' '
-         text = text//''''//trim(words(i))//''''
+         text = text//"'"//trim(words(i))//"'"
       end do
    end function one_of
 

@@ -6,7 +6,8 @@
 module scene_types
    use echo_types, only: echo_t
    use kinds, only: wp
-   use run_settings, only: impulse_momentum, impulse_names, impulse_nodal, law_names, law_restitution, law_three_element, &
+   use run_settings, only: impulse_momentum, impulse_names, impulse_nodal, law_names, law_restitution, &
+      law_three_element, &
       method_exact, method_names, method_newmark, name_length, output_settings_t, response_settings_t, stop_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
