@@ -7,7 +7,8 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, viewed_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero, free_step
+   public :: certified_signal_t, viewed_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero, &
+      free_step
    public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
    public :: found_zero, found_none, found_never_left
 
@@ -21,8 +22,8 @@ module certified_search
    !> After a start at rest a signal of the order of 1 may dip so far by the rounding error of forces.
    real(wp), parameter :: deepest_dip = 1.0e-11_wp
 
-   !> What is known of each term of a signal, column by column: its value and first two derivatives, and bounds from now on
-   !> on its magnitude and on those of its second and third derivative.
+   !> What is known of each term of a signal, column by column: its value and first two derivatives, and bounds from now
+   !> on on its magnitude and on those of its second and third derivative.
    integer, parameter :: term_value = 1
    integer, parameter :: term_rate = 2
    integer, parameter :: term_curvature = 3
@@ -127,7 +128,6 @@ contains
 
    !> First zero of the signal in (0, limit].
    subroutine first_zero(signal, limit, search)
-      !> The signal
       class(certified_signal_t), intent(in) :: signal
       !> Where the search ends
       real(wp), intent(in) :: limit
@@ -155,7 +155,7 @@ contains
          if (t > 0.0_wp .and. here%value <= here%rounding) then
             ! at zero as far as rounding can tell
             if (order > 0 .or. (signal%start_order > 0 .and. here%signal <= here%signal_rounding .and. &
-                                search%greatest <= 4.0_wp*here%signal_rounding)) then
+               search%greatest <= 4.0_wp*here%signal_rounding)) then
                search%outcome = found_never_left
                search%time = t
                return
@@ -179,7 +179,7 @@ contains
          if (.not. t + step > t) then
             ! no room left between the instants that can be told apart
             search%outcome = merge(found_never_left, found_zero, order > 0 .or. &
-                                   (signal%start_order > 0 .and. search%greatest <= 0.0_wp))
+               (signal%start_order > 0 .and. search%greatest <= 0.0_wp))
             search%time = t
             return
          end if
@@ -270,7 +270,6 @@ contains
 
    !> Where a signal sinks through -`deepest_dip`, by bisection.
    function start_of_dip(signal, above, below) result(time)
-      !> The signal
       class(certified_signal_t), intent(in) :: signal
       !> Instants at which it is above and below
       real(wp), intent(in) :: above
@@ -312,8 +311,9 @@ contains
       real(wp) :: bound
 
       bound = here%bound_both
-      if (here%bound_jerk < huge(1.0_wp)) &
+      if (here%bound_jerk < huge(1.0_wp)) then
          bound = min(bound, max(0.0_wp, here%curvature - 2.0_wp*here%bound_jerk*here%value/here%slope))
+      end if
    end function upper_bound
 
    !> Positive root h of value + slope h - bound h^2/2 = 0, without cancellation; no more than 1e290, which a value that
@@ -406,7 +406,7 @@ contains
          do j = 1, size(horizons)
             trial(j) = horizons(j)*step
             trial(j) = min(trial(j), step_without_zero(low(k), slopes(k), &
-                                                       min(bounds(k), max(0.0_wp, jerks(k)*trial(j) - curvatures(k)))))
+               min(bounds(k), max(0.0_wp, jerks(k)*trial(j) - curvatures(k)))))
          end do
          step = max(step, maxval(trial))
       end do
@@ -414,7 +414,6 @@ contains
 
    !> The slope keeps its sign up to a zero that is certain to come: inverse interpolation inside a bracket.
    subroutine finish(signal, start, at_start, limit, search)
-      !> The signal
       class(certified_signal_t), intent(in) :: signal
       !> Where the certificate was given
       real(wp), intent(in) :: start
@@ -435,7 +434,8 @@ contains
          high = high + 4.0_wp*spacing(high)
       end associate
       ! the zero of the parabola through value, slope and curvature
-      t = start + 2.0_wp*at_start%value/(sqrt(at_start%slope**2 - 2.0_wp*at_start%curvature*at_start%value) - at_start%slope)
+      t = start + 2.0_wp*at_start%value/(sqrt(at_start%slope**2 - 2.0_wp*at_start%curvature*at_start%value) &
+         - at_start%slope)
       t_before = start
       value_before = at_start%value
       slope_before = at_start%slope
@@ -485,7 +485,7 @@ contains
       share = value/fall
       ! Hermite's polynomial, counted from the second point
       step = step - share**2*(distance*(3.0_wp - 2.0_wp*share) - fall*(2.0_wp/slope + 1.0_wp/slope_before) &
-                              + share*fall*(1.0_wp/slope + 1.0_wp/slope_before))
+         + share*fall*(1.0_wp/slope + 1.0_wp/slope_before))
    end function return_step
 
 end module certified_search

@@ -42,7 +42,7 @@ contains
 
       associate (k => modes%count)
          allocate (losses%beam_plain(k, k), losses%beam_conjugate(k, k), losses%stop_plain(k, k), &
-                   losses%stop_conjugate(k, k), rate(beam%count, k))
+            losses%stop_conjugate(k, k), rate(beam%count, k))
       end associate
       branch = branch_forces(beam, modes)
       factor = 0.0_wp
@@ -83,7 +83,8 @@ contains
             associate (s => modes%exponent(m))
                if (size_of(s + spring%relaxation_rate) < 0.1_wp*spring%relaxation_rate) cycle
                own = -spring%branch_stiffness*s/(s + spring%relaxation_rate)*modes%stop_value(m)
-               noise = 64.0_wp*epsilon(1.0_wp)*(1.0_wp + spring%stiffness*sum(size_of(beam%stop_value*modes%shape(:, m))))
+               noise = 64.0_wp*epsilon(1.0_wp)*(1.0_wp &
+                  + spring%stiffness*sum(size_of(beam%stop_value*modes%shape(:, m))))
                if (size_of(own - branch(m)) < noise) branch(m) = own
             end associate
          end do
@@ -156,16 +157,14 @@ contains
       parts = [real(term, wp), aimag(term)]
       ! products of what has died out would be subnormal, which is slow
       where (abs(parts) < negligible) parts = 0.0_wp
-      lost = [quadratic_form(size(parts), losses%beam_step, parts), quadratic_form(size(parts), losses%stop_step, parts)]
+      lost = [quadratic_form(size(parts), losses%beam_step, parts), quadratic_form(size(parts), losses%stop_step, &
+         parts)]
    end subroutine losses_of_step
 
    !> x^T A x.
    pure function quadratic_form(order, matrix, x) result(value)
-      !> Order of A
       integer, intent(in) :: order
-      !> A
       real(wp), intent(in) :: matrix(order, order)
-      !> x
       real(wp), intent(in) :: x(order)
       real(wp) :: value
 
@@ -229,7 +228,7 @@ contains
       x = s*t
       if (size_of(x) < 0.1_wp) then
          value = t*(1.0_wp + x/2.0_wp*(1.0_wp + x/3.0_wp*(1.0_wp + x/4.0_wp*(1.0_wp + x/5.0_wp*(1.0_wp + x/6.0_wp &
-                    *(1.0_wp + x/7.0_wp*(1.0_wp + x/8.0_wp*(1.0_wp + x/9.0_wp*(1.0_wp + x/10.0_wp)))))))))
+            *(1.0_wp + x/7.0_wp*(1.0_wp + x/8.0_wp*(1.0_wp + x/9.0_wp*(1.0_wp + x/10.0_wp)))))))))
       else
          value = (power - 1.0_wp)/s
       end if

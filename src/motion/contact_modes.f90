@@ -4,7 +4,7 @@
 !> the Laplace transform.
 module contact_modes
    use contact_secular, only: distances, exponents, find_all_roots, first_guess, inverses, make_secular, secular, &
-                              secular_t, size_of
+      secular_t, size_of
    use damped_oscillators, only: propagate
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
@@ -101,10 +101,11 @@ contains
             modes%shape(active(i), m) = beam%stop_value(active(i))/(distance(2*i - 1)*distance(2*i))
          end do
          call inverses(distance, inverse)
-         call secular(problem, modes%exponent(m), distance(problem%poles), inverse, value, slope, noise, modes%condition(m))
+         call secular(problem, modes%exponent(m), distance(problem%poles), inverse, value, slope, noise, &
+            modes%condition(m))
          modes%derivative(m) = slope
          modes%stop_value(m) = stop_value_at_root(problem, s(keep(m)), distance(problem%poles), &
-                                                  beam%stop_value*modes%shape(:, m))
+            beam%stop_value*modes%shape(:, m))
          modes%tip_value(m) = sum(beam%tip_value*modes%shape(:, m))
          if (beam%stop_is_tip) modes%tip_value(m) = modes%stop_value(m)
       end do
@@ -299,7 +300,8 @@ contains
          rates = 0.0_wp
          place_scale = 0.0_wp
          force_scale = 0.0_wp
-         !$omp simd reduction(+:places, forces, rates, place_scale, force_scale) private(real_part, imaginary_part, magnitude)
+         !$omp simd reduction(+:places, forces, rates, place_scale, force_scale) &
+         !$omp& private(real_part, imaginary_part, magnitude)
          do i = 1, beam%count
             real_part = real(modes%shape(i, m), wp)
             imaginary_part = aimag(modes%shape(i, m))
@@ -324,8 +326,8 @@ contains
             forcing = forcing - cmplx(rates(1), rates(2), wp)
             if (spring%branch_stiffness > 0.0_wp) then
                forcing = forcing*((spring%stiffness + spring%branch_stiffness)*s &
-                                  + spring%stiffness*spring%relaxation_rate) &
-                         + branch_force - spring%branch_stiffness*indentation
+                  + spring%stiffness*spring%relaxation_rate) &
+                  + branch_force - spring%branch_stiffness*indentation
             else
                forcing = spring%stiffness*forcing
             end if

@@ -72,7 +72,8 @@ contains
                e(2) = 1.0_wp/e(1)
                p = (e - 1.0_wp)/problem%two_zeta
             else
-               p(1) = cmplx(-zeta*square, sqrt(square)*sqrt((1.0_wp - zeta*sqrt(square))*(1.0_wp + zeta*sqrt(square))), wp)
+               p(1) = cmplx(-zeta*square, &
+                  sqrt(square)*sqrt((1.0_wp - zeta*sqrt(square))*(1.0_wp + zeta*sqrt(square))), wp)
                p(2) = conjg(p(1))
                e = 1.0_wp + problem%two_zeta*p
             end if
@@ -88,7 +89,6 @@ contains
 
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
    elemental function pole_difference(problem, a, b) result(difference)
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> Their numbers
       integer, intent(in) :: a
@@ -104,7 +104,6 @@ contains
 
    !> s - pole for every pole.
    pure subroutine distances(problem, near, offset, distance)
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> s lies at this pole
       integer, intent(in) :: near
@@ -190,9 +189,10 @@ contains
             s(2*j) = -root
          end if
       end do
-      if (problem%has_branch) &
+      if (problem%has_branch) then
          s(size(s)) = -spring%relaxation_rate*(1.0_wp + spring%stiffness*beam%flexibility)/ &
-                      (1.0_wp + (spring%stiffness + spring%branch_stiffness)*beam%flexibility)
+            (1.0_wp + (spring%stiffness + spring%branch_stiffness)*beam%flexibility)
+      end if
       offset = s - problem%pole
       ! off the real axis, from where the iteration could not reach conjugate pairs, and off the poles
       do j = 1, size(s)
@@ -202,14 +202,14 @@ contains
          else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(j))) then
             offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(j))
          end if
-         if (.not. abs(aimag(problem%pole(j) + offset(j))) > 0.0_wp) &
+         if (.not. abs(aimag(problem%pole(j) + offset(j))) > 0.0_wp) then
             offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
+         end if
       end do
    end subroutine first_guess
 
    !> Ehrlich-Aberth iteration on all roots at once.
    subroutine find_all_roots(problem, near, offset, converged)
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> Roots: first guess in, roots out
       integer, intent(inout) :: near(:)
@@ -269,13 +269,13 @@ contains
             offset(m) = real(offset(m), wp)
          end if
       end do
-      converged = count(aimag(problem%pole(near) + offset) > 0.0_wp) == count(aimag(problem%pole(near) + offset) < 0.0_wp)
+      converged = count(aimag(problem%pole(near) + offset) > 0.0_wp) == &
+         count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine find_all_roots
 
    !> The roots themselves. That of a branch that creeps lies so near to 0 that the offset from a pole has lost its
    !> digits: there s = -nu (1 + k G)/(1 + (1 + beta) k G), in which G = sum b_i^2/D_i(s) hardly changes.
    pure function exponents(problem, near, offset) result(s)
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> Roots: pole and offset
       integer, intent(in) :: near(:)
@@ -295,13 +295,12 @@ contains
             g = sum(problem%weight/real(distance(1:last:2)*distance(2:last:2), wp))
          end associate
          s(m) = -problem%rate*(1.0_wp + problem%stiffness*g) &
-                /(1.0_wp + (problem%stiffness + problem%branch_stiffness)*g)
+            /(1.0_wp + (problem%stiffness + problem%branch_stiffness)*g)
       end do
    end function exponents
 
    !> Distances of one root from all others.
    pure subroutine root_distances(problem, near, offset, root, apart)
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> Roots: pole and offset
       integer, intent(in) :: near(:)
@@ -356,7 +355,6 @@ contains
 
    !> Offset of a root from its pole where the other poles are far: the pole's own term balances the rest.
    pure function weakly_coupled_offset(problem, near, s, distance) result(offset)
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> The pole
       integer, intent(in) :: near
@@ -391,7 +389,6 @@ contains
 
    !> (s + nu) (1 + k (1 + beta s/(s + nu)) G(s)) and its derivative; without branch 1 + k G(s).
    pure subroutine secular(problem, s, from_branch, inverse, value, slope, noise, condition)
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> Where
       complex(wp), intent(in) :: s
@@ -430,8 +427,8 @@ contains
             value = shifted + numerator*g
             slope = 1.0_wp + stiff*g + numerator*g_slope
             size_of_slope = 1.0_wp + stiff*size_of(g) + size_of(numerator)*size_of_slope
-            size_of_value = size_of(shifted) + (problem%stiffness*size_of(shifted) + problem%branch_stiffness*size_of(s)) &
-                            *size_of_value
+            size_of_value = size_of(shifted) + (problem%stiffness*size_of(shifted) &
+               + problem%branch_stiffness*size_of(s)) *size_of_value
          end associate
       else
          value = 1.0_wp + problem%stiffness*g

@@ -84,7 +84,7 @@ contains
          allocate (oscillators%frequency, source=sqrt(square))
          allocate (oscillators%decay(padded(n)), oscillators%spread(padded(n)), source=1.0_wp)
          allocate (oscillators%lane_square(padded(n)), oscillators%inverse_square(padded(n)), &
-                   oscillators%inverse_spread(padded(n)), source=1.0_wp)
+            oscillators%inverse_spread(padded(n)), source=1.0_wp)
          oscillators%lane_square(:n) = square
          oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
@@ -148,12 +148,14 @@ contains
       v = v0
       if (.not. t > 0.0_wp) return
       first = lanes*(oscillators%oscillating/lanes) + 1
-      if (oscillators%oscillating > 0) &
-         call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, oscillators%oscillating, t, oscillators%decay, &
-                        oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
-      if (first <= size(z)) &
+      if (oscillators%oscillating > 0) then
+         call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, oscillators%oscillating, t, &
+            oscillators%decay, oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
+      end if
+      if (first <= size(z)) then
          call creep((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, oscillators%decay(first:), &
-                    oscillators%spread(first:), oscillators%inverse_spread(first:), z(first:), v(first:))
+            oscillators%spread(first:), oscillators%inverse_spread(first:), z(first:), v(first:))
+      end if
    end subroutine propagate_lanes
 
    !> Underdamped modes. The last vector may hold others, which stay as they are.
@@ -213,7 +215,7 @@ contains
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
       real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
-                                                     6227020800.0_wp, 1307674368000.0_wp]
+         6227020800.0_wp, 1307674368000.0_wp]
       real(wp), dimension(lanes*blocks) :: factors, fast_factors
       real(wp) :: phase, lag, mixed, y
       integer :: i
@@ -230,7 +232,7 @@ contains
          phase = 2.0_wp*spread(i)*t
          y = 0.25_wp*min(phase, 1.0_wp)**2
          lag = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
-               + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
+            + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
          lag = merge(t*sqrt(fast_factors(i))*lag, 0.5_wp*(1.0_wp - fast_factors(i))*inverse_spread(i), phase <= 1.0_wp)
          mixed = v(i) + decay(i)*z(i)
          y = factors(i)*(z(i) + mixed*lag)
@@ -276,8 +278,8 @@ contains
          fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + slow*z0(i))
          ! 1 - 2 zeta s = -s^2/W^2 for both exponents
          value(i) = -oscillators%inverse_square(i)* &
-                    ((z0(i) - fast_part)*slow**2*exp(-min(slow*t, greatest_exponent)) &
-                     + fast_part*fast**2*exp(-min(fast*t, greatest_exponent)))
+            ((z0(i) - fast_part)*slow**2*exp(-min(slow*t, greatest_exponent)) &
+            + fast_part*fast**2*exp(-min(fast*t, greatest_exponent)))
       end do
    end function elastic_and_viscous
 

@@ -25,7 +25,6 @@ contains
 
    !> Run with the modes that the mode tolerance asks for.
    subroutine exact_response(model, settings, response, error, shared)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -64,8 +63,9 @@ contains
       type(mode_check_t) :: check
 
       check%kept = size(modes%lambda)
-      if (.not. settings%response%keep_all_modes .and. settings%stop%impulse /= impulse_nodal) &
+      if (.not. settings%response%keep_all_modes .and. settings%stop%impulse /= impulse_nodal) then
          call choose_modes(modes, settings, check)
+      end if
       call run_in_modes(modes, check%kept, settings, response, error)
       response%evaluations = response%evaluations + check%evaluations
       response%mode_check = check
@@ -73,9 +73,9 @@ contains
 
    !> The modes to keep: those that can matter at all, then more of them until more change nothing.
    !>
-   !> That what is left out moves the stop point by little does not say that the others move as if it were there: it makes
-   !> the beam more yielding where it hits. So a run is compared with one of more modes, and that one is kept if both
-   !> agree far within the tolerance, up to the third rebound: chatter lets any difference grow without end.
+   !> That what is left out moves the stop point by little does not say that the others move as if it were there: it
+   !> makes the beam more yielding where it hits. So a run is compared with one of more modes, and that one is kept if
+   !> both agree far within the tolerance, up to the third rebound: chatter lets any difference grow without end.
    subroutine choose_modes(modes, settings, check)
       !> The modes of the free beam
       type(free_modes_t), intent(in) :: modes
@@ -92,7 +92,7 @@ contains
       all = size(modes%lambda)
       associate (b => modes%mode(modes%stop_dof, :), tolerance => settings%response%mode_tolerance)
          check%kept = modes_that_matter(modes%square, b, 1.0_wp + settings%stop%preload, tolerance, &
-                                        is_rigid(settings%stop))
+            is_rigid(settings%stop))
          if (check%kept == all) return
          trial = trial_settings(settings, modes%lambda(1))
          do
@@ -137,23 +137,25 @@ contains
       integer :: i, samples
 
       call make_modal_beam(modes%square(:kept), modes%mode(modes%stop_dof, :kept), modes%mode(modes%tip_dof, :kept), &
-                           settings%zeta, beam)
+         settings%zeta, beam)
       samples = count_samples(settings%response%duration, settings%response%step)
       call open_records(modes%elements, settings%output, samples, settings%response%step, response)
       call make_recorder(samples, settings%response%step, beam%count, response, motion%recorder)
       allocate (start, source=(1.0_wp + settings%stop%preload)*beam%stop_value &
-                /(beam%oscillators%square*beam%flexibility))
+         /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
       call start_measures(settings, response%initial_energy, motion%measurer)
       call make_contact(beam, modes, settings, contact)
       call run_phases(beam, contact, start, settings%response, motion, response, error)
       if (allocated(error)) return
-      if (settings%output%measures) &
+      if (settings%output%measures) then
          call finish_measures(motion%measurer, settings%response%duration, motion%recorder%ledger, response)
+      end if
       if (.not. allocated(response%shape_tau)) return
       associate (recorder => motion%recorder)
          do i = 1, modes%elements
-            response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) - settings%stop%preload
+            response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) &
+               - settings%stop%preload
             response%shape_slope(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_z)
             response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_v)
             response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_v)

@@ -42,8 +42,10 @@ contains
       allocate (motion%v(beam%count), source=0.0_wp)
       call make_flight(beam, contact, flight)
       associate (gap => flight%gap)
-         if (sum(gap%weight*start) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*start)) + abs(gap%offset))) &
+         if (sum(gap%weight*start) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*start)) &
+            + abs(gap%offset))) then
             call contact%start(motion, response)
+         end if
       end associate
       standstill = 0
       do
@@ -89,11 +91,11 @@ contains
       character(*), parameter :: remedy = '; damping or a more even mesh ends that'
 
       if (events > limit) then
-         call fail(error, status_run_failed, 'more than event_limit = '//to_text(limit)//' events by tau = '//to_text(tau)// &
-                   ': the motion chatters'//remedy)
+         call fail(error, status_run_failed, 'more than event_limit = '//to_text(limit)//' events by tau = '// &
+            to_text(tau)//': the motion chatters'//remedy)
       else if (standstill > standstill_cap) then
          call fail(error, status_run_failed, 'the motion does not advance beyond tau = '//to_text(tau)// &
-                   ': events follow each other within the rounding error of time'//remedy)
+            ': events follow each other within the rounding error of time'//remedy)
       end if
    end subroutine watch_events
 

@@ -22,7 +22,6 @@ contains
 
    !> Bracket the zero of a function that falls from 0 to a length.
    pure subroutine start_bracket(length, at_start, at_end, bracket)
-      !> The length
       real(wp), intent(in) :: length
       !> Values; the last one is not positive
       real(wp), intent(in) :: at_start
@@ -40,9 +39,7 @@ contains
 
    !> Enter the value at the guess and make the next.
    pure subroutine narrow(bracket, value)
-      !> The bracket
       type(bracket_t), intent(inout) :: bracket
-      !> The value
       real(wp), intent(in) :: value
 
       integer, parameter :: cap = 200
@@ -61,13 +58,12 @@ contains
       bracket%last_side = side
       bracket%count = bracket%count + 1
       bracket%is_done = bracket%count >= cap .or. abs(value) <= 0.0_wp .or. &
-                        bracket%high - bracket%low <= 4.0_wp*epsilon(1.0_wp)*bracket%high
+         bracket%high - bracket%low <= 4.0_wp*epsilon(1.0_wp)*bracket%high
       if (.not. bracket%is_done) call next_guess(bracket)
    end subroutine narrow
 
    !> Where the chord passes zero, and the middle now and then.
    pure subroutine next_guess(bracket)
-      !> The bracket
       type(bracket_t), intent(inout) :: bracket
 
       real(wp) :: middle, guess

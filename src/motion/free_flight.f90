@@ -71,8 +71,9 @@ contains
       real(wp), intent(in) :: limit
 
       call self%gap%find_zero(limit, self%search)
-      if (self%search%outcome == found_zero .and. self%search%greatest < self%stop%hop_tolerance) &
+      if (self%search%outcome == found_zero .and. self%search%greatest < self%stop%hop_tolerance) then
          call judge_hop(self%gap, self%stop%hop_tolerance, self%search)
+      end if
    end subroutine find_end
 
    !> Does a flight stay below the tolerance all the way, for certain? As far as the rounding error of the gap can tell.
@@ -159,8 +160,9 @@ contains
       associate (ledger => motion%recorder%ledger, stop => self%stop)
          if (motion%recorder%asked%energy) then
             ledger%dissipated_beam = ledger%dissipated_beam + self%start_energy &
-                                     - sum(modal_energy(self%beam%oscillators, motion%q, motion%v))
-            ledger%dissipated_stop = ledger%dissipated_stop + stop%energy*(1.0_wp - exp(-stop%energy_rate*self%search%time))
+               - sum(modal_energy(self%beam%oscillators, motion%q, motion%v))
+            ledger%dissipated_stop = ledger%dissipated_stop + stop%energy*(1.0_wp &
+               - exp(-stop%energy_rate*self%search%time))
          end if
       end associate
       if (self%stop%is_rigid) call raise_to_surface(self%stop%surface, motion)
@@ -201,8 +203,9 @@ contains
          call measure_rise(measurer, self%eta, motion%tau, length, is_last, self%search%greatest - stop%depth, rises)
          if (rises) call end_episode(measurer%tally)
          ! over a surface that is still indented it may stay below; no deeper than at its start
-         if (rises .or. sum(self%beam%stop_value*self%gap%z) - stop%surface < -quiet_level) &
+         if (rises .or. sum(self%beam%stop_value*self%gap%z) - stop%surface < -quiet_level) then
             call keep_loud(measurer, self%eta, motion%tau, length)
+         end if
          measurer%has_met = .true.
          measurer%lost_stop = measurer%lost_stop - stop%energy*expm1(-stop%energy_rate*length)
          if (is_last) then

@@ -33,9 +33,7 @@ contains
 
    !> Solve for all modes of an assembled beam.
    subroutine find_free_modes(model, modes, error, with_support)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
-      !> Its modes
       type(free_modes_t), intent(out) :: modes
       !> Set when the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error

@@ -1,5 +1,5 @@
-!> A rigid stop with a coefficient of restitution, model A: the beam rebounds, and where its rebounds die out the stop point is
-!> held like a pinned support until the reaction would have to pull.
+!> A rigid stop with a coefficient of restitution, model A: the beam rebounds, and where its rebounds die out the stop
+!> point is held like a pinned support until the reaction would have to pull.
 module held_contact
    use certified_search, only: found_never_left, found_zero, local_t, search_t
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample, propagate, sampler_t
@@ -196,7 +196,8 @@ contains
          if (.not. pinned%made) then
             call make_pinned_beam(self%beam, 0.5_wp*two_zeta, self%shared, pinned)
             motion%factorisations = motion%factorisations + 1
-            call make_modal_signal(self%pinned%oscillators, self%surface*pinned%static_force, pinned%reaction, self%reaction)
+            call make_modal_signal(self%pinned%oscillators, self%surface*pinned%static_force, pinned%reaction, &
+               self%reaction)
             self%reaction%is_viscous = .true.
             self%static_energy = 0.5_wp*self%surface**2*pinned%static_force
             allocate (self%p_end(pinned%count), self%rate_end(pinned%count))
@@ -214,7 +215,8 @@ contains
          call self%reaction%look(0.0_wp, 0, here)
          if (here%value <= here%rounding) self%reaction%start_order = 1
          call self%sampler%restart()
-         if (motion%recorder%asked%energy) self%start_energy = sum(modal_energy(pinned%oscillators, self%p, self%rate_p))
+         if (motion%recorder%asked%energy) self%start_energy = &
+            sum(modal_energy(pinned%oscillators, self%p, self%rate_p))
       end associate
    end subroutine begin
 
@@ -250,11 +252,12 @@ contains
 
       call next_sample(self%sampler, self%pinned%oscillators, self%p, self%rate_p, step, time)
       associate (pinned => self%pinned, z => self%sampler%z, v => self%sampler%v)
-         if (asked%history(eta_tip)) &
+         if (asked%history(eta_tip)) then
             sample%history(eta_tip) = self%surface*pinned%static_tip - self%surface + sum(pinned%tip_value*z)
+         end if
          if (asked%history(force_stop)) sample%history(force_stop) = self%force_scale* &
             (self%reaction%offset + sum(pinned%reaction*elastic_and_viscous(pinned%oscillators, z, v, time, &
-                                                                            self%p, self%rate_p)))
+            self%p, self%rate_p)))
          if (.not. asked%energy) return
          sample%beam_energy = modal_energy(pinned%oscillators, z, v)
          sample%lost = [self%start_energy - sum(sample%beam_energy), 0.0_wp]
@@ -282,9 +285,10 @@ contains
 
       associate (pinned => self%pinned, beam => self%beam, ledger => motion%recorder%ledger)
          call propagate(pinned%oscillators, self%search%time, self%p, self%rate_p, self%p_end, self%rate_end)
-         if (motion%recorder%asked%energy) &
+         if (motion%recorder%asked%energy) then
             ledger%dissipated_beam = ledger%dissipated_beam + self%start_energy &
-                                     - sum(modal_energy(pinned%oscillators, self%p_end, self%rate_end))
+               - sum(modal_energy(pinned%oscillators, self%p_end, self%rate_end))
+         end if
          motion%q = self%surface*pinned%static + to_free(pinned, beam%oscillators%square, beam%stop_value, self%p_end)
          motion%v = matmul(pinned%mode, self%rate_end)
       end associate
@@ -309,7 +313,8 @@ contains
             early_impulse = impulse_until(self, early, rate_then)
          end if
          if (is_last) call propagate(pinned%oscillators, length, self%p, self%rate_p, self%p_end, self%rate_end)
-         call take_contact(measurer%tally, motion%tau, length, impulse_until(self, length, self%rate_end), early_impulse)
+         call take_contact(measurer%tally, motion%tau, length, impulse_until(self, length, self%rate_end), &
+            early_impulse)
          at_end = self%static_energy + 0.5_wp*sum(self%rate_end**2 + pinned%oscillators%square*self%p_end**2)
          call measure_energy(self, at_end, motion)
       end associate
@@ -325,7 +330,7 @@ contains
       real(wp) :: impulse
 
       impulse = self%surface*self%pinned%static_force*time &
-                + sum(self%pinned%reaction*(self%rate_p - rate_then)/self%pinned%square)
+         + sum(self%pinned%reaction*(self%rate_p - rate_then)/self%pinned%square)
    end function impulse_until
 
    !> Release.

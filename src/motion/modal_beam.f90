@@ -194,8 +194,9 @@ contains
       if (pinned%square(pinned%count) < least_stiff) return
       forces = free_square*q
       do j = 1, pinned%count
-         if (sum(abs(pinned%mode(:, j)*forces)) < pinned%square(j)*sum(abs(pinned%mode(:, j)*q))) &
+         if (sum(abs(pinned%mode(:, j)*forces)) < pinned%square(j)*sum(abs(pinned%mode(:, j)*q))) then
             p(j) = sum(pinned%mode(:, j)*forces)/pinned%square(j)
+         end if
       end do
    end function to_pinned
 
@@ -219,8 +220,10 @@ contains
       reaction = sum(pinned%reaction*p)
       magnitude = sum(abs(pinned%reaction*p))
       do i = 1, size(q)
-         if (sum(abs(pinned%mode(i, :)*forces)) + abs(stop_value(i))*magnitude < free_square(i)*sum(abs(pinned%mode(i, :)*p))) &
+         if (sum(abs(pinned%mode(i, :)*forces)) + abs(stop_value(i))*magnitude < &
+            free_square(i)*sum(abs(pinned%mode(i, :)*p))) then
             q(i) = (sum(pinned%mode(i, :)*forces) + stop_value(i)*reaction)/free_square(i)
+         end if
       end do
    end function to_free
 

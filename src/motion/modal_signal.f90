@@ -1,10 +1,11 @@
-!> A linear functional of damped oscillators as a signal with certain bounds: the gap in flight, the reaction in contact.
+!> A linear functional of damped oscillators as a signal with certain bounds: the gap in flight, the reaction in
+!> contact.
 !>
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_zero, free_step, &
-      local_t, search_t, step_without_zero, term_columns, term_curvature, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_zero, &
+      free_step, local_t, search_t, step_without_zero, term_columns, term_curvature, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use kinds, only: i8, wp
    use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, split_exponentials
@@ -150,7 +151,8 @@ contains
       real(wp), intent(inout) :: greatest
 
       integer, parameter :: most_terms = 24
-      ! the series is used up to this multiple of the zero of its first two terms, if no mode turns by more than an angle
+      ! the series is used up to this multiple of the zero of its first two terms, if no mode turns by more than an
+      ! angle
       real(wp), parameter :: margin = 1.6_wp, greatest_angle = 2.0_wp
       ! and as long as derivatives do not overflow
       real(wp), parameter :: most_decades = 250.0_wp
@@ -164,7 +166,7 @@ contains
       n = self%oscillators%count
       if (self%surface > 0.0_wp .or. self%oscillators%blended < n) return
       associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
-                 two_zeta => self%oscillators%two_zeta)
+         two_zeta => self%oscillators%two_zeta)
          low(n + 1:) = 0.0_wp
          high(n + 1:) = 0.0_wp
          low(:n) = self%z
@@ -233,7 +235,7 @@ contains
       logical :: separates
 
       associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
-                 n => self%oscillators%count)
+         n => self%oscillators%count)
          blocks = size(weight)/lanes
          z0(n + 1:) = 0.0_wp
          v0(n + 1:) = 0.0_wp
@@ -243,7 +245,8 @@ contains
          separates = oscillators%blended < n
          call propagate_lanes(oscillators, t, z0(:last), v0(:last), z(:last), v(:last))
          if (separates) then
-            call split_exponentials(oscillators, weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, slow, fast)
+            call split_exponentials(oscillators, weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, slow, &
+               fast)
             call add_exponentials(oscillators, slow, fast, z, v)
          end if
          call sum_up(blocks, weight, t, z, v, signal, slope, magnitude)
@@ -296,7 +299,6 @@ contains
 
    !> Value and slope of the modes far beyond critical damping at an instant.
    pure subroutine state_of_exponentials(self, t, z, v)
-      !> The signal
       type(modal_signal_t), intent(in) :: self
       !> The instant
       real(wp), intent(in) :: t
@@ -313,7 +315,7 @@ contains
          z0(:n) = self%z
          v0(:n) = self%v
          call split_exponentials(oscillators, self%lane_weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, &
-                                 slow, fast)
+            slow, fast)
          call add_exponentials(oscillators, slow, fast, lane_z, lane_v)
          z(oscillators%blended + 1:) = lane_z(oscillators%blended + 1:n)
          v(oscillators%blended + 1:) = lane_v(oscillators%blended + 1:n)
@@ -329,8 +331,9 @@ contains
       real(wp) :: least
 
       least = 0.0_wp
-      if (self%start_order > 1) &
+      if (self%start_order > 1) then
          least = 0.25_wp*epsilon(1.0_wp)*(abs(self%offset) + sum(abs(self%lane_weight*z0)))/real(size(z0), wp)
+      end if
    end function least_amplitude
 
    !> The sum of all terms, its slope, and what its rounding error is measured by.

@@ -8,8 +8,8 @@ module mode_choice
    private
    public :: agreement, compare_modes, modes_that_matter, next_count, trial_settings
 
-   !> Two runs that differ by no more than this share of the mode tolerance agree: the rest is for what more modes yet would
-   !> change, which falls with their number.
+   !> Two runs that differ by no more than this share of the mode tolerance agree: the rest is for what more modes yet
+   !> would change, which falls with their number.
    real(wp), parameter :: agreement = 0.03_wp
    !> The modes left out of the run of more modes yield at the stop by this share of what those of the other do.
    real(wp), parameter :: growth = 0.5_wp
@@ -102,13 +102,14 @@ contains
 
       check%horizon = min(horizon_of(fewer, duration), horizon_of(more, duration))
       last = count(more%tau <= check%horizon)
-      check%difference = max(maxval(abs(fewer%history(eta_stop)%values(:last) - more%history(eta_stop)%values(:last))), &
-                             maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))))
+      check%difference = max(maxval(abs(fewer%history(eta_stop)%values(:last) &
+         - more%history(eta_stop)%values(:last))), &
+         maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))))
    end subroutine compare_modes
 
-   !> The sample at the peak of the third rebound, a flight that rises above the quiet level; the end if there are fewer.
+   !> The sample at the peak of the third rebound, a flight that rises above the quiet level; the end if there are
+   !> fewer.
    pure function horizon_of(response, duration) result(horizon)
-      !> The run
       type(response_t), intent(in) :: response
       !> Its length
       real(wp), intent(in) :: duration

@@ -1,19 +1,19 @@
-!> Exact motion as phases. A phase is a set of closed contacts: while it lasts everything is linear and in closed form, and it
-!> ends where the first of its signals falls to zero.
+!> Exact motion as phases. A phase is a set of closed contacts: while it lasts everything is linear and in closed form,
+!> and it ends where the first of its signals falls to zero.
 !>
-!> With one stop there are two: the flight, and the contact with the stop. How a stop acts is said by its own extension of
-!> `contact_t`: what contact with it is like, and what follows when the beam comes to it or the contact ends.
+!> With one stop there are two: the flight, and the contact with the stop. How a stop acts is said by its own extension
+!> of `contact_t`: what contact with it is like, and what follows when the beam comes to it or the contact ends.
 module motion_phases
    use certified_search, only: search_t
-   use falling_zero, only: bracket_t, narrow, start_bracket
    use failures, only: failure_t
+   use falling_zero, only: bracket_t, narrow, start_bracket
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
    use phase_measures, only: measurer_t
    use response_types, only: append_event, event_t, response_t
    use run_measures, only: excess_of, mark_energy
    use run_recorder, only: asked_t, keep_sample, keep_shape, next_sample_time, recorder_t, sample_t, samples_before, &
-                           shape_due
+      shape_due
    implicit none (type, external)
    private
    public :: motion_t, phase_t, contact_t, record_phase, measure_energy, event_at, found_taken_back
@@ -202,7 +202,8 @@ contains
             call keep_shape(recorder, q, v)
          end do
          do while (samples_before(recorder, to, is_last))
-            call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, recorder%asked, sample)
+            call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, &
+               recorder%asked, sample)
             recorder%next = recorder%next + 1
             call keep_sample(recorder%next, sample, recorder%ledger, response)
          end do

@@ -16,7 +16,6 @@ contains
 
    !> From rest in the static shape of a force at the stop, the stop point at eta = 1, to the end of the run.
    subroutine run_motion(model, settings, response, error, shared)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> What is run
       type(run_settings_t), intent(in) :: settings
@@ -37,7 +36,6 @@ contains
 
    !> What keeps a run from starting, as far as that is known without running it.
    subroutine check_motion(model, settings, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> What is to be run
       type(run_settings_t), intent(in) :: settings
@@ -49,7 +47,6 @@ contains
 
    !> What all runs of one beam by one method have in common; empty where that is nothing.
    subroutine find_shared_modes(model, settings, modes, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> One of the runs
       type(run_settings_t), intent(in) :: settings
@@ -58,8 +55,9 @@ contains
       !> Set when they cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      if (settings%response%method == method_exact) &
+      if (settings%response%method == method_exact) then
          call find_free_modes(model, modes, error, with_support=is_rigid(settings%stop))
+      end if
    end subroutine find_shared_modes
 
 end module motion_run

@@ -2,12 +2,13 @@
 module newmark_events
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, stop_energy
+   use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, &
+      stop_energy
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: copy_state, momentum_at_stop, restart_acceleration
+   use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, &
+      event_separation, event_t, response_t
    use restitution_stop, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse
-   use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, event_separation, &
-                             event_t, response_t
    use run_recorder, only: charge_event
    use run_settings, only: impulse_nodal
    use step_measures, only: greatest_in, measure_event, piece_t
@@ -19,7 +20,6 @@ contains
 
    !> The rules of contact and release at the end of an accepted step.
    pure subroutine look_for_event(run, step, closing, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Length of the step
       real(wp), intent(in) :: step
@@ -38,7 +38,7 @@ contains
             rate = gap_rate(run, new)
             if (run%judged) then
                run%peak = max(run%peak, greatest_in(piece_t(0.0_wp, step, [gap(run, old), distance], &
-                                                            [gap_rate(run, old), rate])))
+                  [gap_rate(run, old), rate])))
                if (run%peak > run%hop_height) run%judged = .false.
             end if
             run%leaving = distance < -run%contact_tolerance
@@ -66,7 +66,6 @@ contains
 
    !> Even the shortest step crosses the condition: the event is here.
    pure subroutine give_way(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -80,8 +79,8 @@ contains
       case (phase_free)
          write (tau_text, '(f24.9)') instant(run, run%progress)
          call fail(error, status_run_failed, 'the contact near tau = '//trim(adjustl(tau_text))// &
-                   ' cannot be located: even the step halved to its limit goes through the stop; '// &
-                   'contact_tolerance is too small, or the motion is not finite')
+            ' cannot be located: even the step halved to its limit goes through the stop; '// &
+            'contact_tolerance is too small, or the motion is not finite')
       case (phase_held)
          call release(run, response, error)
       case (phase_contact)
@@ -91,7 +90,6 @@ contains
 
    !> Model A: the free stop point has come to the stop. A flight that stayed low ends where it began, in capture.
    pure subroutine strike(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -110,7 +108,6 @@ contains
 
    !> Model A: reverse the velocity by the restitution and begin a flight.
    pure subroutine rebound(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -150,7 +147,6 @@ contains
 
    !> Model A: bring the stop point to rest and hold it, unless the stop would have to pull.
    pure subroutine capture(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -178,7 +174,8 @@ contains
             run%phase = phase_free
             run%armed = .false.
             call restart_acceleration(run%stepper, state, .false.)
-            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event_here(run, event_release), response, error)
+            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event_here(run, event_release), response, &
+               error)
          end if
       end associate
    end subroutine capture
@@ -202,7 +199,8 @@ contains
    end subroutine push
 
    !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
-   !> them ring instead, and lose digits in their accelerations; so the first step is that short, and the next ones grow.
+   !> them ring instead, and lose digits in their accelerations; so the first step is that short, and the next ones
+   !> grow.
    pure subroutine step_softly(run, error)
       !> The run; its next step is bounded
       type(run_t), intent(inout) :: run
@@ -214,7 +212,8 @@ contains
       if (run%impulse_level < 0) then
          run%impulse_level = 0
          if (run%stepper%double_zeta > 0.0_wp) then
-            call highest_frequency(run%stepper%stiffness, run%stepper%mass, run%stepper%stop_dof, 0.0_wp, frequency, error)
+            call highest_frequency(run%stepper%stiffness, run%stepper%mass, run%stepper%stop_dof, 0.0_wp, frequency, &
+               error)
             if (allocated(error)) return
             run%impulse_level = level_of(run, 2.0_wp/(run%stepper%double_zeta*frequency**2))
          end if
@@ -224,7 +223,6 @@ contains
 
    !> Model A: the held stop point leaves.
    pure subroutine release(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -241,7 +239,6 @@ contains
 
    !> Model B: contact begins, with P = 0.
    pure subroutine begin_contact(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -258,7 +255,6 @@ contains
 
    !> Model B: contact ends. The surface springs back from the rest of the force and is then free.
    pure subroutine separate(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -282,7 +278,6 @@ contains
 
    !> An event at the present state; velocity before and after as it is now.
    pure function event_here(run, kind) result(event)
-      !> The run
       type(run_t), intent(in) :: run
       !> One of the `event_` constants
       integer, intent(in) :: kind
@@ -299,9 +294,7 @@ contains
 
    !> Keep an event and what it did to the energy.
    pure subroutine keep_event(run, event, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
-      !> The event
       type(event_t), intent(in) :: event
       !> Events
       type(response_t), intent(inout) :: response
@@ -314,7 +307,7 @@ contains
          write (limit_text, '(i0)') run%event_limit
          write (tau_text, '(f24.9)') event%tau
          call fail(error, status_run_failed, 'more than event_limit = '//trim(limit_text)//' events by tau = '// &
-                      trim(adjustl(tau_text)))
+            trim(adjustl(tau_text)))
          return
       end if
       call append_event(response, event)

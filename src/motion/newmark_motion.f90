@@ -9,11 +9,12 @@ module newmark_motion
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: i8, lambda1_power4, wp
    use newmark_events, only: give_way, look_for_event
-   use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, stop_energy, whole_step
+   use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, stop_energy, &
+      whole_step
    use newmark_samples, only: keep_shapes, take_sample
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
-   use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, kinetic_energy, make_factors, &
-                              make_newmark_stepper, make_start_state, predict_step, strain_energy
+   use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, kinetic_energy, &
+      make_factors, make_newmark_stepper, make_start_state, predict_step, strain_energy
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
    use response_types, only: response_t
@@ -31,7 +32,6 @@ contains
 
    !> The motion from rest in the static shape, eta_c = 1, until the end of the run.
    subroutine newmark_response(model, settings, response, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -56,9 +56,10 @@ contains
       run%keeps_shapes = allocated(response%shape_tau)
       call strain_energy(run%stepper, run%states(1), response%initial_energy)
       call start_tally(settings%stop, response%initial_energy, settings%height_ratio, run%progress%measurer%tally)
-      if (run%keeps_shapes) &
+      if (run%keeps_shapes) then
          call keep_shapes(run%stepper%order, run%states(1), run%states(1), 0.0_wp, 0.0_wp, settings%stop%preload, &
-                            run%progress%next_shape, response)
+            run%progress%next_shape, response)
+      end if
       call take_sample(run, response)
 
       do while (run%progress%sample < samples)
@@ -75,8 +76,8 @@ contains
       response%factorisations = run%stepper%factorisations
       if (allocated(response%energy)) then
          associate (e => response%energy)
-            miss = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact &
-                              - e%created - response%initial_energy))
+            miss = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop &
+               + e%dissipated_impact - e%created - response%initial_energy))
          end associate
          call check_ledger(run, miss, error)
          if (allocated(error)) return
@@ -85,14 +86,13 @@ contains
       run%measures%final_energy = energy_of(run)
       associate (ledger => run%progress%ledger)
          call finish_steps(run%progress%measurer, instant(run, run%progress), &
-                           [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, &
-                           settings%output%most_peaks, run%measures, response)
+            [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, &
+            settings%output%most_peaks, run%measures, response)
       end associate
    end subroutine newmark_response
 
    !> Can a run start? What would keep it from that is known without running it.
    subroutine check_newmark(model, settings, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -106,7 +106,6 @@ contains
 
    !> Check the step, make the stepper, the stop and the start.
    subroutine make_run(model, settings, run, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -127,14 +126,15 @@ contains
       if (allocated(error)) return
       associate (scheme => settings%response)
          call make_newmark_stepper(model, settings%zeta, scheme%newmark_beta, scheme%newmark_gamma, &
-                                   scheme%step/real(run%parts, wp), run%stepper, error)
+            scheme%step/real(run%parts, wp), run%stepper, error)
       end associate
-      if (.not. allocated(error)) &
+      if (.not. allocated(error)) then
          call make_start_state(model, run%stepper, 1.0_wp + settings%stop%preload, run%states(1), error)
+      end if
       if (.not. allocated(error)) call make_factors(run%stepper, 0, error, run%stop)
       if (allocated(error)) then
-         error%message = 'on this mesh Newmark''s steps are lost in rounding ('//error%message// &
-                         '): take elements of more equal length, a shorter step, or method = ''exact'''
+         error%message = "on this mesh Newmark's steps are lost in rounding ("//error%message// &
+            "): take elements of more equal length, a shorter step, or method = 'exact'"
          return
       end if
       call check_mesh(model, error)
@@ -143,15 +143,14 @@ contains
       run%flight_state = run%states(1)
       run%leaving = gap(run, run%states(1)) < -run%contact_tolerance
       if (.not. allocated(run%stop)) return
-      if (run%stop%branch_stiffness > 0.0_wp .and. run%stop%relaxation_rate > 0.0_wp) &
+      if (run%stop%branch_stiffness > 0.0_wp .and. run%stop%relaxation_rate > 0.0_wp) then
          run%contact_level = level_of(run, 1.0_wp/run%stop%relaxation_rate)
+      end if
    end subroutine make_run
 
    !> Refuse a step that is too long for a conditionally stable scheme, or divide it if that was asked for.
    pure subroutine divide_step(model, zeta, settings, parts, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
-      !> zeta
       real(wp), intent(in) :: zeta
       !> Step and scheme
       type(response_settings_t), intent(in) :: settings
@@ -172,7 +171,7 @@ contains
       if (settings%newmark_gamma < 0.5_wp) then
          write (gamma_text, '(f24.4)') settings%newmark_gamma
          call fail(error, status_bad_input, 'newmark_gamma must be at least 1/2: with '//trim(adjustl(gamma_text))// &
-                   ' every step would feed energy into the motion')
+            ' every step would feed energy into the motion')
          return
       end if
       if (is_unconditionally_stable(settings%newmark_beta, settings%newmark_gamma)) return
@@ -188,14 +187,14 @@ contains
       else
          way_out = '; shorten it, give substep = .true., '
       end if
-      call fail(error, status_bad_input, 'step '//to_text(settings%step)//' is too long for this Newmark scheme: on this '// &
-                'mesh it must be at most d tau = '//rounded_down(limit)//way_out//'or take newmark_beta = newmark_gamma / 2 = '// &
-                to_text(0.5_wp*settings%newmark_gamma))
+      call fail(error, status_bad_input, 'step '//to_text(settings%step)// &
+         ' is too long for this Newmark scheme: on this '// &
+         'mesh it must be at most d tau = '//rounded_down(limit)//way_out// &
+         'or take newmark_beta = newmark_gamma / 2 = '//to_text(0.5_wp*settings%newmark_gamma))
    end subroutine divide_step
 
    !> Refuse a mesh on which rounding alone opens the ledger.
    pure subroutine check_mesh(model, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> Set when it does
       type(failure_t), allocatable, intent(out) :: error
@@ -206,17 +205,15 @@ contains
 
       call rounding_of_energy(model, share, error)
       if (allocated(error) .or. share <= most) return
-      call fail(error, status_bad_input, 'on this mesh the energy of Newmark''s steps is lost in rounding, up to '// &
-                to_text(share)//' of it where at most '//to_text(most)//' is allowed: take fewer elements or elements of '// &
-                'more equal length, or method = ''exact''')
+      call fail(error, status_bad_input, "on this mesh the energy of Newmark's steps is lost in rounding, up to "// &
+         to_text(share)//' of it where at most '//to_text(most)//' is allowed: take fewer elements or elements of '// &
+         "more equal length, or method = 'exact'")
    end subroutine check_mesh
 
-   !> Share of the strain energy that rounding may take: eps |y| |K| |y| / (y K y) for the shape at the start. Where short
-   !> elements move as rigid bodies, large forces cancel.
+   !> Share of the strain energy that rounding may take: eps |y| |K| |y| / (y K y) for the shape at the start. Where
+   !> short elements move as rigid bodies, large forces cancel.
    pure subroutine rounding_of_energy(model, share, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
-      !> The share
       real(wp), intent(out) :: share
       !> Set when the stiffness cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
@@ -253,7 +250,6 @@ contains
 
    !> One accepted step and the event it may end with; or the event that no step leads past.
    pure subroutine advance(run, response, error)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Events and counters
       type(response_t), intent(inout) :: response
@@ -301,15 +297,15 @@ contains
       energy = energy_of(run)
       if (run%keeps_ledger) call account_step(run, run%stepper%factors(level)%step)
       if (run%keeps_measures) call measure_step(run, run%stepper%factors(level)%step, energy)
-      if (run%keeps_shapes) &
+      if (run%keeps_shapes) then
          call keep_shapes(run%stepper%order, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
-                            run%stepper%factors(level)%step, run%settings%preload, run%progress%next_shape, response)
+            run%stepper%factors(level)%step, run%settings%preload, run%progress%next_shape, response)
+      end if
       call look_for_event(run, run%stepper%factors(level)%step, closing, response, error)
    end subroutine advance
 
    !> Step from the present state into the other place.
    pure subroutine try_step(run, level)
-      !> The run
       type(run_t), intent(inout) :: run
       !> How often the step is halved
       integer, intent(in) :: level
@@ -317,7 +313,7 @@ contains
       real(wp) :: force, free_displacement, slope, rest
 
       associate (old => run%states(run%now), new => run%states(3 - run%now), factors => run%stepper%factors(level), &
-                 stepper => run%stepper, c => run%stepper%stop_dof)
+         stepper => run%stepper, c => run%stepper%stop_dof)
          call predict_step(stepper, level, old, new)
          run%stop_work = 0.0_wp
          select case (run%phase)
@@ -342,12 +338,13 @@ contains
             associate (give => 0.25_wp*factors%step**2)
                free_displacement = new%displacement(c) + give*new%acceleration(c)
                call mean_force_coefficients(factors%stop, old%indentation, old%branch_force, slope, rest)
-               force = (2.0_wp*(slope*(run%settings%preload + run%contact_gap - free_displacement) + rest) - old%force) &
-                       /(1.0_wp + 2.0_wp*slope*give*factors%column_at_stop)
+               force = (2.0_wp*(slope*(run%settings%preload + run%contact_gap - free_displacement) + rest) &
+                  - old%force) /(1.0_wp + 2.0_wp*slope*give*factors%column_at_stop)
             end associate
             call finish_step(stepper, level, force, new)
             new%indentation = run%settings%preload + run%contact_gap - new%displacement(c)
-            new%branch_force = factors%stop%decay*old%branch_force + factors%stop%gain*(new%indentation - old%indentation)
+            new%branch_force = factors%stop%decay*old%branch_force + factors%stop%gain*(new%indentation &
+               - old%indentation)
             run%stop_work = (slope*new%indentation + rest)*(new%indentation - old%indentation)
             call change_force(stepper, contact_force(run%stop, new%indentation, new%branch_force), new)
          end select
@@ -356,7 +353,6 @@ contains
 
    !> Does the step in the other place stand? Written so that a NaN does not.
    pure function is_acceptable(run, level) result(stands)
-      !> The run
       type(run_t), intent(in) :: run
       !> How often the step was halved
       integer, intent(in) :: level
@@ -375,7 +371,6 @@ contains
 
    !> What the step just accepted cost.
    pure subroutine account_step(run, step)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Length of the step
       real(wp), intent(in) :: step
@@ -386,13 +381,12 @@ contains
          call beam_dissipation(run%stepper, step, old, new, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated
          ledger%dissipated_stop = ledger%dissipated_stop + run%stop_work &
-                                  + stop_energy(run, old) - stop_energy(run, new)
+            + stop_energy(run, old) - stop_energy(run, new)
       end associate
    end subroutine account_step
 
    !> Measure the step just accepted.
    pure subroutine measure_step(run, step, energy)
-      !> The run
       type(run_t), intent(inout) :: run
       !> Length of the step
       real(wp), intent(in) :: step
@@ -405,23 +399,23 @@ contains
       from = instant(run, run%progress) - step
       associate (old => run%states(3 - run%now), new => run%states(run%now), c => run%stepper%stop_dof)
          piece = piece_t(from, step, [old%displacement(c), new%displacement(c)] - run%settings%preload, &
-                         [old%velocity(c), new%velocity(c)])
+            [old%velocity(c), new%velocity(c)])
          call measure_motion(run%progress%measurer, piece)
-         if (run%phase /= phase_free) &
+         if (run%phase /= phase_free) then
             call measure_contact(run%progress%measurer, from, step, [old%force, new%force])
+         end if
          call measure_energy(run%progress%measurer, from, step, [energy, energy_of(run)])
       end associate
    end subroutine measure_step
 
    !> Energy of beam and stop at the present state: the ledger closes to rounding.
    pure function energy_of(run) result(energy)
-      !> The run
       type(run_t), intent(in) :: run
       real(wp) :: energy
 
       associate (ledger => run%progress%ledger)
          energy = run%progress%measurer%tally%start_energy + ledger%created - ledger%dissipated_beam &
-                  - ledger%dissipated_stop - ledger%dissipated_impact
+            - ledger%dissipated_stop - ledger%dissipated_impact
       end associate
    end function energy_of
 
@@ -443,7 +437,6 @@ contains
 
    !> Refuse what misses the ledger by more than a share of the energy: rounding has moved the beam.
    pure subroutine check_ledger(run, miss, error)
-      !> The run
       type(run_t), intent(in) :: run
       !> From `miss_of_ledger`
       real(wp), intent(in) :: miss
@@ -455,10 +448,10 @@ contains
 
       whole = run%progress%measurer%tally%start_energy + run%progress%ledger%created
       if (miss <= tolerance*whole) return
-      call fail(error, status_run_failed, 'Newmark''s steps are lost in rounding: by tau = '// &
-                to_text(instant(run, run%progress))//' the energy is off by '//to_text(miss/whole)// &
-                ' of that at the start, and at most '//to_text(tolerance)//' is allowed: take a shorter step, fewer '// &
-                'elements or elements of more equal length, or method = ''exact''')
+      call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "// &
+         to_text(instant(run, run%progress))//' the energy is off by '//to_text(miss/whole)// &
+         ' of that at the start, and at most '//to_text(tolerance)//' is allowed: take a shorter step, fewer '// &
+         "elements or elements of more equal length, or method = 'exact'")
    end subroutine check_ledger
 
 end module newmark_motion

@@ -1,7 +1,7 @@
 !> A Newmark run under way: the beam and the stop, the present state, and where it stands on the grid of steps.
 module newmark_run
    use kinds, only: i8, wp
-      use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
+   use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: run_measures_t
    use run_recorder, only: ledger_t
    use run_settings, only: stop_settings_t
@@ -67,19 +67,19 @@ module newmark_run
       real(wp) :: stop_work = 0.0_wp
       !> End of the last step taken back, as an offset, as long as it is ahead
       integer(i8) :: refused_end = nowhere
-      !> The flight: does it end in capture if it stays low, how high did it rise, may it touch the stop? After leaving with a
-      !> rest of force the beam first sinks a little: that is no impact.
+      !> The flight: does it end in capture if it stays low, how high did it rise, may it touch the stop? After leaving
+      !> with a rest of force the beam first sinks a little: that is no impact.
       logical :: judged = .false.
       real(wp) :: peak = 0.0_wp
       logical :: armed = .true.
-      !> Below the surface, but on the way out: after leaving with a rest of force the springs of model B came back beyond the
-      !> beam; or rounding left it there
+      !> Below the surface, but on the way out: after leaving with a rest of force the springs of model B came back
+      !> beyond the beam; or rounding left it there
       logical :: leaving = .false.
       !> Where the flight began
       type(newmark_state_t) :: flight_state
       type(progress_t) :: flight_progress
-      !> How often the first step after an impulse is halved (negative: not known yet), that after contact begins with model B,
-      !> and the next step at least
+      !> How often the first step after an impulse is halved (negative: not known yet), that after contact begins with
+      !> model B, and the next step at least
       integer :: impulse_level = -1
       integer :: contact_level = 0
       integer :: next_level = 0
@@ -91,21 +91,18 @@ contains
 
    !> Instant of a state.
    pure function instant(run, progress) result(tau)
-      !> The run
       type(run_t), intent(in) :: run
       !> Where the state stands
       type(progress_t), intent(in) :: progress
       real(wp) :: tau
 
       tau = (real(progress%sample, wp) + (real(progress%part, wp) + scale(real(progress%offset, wp), -deepest_level)) &
-             /real(run%parts, wp))*run%sample_step
+         /real(run%parts, wp))*run%sample_step
    end function instant
 
    !> Distance of the stop point from the surface.
    pure function gap(run, state) result(distance)
-      !> The run
       type(run_t), intent(in) :: run
-      !> The state
       type(newmark_state_t), intent(in) :: state
       real(wp) :: distance
 
@@ -114,9 +111,7 @@ contains
 
    !> Rate of this distance while the beam is free.
    pure function gap_rate(run, state) result(rate)
-      !> The run
       type(run_t), intent(in) :: run
-      !> The state
       type(newmark_state_t), intent(in) :: state
       real(wp) :: rate
 
@@ -136,7 +131,6 @@ contains
 
    !> How often the step must be halved to be no longer than this.
    pure function level_of(run, time) result(level)
-      !> The run
       type(run_t), intent(in) :: run
       !> The time to resolve
       real(wp), intent(in) :: time

@@ -22,7 +22,7 @@ contains
       type(sample_t) :: sample
 
       associate (state => run%states(run%now), stepper => run%stepper, preload => run%settings%preload, &
-                 history => sample%history)
+         history => sample%history)
          history(eta_stop) = state%displacement(stepper%stop_dof) - preload
          history(eta_tip) = state%displacement(stepper%tip_dof) - preload
          history(velocity_stop) = state%velocity(stepper%stop_dof)
@@ -64,14 +64,14 @@ contains
          s = 1.0_wp
          if (step > 0.0_wp) s = max(0.0_wp, 1.0_wp - (tau - response%shape_tau(next))/step)
          weight = [(1.0_wp + 2.0_wp*s)*(1.0_wp - s)**2, step*s*(1.0_wp - s)**2, &
-                   s**2*(3.0_wp - 2.0_wp*s), -step*s**2*(1.0_wp - s)]
+            s**2*(3.0_wp - 2.0_wp*s), -step*s**2*(1.0_wp - s)]
          associate (y => response%shape_displacement(:, next), slope => response%shape_slope(:, next), &
-                    v => response%shape_velocity(:, next), slope_rate => response%shape_slope_velocity(:, next))
+            v => response%shape_velocity(:, next), slope_rate => response%shape_slope_velocity(:, next))
             y(1) = -preload
             y(2:) = weight(1)*old%displacement(1:order:2) + weight(2)*old%velocity(1:order:2) &
-                    + weight(3)*new%displacement(1:order:2) + weight(4)*new%velocity(1:order:2) - preload
+               + weight(3)*new%displacement(1:order:2) + weight(4)*new%velocity(1:order:2) - preload
             slope(2:) = weight(1)*old%displacement(2:order:2) + weight(2)*old%velocity(2:order:2) &
-                        + weight(3)*new%displacement(2:order:2) + weight(4)*new%velocity(2:order:2)
+               + weight(3)*new%displacement(2:order:2) + weight(4)*new%velocity(2:order:2)
             v(2:) = (1.0_wp - s)*old%velocity(1:order:2) + s*new%velocity(1:order:2)
             slope_rate(2:) = (1.0_wp - s)*old%velocity(2:order:2) + s*new%velocity(2:order:2)
          end associate

@@ -1,7 +1,7 @@
 !> How long a Newmark step may be.
 !>
-!> Hughes, The Finite Element Method, section 9.1: with gamma >= 1/2 and 2 beta < gamma a mode of frequency omega and damping
-!> ratio xi is stable as long as
+!> Hughes, The Finite Element Method, section 9.1: with gamma >= 1/2 and 2 beta < gamma a mode of frequency omega and
+!> damping ratio xi is stable as long as
 !>    omega h <= (xi (gamma - 1/2) + sqrt(gamma/2 - beta + xi^2 (gamma - 1/2)^2)) / (gamma/2 - beta);
 !> with 2 beta >= gamma every step is stable.
 module newmark_stability
@@ -25,8 +25,8 @@ contains
       stable = 2.0_wp*beta >= gamma
    end function is_unconditionally_stable
 
-   !> The longest stable step of a conditionally stable scheme with damping in proportion to the stiffness, where the highest
-   !> frequency decides: its step falls with the frequency.
+   !> The longest stable step of a conditionally stable scheme with damping in proportion to the stiffness, where the
+   !> highest frequency decides: its step falls with the frequency.
    elemental function critical_step(beta, gamma, zeta, frequency) result(step)
       !> Newmark's beta, below gamma/2
       real(wp), intent(in) :: beta
@@ -46,8 +46,8 @@ contains
       end associate
    end function critical_step
 
-   !> An upper bound, right to one part in a million, of the highest frequency of (K + k e_c e_c^T, M). By bisection on the
-   !> number of negative pivots of K - sigma M, which is the number of eigenvalues below sigma.
+   !> An upper bound, right to one part in a million, of the highest frequency of (K + k e_c e_c^T, M). By bisection on
+   !> the number of negative pivots of K - sigma M, which is the number of eigenvalues below sigma.
    pure subroutine highest_frequency(stiffness, mass, stop_dof, spring, frequency, error)
       !> K
       type(skyline_t), intent(in) :: stiffness

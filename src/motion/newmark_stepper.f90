@@ -1,16 +1,16 @@
-!> One Newmark step of the beam: M y'' + C y' + K y = f e_c, C = 2 zeta K, time in tau, K that of E Ibar = rho Abar = L = 1
-!> over lambda1^4, e_c the stop point.
+!> One Newmark step of the beam: M y'' + C y' + K y = f e_c, C = 2 zeta K, time in tau, K that of E Ibar = rho Abar = L
+!> = 1 over lambda1^4, e_c the stop point.
 !>
 !> In displacements, steps of length h with any beta and gamma are steps by average acceleration (1/4 and 1/2) of a
 !> beam with
 !>    M* = M + (gamma - 1/2) h C + (beta - gamma/2) h^2 K,   C* = C + (gamma - 1/2) h K
-!> (Krenk, Computer Methods in Applied Mechanics and Engineering 195, 2006, 6110-6124; eliminate velocities and accelerations
-!> from three steps). So all is done with this beam, impulses too, and M* and C* stay as they are where the step is halved.
-!> With y+ - y = h (v + v+)/2 the energy v M* v/2 + y K y/2 then changes by
+!> (Krenk, Computer Methods in Applied Mechanics and Engineering 195, 2006, 6110-6124; eliminate velocities and
+!> accelerations from three steps). So all is done with this beam, impulses too, and M* and C* stay as they are where
+!> the step is halved. With y+ - y = h (v + v+)/2 the energy v M* v/2 + y K y/2 then changes by
 !>    -h w C* w + (y_c+ - y_c) (f + f+)/2,   w = (v + v+)/2,
-!> whatever the lengths of the steps: free, held (y_c+ = y_c) and at impulses it never grows. M* is positive just below the
-!> limit of stability. Velocities and accelerations taken the usual way, with M, leave the energy open: after an impulse
-!> v, M y'' = -C v is huge in strongly damped modes, and through (beta - 1/4) h^2 y'' it moves the beam.
+!> whatever the lengths of the steps: free, held (y_c+ = y_c) and at impulses it never grows. M* is positive just below
+!> the limit of stability. Velocities and accelerations taken the usual way, with M, leave the energy open: after an
+!> impulse v, M y'' = -C v is huge in strongly damped modes, and through (beta - 1/4) h^2 y'' it moves the beam.
 !>
 !> Form with the acceleration as the unknown (Hughes, The Finite Element Method, section 9.1): one product and one
 !> solve a step. The force f enters afterwards through the column A^-1 e_c, so that one factorisation
@@ -98,9 +98,7 @@ contains
 
    !> Everything that does not depend on the length of the step.
    pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
-      !> zeta
       real(wp), intent(in) :: zeta
       !> Newmark's beta and gamma, with which this step is stable
       real(wp), intent(in) :: beta
@@ -123,7 +121,7 @@ contains
       stepper%stiffness = model%stiffness
       stepper%stiffness%values = model%stiffness%values/lambda1_power4
       stepper%mass = combine(1.0_wp, model%mass, &
-                             step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
+         step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
 
       allocate (stepper%stiffness_diagonals(stepper%order, -band:band))
       stepper%stiffness_diagonals = 0.0_wp
@@ -154,7 +152,6 @@ contains
 
    !> At rest in the static shape of a point force at the stop point, this point at y = displacement.
    pure subroutine make_start_state(model, stepper, displacement, state, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> From `make_newmark_stepper`
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -194,7 +191,7 @@ contains
       if (stepper%factors(level)%made) return
       h = scale(stepper%step, -level)
       matrix = combine(1.0_wp, stepper%mass, &
-                       h*(0.5_wp*stepper%double_zeta + 0.25_wp*h), stepper%stiffness)
+         h*(0.5_wp*stepper%double_zeta + 0.25_wp*h), stepper%stiffness)
       call factorise(matrix, error)
       if (allocated(error)) return
       stepper%factorisations = stepper%factorisations + 1
@@ -230,7 +227,7 @@ contains
 
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
          call predict(stepper%order, h, stepper%double_zeta, &
-                      old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
+            old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
          call negative_product(stepper%order, stepper%stiffness_diagonals, stepper%work, new%acceleration)
          call solve_banded(stepper%order, factors%lower, factors%reciprocal_pivot, new%acceleration)
       end associate
@@ -281,8 +278,8 @@ contains
 
       do i = 1, order
          product(i) = -(diagonals(i, -3)*x(i - 3) + diagonals(i, -2)*x(i - 2) + diagonals(i, -1)*x(i - 1) &
-                        + diagonals(i, 0)*x(i) &
-                        + diagonals(i, 1)*x(i + 1) + diagonals(i, 2)*x(i + 2) + diagonals(i, 3)*x(i + 3))
+            + diagonals(i, 0)*x(i) &
+            + diagonals(i, 1)*x(i + 1) + diagonals(i, 2)*x(i + 2) + diagonals(i, 3)*x(i + 3))
       end do
    end subroutine negative_product
 
@@ -324,7 +321,7 @@ contains
       state%force = force
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
          call correct(stepper%order, force, factors%column, 0.25_wp*h*h, 0.5_wp*h, &
-                      state%displacement, state%velocity, state%acceleration)
+            state%displacement, state%velocity, state%acceleration)
       end associate
    end subroutine finish_step
 
@@ -422,8 +419,8 @@ contains
       end associate
    end subroutine strain_energy
 
-   !> Energy dissipated inside the beam over a step, h w C* w with the mean velocity w: with gamma > 1/2 the scheme takes its
-   !> part. The balance is exact to rounding.
+   !> Energy dissipated inside the beam over a step, h w C* w with the mean velocity w: with gamma > 1/2 the scheme
+   !> takes its part. The balance is exact to rounding.
    pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
@@ -462,7 +459,6 @@ contains
 
    !> Copy without allocating.
    pure subroutine copy_state(from, to)
-      !> The state
       type(newmark_state_t), intent(in) :: from
       !> The copy, allocated to the same size
       type(newmark_state_t), intent(inout) :: to

@@ -1,5 +1,5 @@
-!> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical damping are
-!> taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
+!> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical
+!> damping are taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
    use certified_search, only: bound_curvature, bound_jerk, bound_value, term_curvature, term_rate, term_value
    use damped_oscillators, only: greatest_exponent, lanes, oscillators_t
@@ -29,8 +29,8 @@ contains
       integer :: b, i
 
       associate (square => oscillators%lane_square, inverse_square => oscillators%inverse_square, &
-                 decay => oscillators%decay, spread => oscillators%spread, inverse_spread => oscillators%inverse_spread, &
-                 two_zeta => oscillators%two_zeta, oscillating => oscillators%oscillating)
+         decay => oscillators%decay, spread => oscillators%spread, inverse_spread => oscillators%inverse_spread, &
+         two_zeta => oscillators%two_zeta, oscillating => oscillators%oscillating)
          do b = 0, lanes*(blocks - 1), lanes
             if (oscillating > b) then
                !$omp simd private(a, jerk, snap, magnitude)
@@ -43,11 +43,11 @@ contains
                   terms(i, term_curvature) = weight(i)*a
                   magnitude = abs(weight(i))
                   terms(i, bound_value) = magnitude*oscillating_bound(z(i), v(i), inverse_square(i), decay(i), &
-                                                                      inverse_spread(i))
+                     inverse_spread(i))
                   terms(i, bound_curvature) = magnitude*oscillating_bound(a, jerk, inverse_square(i), decay(i), &
-                                                                          inverse_spread(i))
+                     inverse_spread(i))
                   terms(i, bound_jerk) = magnitude*oscillating_bound(jerk, snap, inverse_square(i), decay(i), &
-                                                                     inverse_spread(i))
+                     inverse_spread(i))
                end do
             end if
             if (oscillating >= b + lanes) cycle
@@ -61,11 +61,11 @@ contains
                terms(i, term_curvature) = weight(i)*a
                magnitude = abs(weight(i))
                terms(i, bound_value) = magnitude*creeping_bound(z(i), v(i), inverse_square(i), decay(i), spread(i), &
-                                                                inverse_spread(i))
+                  inverse_spread(i))
                terms(i, bound_curvature) = magnitude*creeping_bound(a, jerk, inverse_square(i), decay(i), spread(i), &
-                                                                    inverse_spread(i))
+                  inverse_spread(i))
                terms(i, bound_jerk) = magnitude*creeping_bound(jerk, snap, inverse_square(i), decay(i), spread(i), &
-                                                               inverse_spread(i))
+                  inverse_spread(i))
             end do
          end do
       end associate
@@ -98,7 +98,7 @@ contains
       real(wp) :: bound
 
       bound = min(sqrt(z**2 + v**2*inverse_square), &
-                  0.5_wp*inverse_spread*(abs(v + (decay + 2.0_wp*spread)*z) + abs(v + decay*z)))
+         0.5_wp*inverse_spread*(abs(v + (decay + 2.0_wp*spread)*z) + abs(v + decay*z)))
    end function creeping_bound
 
    !> The two exponentials of the modes far beyond critical damping. Their derivatives are taken one by one: in

@@ -58,8 +58,8 @@ contains
       if (measurer%is_wanted) call take_impulse(measurer%tally, tau, impulse)
    end subroutine measure_impulse
 
-   !> Does a flight rise above the quiet level? After the first meeting with the stop it is a rebound then, unless it still
-   !> rises to its highest point as the run ends.
+   !> Does a flight rise above the quiet level? After the first meeting with the stop it is a rebound then, unless it
+   !> still rises to its highest point as the run ends.
    subroutine measure_rise(measurer, eta, from, length, to_the_end, greatest, rises)
       !> Gets the rebound
       type(measurer_t), intent(inout) :: measurer
@@ -84,7 +84,8 @@ contains
          if (rises .and. measurer%has_met) call add_rebound(measurer%measures)
          return
       end if
-      call greatest_value(eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, still_rises, peak, time)
+      call greatest_value(eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, still_rises, peak, &
+         time)
       if (.not. rises .and. greatest > quiet_level) then
          rises = .true.
          peak = greatest
@@ -151,9 +152,9 @@ contains
       measures = measurer%measures
       ! the ledger closes to rounding
       lost_beam = measurer%tally%start_energy + ledger%created - ledger%dissipated_impact - measurer%lost_stop &
-                  - measures%final_energy
+         - measures%final_energy
       call finish_tally(measurer%tally, response, duration, [lost_beam, measurer%lost_stop, ledger%dissipated_impact], &
-                        ledger%created, measurer%most_peaks, measures)
+         ledger%created, measurer%most_peaks, measures)
       last = 0.0_wp
       is_loud = .false.
       if (allocated(measurer%loud)) then

@@ -34,14 +34,14 @@ contains
             allocate (response%energy)
             associate (energy => response%energy)
                allocate (energy%kinetic(n), energy%strain(n), energy%stop(n), energy%dissipated_beam(n), &
-                         energy%dissipated_stop(n), energy%dissipated_impact(n), energy%created(n), source=0.0_wp)
+                  energy%dissipated_stop(n), energy%dissipated_impact(n), energy%created(n), source=0.0_wp)
             end associate
          end if
          call find_instants(settings, real(samples, wp)*step, response%shape_tau)
          if (.not. allocated(response%shape_tau)) return
          shapes = size(response%shape_tau)
          allocate (response%shape_displacement(0:nodes, shapes), response%shape_slope(0:nodes, shapes), &
-                   response%shape_velocity(0:nodes, shapes), response%shape_slope_velocity(0:nodes, shapes), source=0.0_wp)
+            response%shape_velocity(0:nodes, shapes), response%shape_slope_velocity(0:nodes, shapes), source=0.0_wp)
       end associate
    end subroutine open_records
 
@@ -64,7 +64,7 @@ contains
       if (settings%shape_step > 0.0_wp) even = count_samples(duration, settings%shape_step)
       times = merged(listed, [(real(i, wp)*settings%shape_step, i=0, even)])
       instants = pack(times, times >= 0.0_wp .and. times <= duration .and. &
-                      [.true., (times(i) > times(i - 1), i=2, size(times))])
+         [.true., (times(i) > times(i - 1), i=2, size(times))])
    end subroutine find_instants
 
    !> Is anything asked for at equal steps?
@@ -78,7 +78,6 @@ contains
 
    !> In ascending order, by insertion from the end: a list in order costs one look at each value.
    pure function ascending(values) result(sorted)
-      !> The values
       real(wp), intent(in) :: values(:)
       real(wp) :: sorted(size(values))
 

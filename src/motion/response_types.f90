@@ -62,8 +62,8 @@ module response_types
       real(wp), allocatable :: created(:)
    end type energy_t
 
-   !> What engineers ask of a run: how soon, how hard, how long, how high again, when quiet. From phases or steps and from
-   !> events, never from samples, so that it does not depend on what is kept.
+   !> What engineers ask of a run: how soon, how hard, how long, how high again, when quiet. From phases or steps and
+   !> from events, never from samples, so that it does not depend on what is kept.
    type :: run_measures_t
       !> Length of the run, tau
       real(wp) :: duration = 0.0_wp
@@ -79,7 +79,8 @@ module response_types
       !> Longest and total time in contact
       real(wp) :: longest_contact = 0.0_wp
       real(wp) :: total_contact = 0.0_wp
-      !> Greatest contact force, as Pbar; of model A the greatest mean over `force_window` from the beginning of an episode
+      !> Greatest contact force, as Pbar; of model A the greatest mean over `force_window` from the beginning of an
+      !> episode
       real(wp) :: greatest_force = 0.0_wp
       !> Greatest impulse of an episode, less that of the force at rest in its contacts
       real(wp) :: greatest_impulse = 0.0_wp
@@ -90,7 +91,8 @@ module response_types
       !> When |eta_c| last exceeded `quiet_level`; false: at the end it still does
       logical :: is_quiet = .false.
       real(wp) :: quiet_tau = 0.0_wp
-      !> When the energy above that of the beam at rest last exceeded `quiet_energy` of the start's; false: it still does
+      !> When the energy above that of the beam at rest last exceeded `quiet_energy` of the start's; false: it still
+      !> does
       logical :: has_spent = .false.
       real(wp) :: spent_tau = 0.0_wp
       !> Energy at the start, of the beam at rest, and at the end
@@ -136,7 +138,8 @@ module response_types
       type(energy_t), allocatable :: energy
       !> Measures; unallocated: not asked for
       type(run_measures_t), allocatable :: measures
-      !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant], clamp first
+      !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant],
+      !> clamp first
       real(wp), allocatable :: shape_tau(:)
       real(wp), allocatable :: shape_displacement(:, :)
       real(wp), allocatable :: shape_slope(:, :)

@@ -2,15 +2,15 @@
 !> the events at the end (docs/theory.md, section 12).
 !>
 !> An episode is all that the stop does to the beam between two flights that rise above `quiet_level`: impacts in their
-!> cluster, contacts that last, low hops between them. Single impacts and contacts change with the mesh, an episode's impulse
-!> does not. Nor has the force of a rigid stop a limit in the mesh, which is the greater the less mass is stopped at once;
-!> its mean over a time has one.
+!> cluster, contacts that last, low hops between them. Single impacts and contacts change with the mesh, an episode's
+!> impulse does not. Nor has the force of a rigid stop a limit in the mesh, which is the greater the less mass is
+!> stopped at once; its mean over a time has one.
 module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
-   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, quiet_energy, &
-      quiet_level, response_t, run_measures_t
+   use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
+      quiet_energy, quiet_level, response_t, run_measures_t
    use run_settings, only: stop_settings_t
    use stop_laws, only: make_yielding_stop
    use yielding_stop, only: yielding_stop_t
@@ -50,7 +50,6 @@ contains
 
    !> Begin a run.
    subroutine start_tally(stop, start_energy, force_scale, tally)
-      !> The stop
       type(stop_settings_t), intent(in) :: stop
       !> Energy of the static shape of the start, whose stop point is 1 + delta away from where it is unstressed
       real(wp), intent(in) :: start_energy
@@ -76,7 +75,6 @@ contains
 
    !> An impulse at an instant.
    elemental subroutine take_impulse(tally, tau, impulse)
-      !> The tally
       type(tally_t), intent(inout) :: tally
       !> The instant
       real(wp), intent(in) :: tau
@@ -90,7 +88,6 @@ contains
 
    !> A contact, or a step of it.
    elemental subroutine take_contact(tally, from, length, impulse, early_impulse)
-      !> The tally
       type(tally_t), intent(inout) :: tally
       !> Beginning and length
       real(wp), intent(in) :: from
@@ -106,7 +103,6 @@ contains
 
    !> How much of a contact lies in `force_window` of the beginning of its episode.
    elemental function early_part(tally, from, length) result(part)
-      !> The tally
       type(tally_t), intent(in) :: tally
       !> Beginning and length of the contact
       real(wp), intent(in) :: from
@@ -120,19 +116,17 @@ contains
 
    !> An impulse within `force_window`.
    elemental subroutine take_early(tally, impulse)
-      !> The tally
       type(tally_t), intent(inout) :: tally
-      !> The impulse
       real(wp), intent(in) :: impulse
 
       tally%early_impulse = tally%early_impulse + impulse
-      if (.not. tally%yields) &
+      if (.not. tally%yields) then
          tally%greatest_force = max(tally%greatest_force, tally%force_scale*tally%early_impulse/force_window)
+      end if
    end subroutine take_early
 
    !> The stop acts: an episode begins unless it has.
    elemental subroutine begin_episode(tally, tau)
-      !> The tally
       type(tally_t), intent(inout) :: tally
       !> The instant
       real(wp), intent(in) :: tau
@@ -146,7 +140,6 @@ contains
 
    !> A flight rises above `quiet_level`, or the run ends: the episode is over.
    elemental subroutine end_episode(tally)
-      !> The tally
       type(tally_t), intent(inout) :: tally
 
       if (tally%in_episode) tally%greatest_impulse = max(tally%greatest_impulse, tally%impulse)
@@ -155,9 +148,7 @@ contains
 
    !> By how much an energy, less that of rest, exceeds the share that counts as spent.
    elemental function excess_of(tally, energy) result(excess)
-      !> The tally
       type(tally_t), intent(in) :: tally
-      !> The energy
       real(wp), intent(in) :: energy
       real(wp) :: excess
 
@@ -166,9 +157,7 @@ contains
 
    !> The energy is spent from here on, or is not any more.
    elemental subroutine mark_energy(tally, is_spent, tau)
-      !> The tally
       type(tally_t), intent(inout) :: tally
-      !> It is
       logical, intent(in) :: is_spent
       !> The instant
       real(wp), intent(in) :: tau
@@ -255,7 +244,6 @@ contains
 
    !> What the events alone tell.
    pure subroutine measure_events(response, measures)
-      !> The run
       type(response_t), intent(in) :: response
       !> What was measured; the length of the run is there
       type(run_measures_t), intent(inout) :: measures

@@ -1,5 +1,5 @@
-!> What is kept of a run, whatever its method: the ledger of its energy, samples at equal steps, instants of shapes. Nothing is
-!> computed that was not asked for.
+!> What is kept of a run, whatever its method: the ledger of its energy, samples at equal steps, instants of shapes.
+!> Nothing is computed that was not asked for.
 module run_recorder
    use history_list, only: history_count
    use kinds, only: wp

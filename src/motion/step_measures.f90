@@ -1,16 +1,18 @@
 !> Measures of a run taken from Newmark's own steps, as it takes them.
 !>
 !> Within a step the displacement of the stop point is the cubic with the displacements and velocities of its ends
-!> (Hermite), so that a bounce is seen in full and a velocity that jumps at an impact has its two values; force and energy go
-!> on straight lines.
+!> (Hermite), so that a bounce is seen in full and a velocity that jumps at an impact has its two values; force and
+!> energy go on straight lines.
 module step_measures
    use kinds, only: wp
-   use response_types, only: event_capture, event_impact, event_t, is_contact_end, quiet_level, response_t, run_measures_t
+   use response_types, only: event_capture, event_impact, event_t, is_contact_end, quiet_level, response_t, &
+      run_measures_t
    use run_measures, only: add_rebound, early_part, end_episode, excess_of, finish_tally, mark_energy, take_contact, &
-                           take_impulse, tally_t
+      take_impulse, tally_t
    implicit none (type, external)
    private
-   public :: step_measurer_t, piece_t, greatest_in, measure_motion, measure_contact, measure_energy, measure_event, finish_steps
+   public :: step_measurer_t, piece_t, greatest_in, measure_motion, measure_contact, measure_energy, measure_event, &
+      finish_steps
 
    !> eta of the stop point in a step
    type :: piece_t
@@ -56,7 +58,8 @@ contains
       most = maxval(abs(piece%eta))
       may_turn = most + hump*piece%length*sum(abs(piece%rate))
       turns = 0
-      if (may_turn > quiet_level .and. (most <= quiet_level .or. (measurer%in_flight .and. may_turn > measurer%peak_eta))) then
+      if (may_turn > quiet_level .and. &
+         (most <= quiet_level .or. (measurer%in_flight .and. may_turn > measurer%peak_eta))) then
          cubic = cubic_of(piece)
          call find_turns(cubic, turns, turn)
       end if
@@ -97,7 +100,8 @@ contains
       associate (tally => measurer%tally)
          early = early_part(tally, from, length)
          share = 0.5_wp*early/length
-         call take_contact(tally, from, length, 0.5_wp*length*sum(force), early*((1.0_wp - share)*force(1) + share*force(2)))
+         call take_contact(tally, from, length, 0.5_wp*length*sum(force), &
+            early*((1.0_wp - share)*force(1) + share*force(2)))
          if (tally%yields) tally%greatest_force = max(tally%greatest_force, tally%force_scale*force(2))
       end associate
    end subroutine measure_contact
@@ -130,8 +134,9 @@ contains
       type(run_measures_t), intent(inout) :: measures
 
       call end_flight(measurer, measures)
-      if (event%kind == event_impact .or. event%kind == event_capture) &
+      if (event%kind == event_impact .or. event%kind == event_capture) then
          call take_impulse(measurer%tally, event%tau, event%impulse)
+      end if
       measurer%in_flight = event%kind == event_impact .or. is_contact_end(event%kind)
       measurer%peak_tau = event%tau
       measurer%peak_eta = event%eta
@@ -144,8 +149,9 @@ contains
       !> Gets the rebound
       type(run_measures_t), intent(inout) :: measures
 
-      if (measurer%in_flight .and. measurer%peak_eta > quiet_level) &
+      if (measurer%in_flight .and. measurer%peak_eta > quiet_level) then
          call add_rebound(measures, measurer%peak_tau, measurer%peak_eta)
+      end if
    end subroutine end_flight
 
    !> The end of the run.
@@ -206,7 +212,8 @@ contains
       mark(turns + 1) = 1.0_wp
       point = 0.0_wp
       do k = 0, turns
-         if (abs(cubic_value(cubic, mark(k))) > quiet_level) point = last_loud_point(cubic, quiet_level, mark(k), mark(k + 1))
+         if (abs(cubic_value(cubic, mark(k))) > quiet_level) point = last_loud_point(cubic, quiet_level, mark(k), &
+            mark(k + 1))
       end do
       if (abs(piece%eta(2)) > quiet_level) point = 1.0_wp
       tau = piece%from + point*piece%length

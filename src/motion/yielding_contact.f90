@@ -1,4 +1,5 @@
-!> A stop of three elements, model B: the beam sinks into it from P = 0 to P = 0, and the surface that it leaves behind relaxes.
+!> A stop of three elements, model B: the beam sinks into it from P = 0 to P = 0, and the surface that it leaves behind
+!> relaxes.
 module yielding_contact
    use certified_search, only: first_zero, found_never_left, search_t
    use contact_losses, only: contact_losses_t, integral, losses_of_step, losses_until, make_contact_losses
@@ -38,7 +39,8 @@ module yielding_contact
       complex(wp), allocatable :: amplitude(:)
       !> P
       type(exponential_signal_t) :: force
-      !> The terms of P at the last sample, what a step makes of them, and the samples since they came from the closed form
+      !> The terms of P at the last sample, what a step makes of them, and the samples since they came from the closed
+      !> form
       complex(wp), allocatable :: term(:), factor(:), rate_value(:)
       integer :: since = renewal
       !> Dissipated up to that sample in beam and stop
@@ -94,7 +96,8 @@ contains
 
       self%start_order = 2
       self%force_order = 2
-      if (sum(self%beam%stop_value*self%beam%oscillators%square*motion%q) > 0.0_wp) call close_stop(self, motion, response)
+      if (sum(self%beam%stop_value*self%beam%oscillators%square*motion%q) > 0.0_wp) call close_stop(self, motion, &
+         response)
    end subroutine start
 
    !> A flight has ended: contact begins, unless the beam goes with the surface.
@@ -132,8 +135,10 @@ contains
          if (is_pressed) return
          self%force_order = 2
          motion%v = motion%v - beam%stop_value*(speed - surface_speed)/beam%mobility
-         call charge_event(motion%recorder%ledger, -0.5_wp*(speed - surface_speed)*(speed + surface_speed)/beam%mobility)
-         is_pressed = sum(beam%stop_value*beam%oscillators%square*(motion%q + two_zeta*motion%v)) > self%rate*surface_speed
+         call charge_event(motion%recorder%ledger, -0.5_wp*(speed - surface_speed)*(speed &
+            + surface_speed)/beam%mobility)
+         is_pressed = sum(beam%stop_value*beam%oscillators%square*(motion%q + two_zeta*motion%v)) > &
+            self%rate*surface_speed
       end associate
    end subroutine follow_surface
 
@@ -163,12 +168,13 @@ contains
             allocate (self%force%amplitude(modes%count))
             allocate (self%force%place, source=fastest_last(modes%exponent))
          end if
-         if ((motion%recorder%asked%energy .or. motion%measurer%is_wanted) .and. .not. self%losses%made) &
+         if ((motion%recorder%asked%energy .or. motion%measurer%is_wanted) .and. .not. self%losses%made) then
             call make_contact_losses(self%beam, modes, self%losses)
+         end if
          self%q = motion%q
          self%v = motion%v
          call contact_amplitudes(self%beam, modes, self%surface, self%q, self%v, self%branch_force, self%force%offset, &
-                                 self%amplitude)
+            self%amplitude)
          self%force%amplitude = modes%weight*self%amplitude
          self%force%start_order = self%force_order
          self%since = renewal
@@ -251,8 +257,8 @@ contains
       if (self%since >= renewal .or. (with_losses .and. size(self%modes%inactive) > 0)) then
          self%term = self%force%amplitude*exp(self%modes%exponent*time)
          self%since = 0
-         if (with_losses) call losses_until(self%beam, self%modes, self%losses, self%force%amplitude, self%q, self%v, time, &
-                                            self%lost)
+         if (with_losses) call losses_until(self%beam, self%modes, self%losses, self%force%amplitude, self%q, self%v, &
+            time, self%lost)
          return
       end if
       if (with_losses) then
@@ -277,13 +283,13 @@ contains
       depth = self%surface - sum(self%beam%stop_value*q)
       force = self%force%offset + sum(real(self%force%amplitude*exp(self%force%exponent*time), wp))
       energy = 0.5_wp*sum(v**2 + self%beam%oscillators%square*q**2) &
-               + self%spring%energy(depth, force - self%spring%stiffness*depth)
+         + self%spring%energy(depth, force - self%spring%stiffness*depth)
    end function energy_at
 
    !> Bring the motion to the separation, where P = k u + P2 = 0.
    !>
-   !> The indentation comes from the exponentials, as from the displacements it would be a rounding error where the stop is
-   !> hard, and the displacements follow it.
+   !> The indentation comes from the exponentials, as from the displacements it would be a rounding error where the stop
+   !> is hard, and the displacements follow it.
    subroutine finish(self, motion)
       class(yielding_contact_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -298,15 +304,15 @@ contains
          end if
          call self%go_to(length, motion%q, motion%v)
          depth = self%force%offset/self%spring%stiffness &
-                 - sum(real(self%force%amplitude*modes%stop_value*exp(modes%exponent*length), wp))
+            - sum(real(self%force%amplitude*modes%stop_value*exp(modes%exponent*length), wp))
          if (self%spring%branch_stiffness > 0.0_wp) then
             call indent(self, -self%spring%stiffness*max(depth, 0.0_wp))
          else
             call indent(self, 0.0_wp)
          end if
          motion%q = motion%q + beam%stop_value/beam%oscillators%square* &
-                    (((self%surface + self%branch_force/self%spring%stiffness) - sum(beam%stop_value*motion%q)) &
-                     /beam%flexibility)
+            (((self%surface + self%branch_force/self%spring%stiffness) - sum(beam%stop_value*motion%q)) &
+            /beam%flexibility)
       end associate
    end subroutine finish
 
@@ -324,7 +330,7 @@ contains
          measurer%has_met = .true.
          call measure_force(measurer%tally, force, length, self%search%greatest)
          impulse = force%offset*length &
-                   + sum(real(force%amplitude*integral(force%exponent, length, exp(force%exponent*length)), wp))
+            + sum(real(force%amplitude*integral(force%exponent, length, exp(force%exponent*length)), wp))
          call take_contact(measurer%tally, motion%tau, length, impulse, 0.0_wp)
          call losses_until(self%beam, self%modes, self%losses, force%amplitude, self%q, self%v, length, lost)
          measurer%lost_stop = measurer%lost_stop + lost(2)

@@ -72,7 +72,7 @@ contains
 
       output%energy = .true.
       call exact_response(model, run_settings_t(zeta, stop_settings, response_settings, output, height_ratio), &
-                          response, error)
+         response, error)
    end subroutine run_exact
 
    !> By how much the ledger of a run is open, and what beam and stop win from one sample to the next or by an event; shares
@@ -90,7 +90,7 @@ contains
          at_work = e%kinetic + e%strain + e%stop
          total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
          errors = [maxval(abs(total - response%initial_energy)), &
-                   max(maxval(at_work(2:) - at_work(:last - 1)), maxval(e%created))]/response%initial_energy
+            max(maxval(at_work(2:) - at_work(:last - 1)), maxval(e%created))]/response%initial_energy
       end associate
    end function energy_errors
 
