@@ -52,7 +52,10 @@ def translate(path):
                     raise TranslationError(where + f"@{found.group(1)} needs its arguments and nothing else on one line")
                 inner = rest[1:-1].strip()
                 comma = ", " if inner else ""
-                out.append(f"call {found.group(1)}({inner}{comma}&")
+                call = f"  call {found.group(1)}({inner}{comma}&"
+                if len(call) > 132:
+                    raise TranslationError(where + f"pFUnit makes {len(call)} columns of this line, Fortran takes 132")
+                out.append(call)
                 out.append(f"   & location=SourceLocation( &")
                 out.append(f"   & '{os.path.basename(path)}', {number}))")
                 out.append("if (anyExceptions()) return")

@@ -58,6 +58,7 @@ def main(failing, stopping, hollow, empty):
     refused("odd.pf", "module odd\ncontains\n@tset\nsubroutine a()\nend subroutine a\nend module odd\n", "@tset")
     refused("name.pf", "module other\nend module other\n", "named as its file")
     refused("bare.pf", "module bare\ncontains\n@assertTrue\nend module bare\n", "needs its arguments")
+    refused("wide.pf", f"module wide\ncontains\n@assertTrue({'a' * 120})\nend module wide\n", "columns of this line")
     refused("loose.pf", "module loose\ncontains\n@test\ninteger :: i\nend module loose\n", "must follow @test")
     refused("empty.pf", "module empty\nend module empty\n", "no @test")
     refused("lost.pf", "module lost\ncontains\n@test\nsubroutine a()\nend subroutine a\n"
