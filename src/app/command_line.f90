@@ -99,7 +99,7 @@ contains
                command%folder = word(len('--out=') + 1:)
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
-                         &--threads N, --quiet, --names, --version, --help')
+               &--threads N, --quiet, --names, --version, --help')
                return
             end if
          end associate
@@ -111,8 +111,9 @@ contains
       allocate (command%scenes(count(is_scene)))
       command%scenes(:) = pack(arguments, is_scene)
       if (size(command%scenes) == 0 .and. .not. (command%wants_help .or. command%wants_version &
-          .or. command%wants_names)) &
+         .or. command%wants_names)) then
          call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
+      end if
    end subroutine parse_arguments
 
    !> A number of threads.
@@ -128,7 +129,9 @@ contains
       integer :: number
 
       number = 0
-      if (len(word) >= 1 .and. len(word) <= most_digits .and. verify(word, '0123456789') == 0) read (word, '(i4)') number
+      if (len(word) >= 1 .and. len(word) <= most_digits .and. verify(word, '0123456789') == 0) then
+         read (word, '(i4)') number
+      end if
       if (number < 1 .or. number > most_threads) then
          call fail(error, status_bad_input, '--threads '//word//': must be a whole number from 1 to 4096')
       else
@@ -145,20 +148,20 @@ contains
 
       character, parameter :: next = new_line('a')
 
-      text = 'usage: '//name//' SCENE.nml... [--out DIR] [--check] [--threads N] [--quiet] [--names] [--version] [--help]'// &
-             next//next// &
-             purpose//next// &
-             'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
-             next// &
-             '  --out DIR   folder of the results (default: results)'//next// &
-             '  --check     read and check the scenes and the memory they need, compute nothing'//next// &
-             '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
-             '  --quiet     no tables'//next// &
-             '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &
-             '  --version   print the version'//next// &
-             '  --help      print this'//next// &
-             next// &
-             'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'
+      text = 'usage: '//name// &
+         ' SCENE.nml... [--out DIR] [--check] [--threads N] [--quiet] [--names] [--version] [--help]'//next//next// &
+         purpose//next// &
+         'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
+         next// &
+         '  --out DIR   folder of the results (default: results)'//next// &
+         '  --check     read and check the scenes and the memory they need, compute nothing'//next// &
+         '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
+         '  --quiet     no tables'//next// &
+         '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &
+         '  --version   print the version'//next// &
+         '  --help      print this'//next// &
+         next// &
+         'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'
    end function usage
 
 end module command_line

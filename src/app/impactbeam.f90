@@ -7,7 +7,8 @@ program impactbeam
 
    integer :: status
 
-   call run_program(program_t('impactbeam', 'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.', &
-                              needs_of_scene, run_motion_scene), status)
+   call run_program(program_t('impactbeam', &
+      'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.', &
+      needs_of_scene, run_motion_scene), status)
    if (status /= 0) stop status, quiet=.true.
 end program impactbeam

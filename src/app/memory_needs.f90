@@ -8,7 +8,8 @@ module memory_needs
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: need_t, check_need, add_need, refuse_need, add_modes, add_samples, so_many, overhead, bytes_of_number, most_samples
+   public :: need_t, check_need, add_need, refuse_need, add_modes, add_samples, so_many, overhead, bytes_of_number, &
+      most_samples
 
    real(wp), parameter :: bytes_of_number = 8.0_wp
    !> Libraries and small things.
@@ -48,11 +49,11 @@ contains
       ! linear algebra has not begun yet
       addresses = free_addresses() - real(blas_buffer(), wp)
       if (need%bytes > memory) then
-         call fail(error, status_bad_input, 'needs '//in_bytes(need%bytes)//' of memory, most of it for '//need%purpose// &
-                   ', and '//in_bytes(memory)//' are free: '//need%advice)
+         call fail(error, status_bad_input, 'needs '//in_bytes(need%bytes)//' of memory, most of it for '// &
+            need%purpose//', and '//in_bytes(memory)//' are free: '//need%advice)
       else if (need%bytes > addresses) then
-         call fail(error, status_bad_input, 'needs '//in_bytes(need%bytes)//' of memory, most of it for '//need%purpose// &
-                   ', and the limit (ulimit -v) leaves '//in_bytes(max(addresses, 0.0_wp))//': '//need%advice)
+         call fail(error, status_bad_input, 'needs '//in_bytes(need%bytes)//' of memory, most of it for '// &
+            need%purpose//', and the limit (ulimit -v) leaves '//in_bytes(max(addresses, 0.0_wp))//': '//need%advice)
       end if
    end subroutine check_need
 
@@ -93,11 +94,11 @@ contains
       type(need_t), intent(inout) :: need
 
       if (elements > most_dense) then
-         call refuse_need(need, 'the modes of '//to_text(elements)//' elements cannot be found at once, only those of up to ' &
-                     //to_text(most_dense), advice)
+         call refuse_need(need, 'the modes of '//to_text(elements)// &
+            ' elements cannot be found at once, only those of up to '//to_text(most_dense), advice)
       else
          call add_need(need, 6.0_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2*real(solves, wp), &
-                  'all modes of '//to_text(elements)//' elements', advice)
+            'all modes of '//to_text(elements)//' elements', advice)
       end if
    end subroutine add_modes
 
@@ -114,15 +115,16 @@ contains
       type(need_t), intent(inout) :: need
 
       if (samples > most_samples) then
-         call refuse_need(need, group//' has '//so_many(samples)//' samples in a run, more than '//so_many(most_samples), advice)
+         call refuse_need(need, group//' has '//so_many(samples)//' samples in a run, more than '// &
+            so_many(most_samples), advice)
       else
-         call add_need(need, real(numbers, wp)*bytes_of_number*samples, 'runs of '//so_many(samples)//' samples', advice)
+         call add_need(need, real(numbers, wp)*bytes_of_number*samples, 'runs of '//so_many(samples)//' samples', &
+            advice)
       end if
    end subroutine add_samples
 
    !> A large number, rounded where it is not to be counted.
    pure function so_many(number) result(words)
-      !> The number
       real(wp), intent(in) :: number
       character(:), allocatable :: words
 

@@ -50,8 +50,9 @@ contains
          do j = 1, size(solvers)
             column = need_t()
             call add_column(solvers(j), elements(i), modes, .false., column)
-            if (i == 1 .and. scene%output%mode_shapes > 0) &
+            if (i == 1 .and. scene%output%mode_shapes > 0) then
                call add_column(solvers(1), elements(1), scene%output%mode_shapes, .true., column)
+            end if
             if (allocated(column%refusal)) then
                need = column
                return
@@ -73,7 +74,7 @@ contains
       logical, intent(in) :: with_shapes
       type(need_t), intent(inout) :: need
 
-      character(*), parameter :: lesser = 'give &frequencies fewer elements, or solver = ''lanczos'' and a small count'
+      character(*), parameter :: lesser = "give &frequencies fewer elements, or solver = 'lanczos' and a small count"
       real(wp) :: n
       integer :: modes
       logical :: by_lanczos
@@ -88,11 +89,13 @@ contains
          call add_need(need, bytes_of_number*(n*(8.0_wp*real(modes, wp) + 30.0_wp) + 12.5_wp*real(modes, wp)**2), &
             to_text(modes)//' modes of '//to_text(elements)//' elements', 'give a smaller count or fewer elements')
       else if (solver == solver_dsygv) then
-         call add_need(need, 3.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the full matrices of '//to_text(elements)//' elements', lesser)
+         call add_need(need, 3.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the full matrices of '//to_text(elements)// &
+            ' elements', lesser)
       else if (with_shapes) then
          call add_modes(elements, 1, lesser, need)
       else
-         call add_need(need, 4.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the flexibility of '//to_text(elements)//' elements', lesser)
+         call add_need(need, 4.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the flexibility of '//to_text(elements)// &
+            ' elements', lesser)
       end if
       if (with_shapes) call add_need(need, 6.0_wp*bytes_of_number*n*real(modes, wp), to_text(modes)//' mode shapes', &
          'give &output fewer mode_shapes')
@@ -144,7 +147,7 @@ contains
       character(*), parameter :: fewer = 'give &mesh fewer elements'
 
       if (scene%response%method == method_exact) then
-         call add_modes(elements, runs, fewer//', or &response method = ''newmark''', need)
+         call add_modes(elements, runs, fewer//", or &response method = 'newmark'", need)
       else
          call add_need(need, real(runs, wp)*800.0_wp*real(elements, wp), to_text(elements)//' elements', fewer)
       end if
@@ -176,15 +179,15 @@ contains
       end do
       ! the random order of one of them besides
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
-         //so_many(cases_of(scene%sweep))//' cases', 'give &sweep fewer cases, or design = ''grid''')
+         //so_many(cases_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
       elements = nint(maxval(values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), &
          real(scene%mesh%elements, wp))))
       call add_beam(scene, elements, workers, need)
       if (scene%response%method /= method_exact) then
          duration = maxval(values_given(scene%sweep%swept(place_of('duration', scene%sweep%swept)), &
             scene%response%duration))
-         call add_need(need, bytes_of_number*real(5*workers, wp)*duration/scene%response%step, 'the samples of a case', &
-            'give &response a longer step')
+         call add_need(need, bytes_of_number*real(5*workers, wp)*duration/scene%response%step, &
+            'the samples of a case', 'give &response a longer step')
       end if
       rows = real(min(max(scene%sweep%part_cases, 0), huge(1)), wp)
       rows = bytes_of_number*min(max(rows, largest_part), cases_of(scene%sweep))*real(measure_count + axes, wp)

@@ -51,7 +51,6 @@ contains
 
    !> Time and error of motion, and the check of the reference.
    subroutine write_motion(group, study)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
@@ -65,37 +64,41 @@ contains
          call group%add(along, [(i, i=1, size(entries))], '1', 'one method at one setting', is_scale=.true.)
          call group%add('method', contender_names(entries%contender), 'none', 'way through time', along=along)
          call group%add('varied', varied_names(entries%varied), 'none', 'what differs from the neighbouring entries', &
-                        along=along)
-         call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', along=along)
-         call group%add('hop_tolerance', entries%hop_tolerance, '1', 'eta that a flight must exceed to be no rest', along=along)
-         call group%add('mode_tolerance', entries%mode_tolerance, '1', 'eta by which leaving out modes may change the motion', &
-                        along=along)
+            along=along)
+         call group%add('step', entries%step, '1', 'step, d tau; of exact motion: distance of the samples compared', &
+            along=along)
+         call group%add('hop_tolerance', entries%hop_tolerance, '1', 'eta that a flight must exceed to be no rest', &
+            along=along)
+         call group%add('mode_tolerance', entries%mode_tolerance, '1', &
+            'eta by which leaving out modes may change the motion', along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
-         call group%add('seconds', entries%whole%median, 's', 'whole run from the assembled beam, events only: median', &
-                        along=along)
+         call group%add('seconds', entries%whole%median, 's', &
+            'whole run from the assembled beam, events only: median', along=along)
          call group%add('seconds_lower_quartile', entries%whole%lower_quartile, 's', 'its lower quartile', along=along)
          call group%add('seconds_upper_quartile', entries%whole%upper_quartile, 's', 'its upper quartile', along=along)
          call group%add('timings', entries%whole%timings, '1', 'number of timings', along=along)
          call group%add('runs_each', entries%whole%runs_each, '1', 'runs within each timing', along=along)
-         call group%add('seconds_motion', entries%motion%median, 's', 'the same in modes found beforehand: median', along=along)
+         call group%add('seconds_motion', entries%motion%median, 's', 'the same in modes found beforehand: median', &
+            along=along)
          call group%add('events', entries%event_count, '1', 'number of events', along=along)
          call group%add('modes_kept', entries%modes_kept, '1', 'modes kept', along=along)
-         call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', along=along)
+         call group%add('evaluations', real(entries%evaluations, wp), '1', 'steps, or modal sums evaluated', &
+            along=along)
          call write_errors(group, 'error', entries%errors, along)
          check = group%group('check')
-         call check%attribute('what', 'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &
-                         //'beta = 1/4, events located to rounding, extrapolated from two steps to none')
+         call check%attribute('what', &
+            'the reference (exact motion, all modes, tightest hop tolerance) against Newmark with ' &
+            //'beta = 1/4, events located to rounding, extrapolated from two steps to none')
          call check%attribute('steps', study%check%steps)
          call check%attribute('failure', study%check%failure)
-         call check%add('pair', [1, 2], '1', '1: the longer step and the extrapolation; 2: the extrapolation and the reference', &
-                        is_scale=.true.)
+         call check%add('pair', [1, 2], '1', &
+            '1: the longer step and the extrapolation; 2: the extrapolation and the reference', is_scale=.true.)
          call write_errors(check, 'difference', [study%check%between_steps, study%check%difference], 'pair')
       end associate
    end subroutine write_motion
 
    !> A dataset for each kind of error.
    subroutine write_errors(group, prefix, errors, along)
-      !> The group
       type(hdf5_group_t), intent(in) :: group
       !> What their names begin with
       character(*), intent(in) :: prefix
@@ -106,17 +109,17 @@ contains
 
       call group%add(prefix//'_impact_tau', errors%impact_tau, '1', 'instant of the first impact, d tau', along=along)
       call group%add(prefix//'_impact_velocity', errors%impact_velocity, '1', 'its velocity, relative', along=along)
-      call group%add(prefix//'_history', errors%history, '1', 'largest difference of eta at stop or tip up to the horizon', &
-                     along=along)
+      call group%add(prefix//'_history', errors%history, '1', &
+         'largest difference of eta at stop or tip up to the horizon', along=along)
       call group%add(prefix//'_energy', errors%energy, '1', 'energy at the horizon, in that at the start', along=along)
-      call group%add(prefix//'_impulse', errors%impulse, '1', 'contact impulse up to the horizon, relative', along=along)
-      call group%add(prefix//'_ledger', errors%ledger, '1', 'largest gap in the ledger of energy, in that at the start', &
-                     along=along)
+      call group%add(prefix//'_impulse', errors%impulse, '1', 'contact impulse up to the horizon, relative', &
+         along=along)
+      call group%add(prefix//'_ledger', errors%ledger, '1', &
+         'largest gap in the ledger of energy, in that at the start', along=along)
    end subroutine write_errors
 
    !> Where the time goes.
    subroutine write_parts(group, study)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
@@ -134,7 +137,6 @@ contains
 
    !> What skipping saves.
    subroutine write_savings(group, study)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
@@ -144,12 +146,12 @@ contains
 
       associate (savings => study%savings)
          call group%add(along, [(i, i=1, size(savings))], '1', 'something that is skipped where it is not needed', &
-                        is_scale=.true.)
+            is_scale=.true.)
          call group%add('name', savings%name, 'none', 'what is skipped', along=along)
          call write_seconds('without', savings%without)
          call write_seconds('with', savings%with)
-         call group%add('difference', savings%difference, '1', 'greatest difference of the two answers; -1: none to compare', &
-                        along=along)
+         call group%add('difference', savings%difference, '1', &
+            'greatest difference of the two answers; -1: none to compare', along=along)
          call group%add('compared', savings%compared, 'none', 'what this is the difference of', along=along)
       end associate
 
@@ -163,15 +165,16 @@ contains
          type(timing_t), intent(in) :: timings(:)
 
          call group%add('seconds_'//which, timings%median, 's', which//' the skip: median', along=along)
-         call group%add('seconds_'//which//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', along=along)
-         call group%add('seconds_'//which//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', along=along)
+         call group%add('seconds_'//which//'_lower_quartile', timings%lower_quartile, 's', 'its lower quartile', &
+            along=along)
+         call group%add('seconds_'//which//'_upper_quartile', timings%upper_quartile, 's', 'its upper quartile', &
+            along=along)
       end subroutine write_seconds
 
    end subroutine write_savings
 
    !> Growth of cost and memory, one group a curve.
    subroutine write_curves(group, study)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
@@ -192,7 +195,6 @@ contains
 
    !> Time and error of frequencies.
    subroutine write_solvers(group, study)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
       !> What was found
       type(precision_t), intent(in) :: study
@@ -208,8 +210,10 @@ contains
          call group%add('seconds', entries%timing%median, 's', 'median', along=along)
          call group%add('seconds_lower_quartile', entries%timing%lower_quartile, 's', 'lower quartile', along=along)
          call group%add('seconds_upper_quartile', entries%timing%upper_quartile, 's', 'upper quartile', along=along)
-         call group%add('error_first', entries%first_error, '1', 'relative error of lambda_1; -1: not known', along=along)
-         call group%add('error_largest', entries%largest_error, '1', 'largest relative error of all; -1: not known', along=along)
+         call group%add('error_first', entries%first_error, '1', 'relative error of lambda_1; -1: not known', &
+            along=along)
+         call group%add('error_largest', entries%largest_error, '1', 'largest relative error of all; -1: not known', &
+            along=along)
       end associate
    end subroutine write_solvers
 

@@ -8,8 +8,8 @@ module cases_file
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
-   use number_text, only: to_text
    use measure_rows, only: write_measures_of_cases
+   use number_text, only: to_text
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
    use scene_types, only: scene_t

@@ -24,9 +24,7 @@ contains
 
    !> Fill the table of a scene.
    subroutine frequency_table(scene, table, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> The table
       type(frequency_table_t), intent(out) :: table
       !> Set when a mesh cannot be made, or no solver gives anything
       type(failure_t), allocatable, intent(out) :: error
@@ -48,7 +46,7 @@ contains
          do j = 1, size(solvers)
             column = column + 1
             call fill_column(model, solvers(j), wanted(scene%frequencies%count, model), ratios(i), &
-                             table%columns(column), trouble)
+               table%columns(column), trouble)
             rows = max(rows, size(table%columns(column)%lambda))
          end do
          if (i == 1 .and. scene%output%mode_shapes > 0) then
@@ -69,7 +67,6 @@ contains
 
    !> Is there a determinant for this beam?
    pure function has_exact_frequencies(section, tip_mass_ratio) result(has)
-      !> The section
       type(section_t), intent(in) :: section
       !> mu
       real(wp), intent(in) :: tip_mass_ratio
@@ -82,7 +79,6 @@ contains
 
    !> What the scene asks for, defaults filled in.
    pure subroutine meshes_and_solvers(scene, elements, ratios, solvers)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Meshes, pairwise
       integer, allocatable, intent(out) :: elements(:)
@@ -131,7 +127,6 @@ contains
 
    !> One solver on one mesh. A solver that fails leaves an empty column with the reason.
    subroutine fill_column(model, solver, count, ratio, column, trouble)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants
       integer, intent(in) :: solver
@@ -171,7 +166,6 @@ contains
 
    !> Mode shapes of one solver on one mesh, on the nodes.
    subroutine fill_shapes(model, solver, count, table, error)
-      !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> One of the `solver_` constants
       integer, intent(in) :: solver

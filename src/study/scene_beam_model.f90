@@ -15,7 +15,6 @@ contains
 
    !> The section that a scene describes.
    pure function section_of(settings) result(section)
-      !> &beam
       type(beam_settings_t), intent(in) :: settings
       type(section_t) :: section
 
@@ -31,7 +30,6 @@ contains
 
    !> The beam of a scene, assembled on a mesh of its own or of the table.
    pure subroutine model_of(scene, elements, ratio, model, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Mesh
       integer, intent(in) :: elements
@@ -50,7 +48,6 @@ contains
 
    !> The run that a scene describes.
    pure function run_of(scene) result(settings)
-      !> The scene
       type(scene_t), intent(in) :: scene
       type(run_settings_t) :: settings
 

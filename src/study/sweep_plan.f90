@@ -81,8 +81,9 @@ contains
             call move_alloc(values, plan%axes(i)%values)
          end do
          plan%part_cases = sweep%part_cases
-         if (plan%part_cases == 0) &
+         if (plan%part_cases == 0) then
             plan%part_cases = min(max((plan%cases - 1)/parts_aimed_at + 1, least_part), most_part)
+         end if
          plan%parts = (plan%cases - 1)/plan%part_cases + 1
       end associate
    end subroutine make_plan

@@ -61,7 +61,6 @@ contains
 
    !> Say how far it is, if that is due.
    subroutine show_rate(progress, done)
-      !> The progress
       type(progress_t), intent(inout) :: progress
       !> Cases done by now, by all runs
       integer, intent(in) :: done
@@ -77,7 +76,7 @@ contains
       progress%has_line = .true.
       ! assigned, not associated: gfortran 12 frees the result of a function under `associate` twice
       words = progress_words(progress%label, progress%cases, done, done - progress%before, &
-                             real(now - progress%start, wp)/real(progress%rate, wp))
+         real(now - progress%start, wp)/real(progress%rate, wp))
       if (progress%on_terminal) then
          ! a line that wraps could not be written over
          width = min(len(words), terminal_width(standard_error_descriptor) - 1)
@@ -90,7 +89,6 @@ contains
 
    !> Wipe the line out.
    subroutine end_rate(progress)
-      !> The progress
       type(progress_t), intent(inout) :: progress
 
       integer :: status

@@ -7,8 +7,8 @@ module sweep_ranks
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, next_of_deal, &
-      serve_deal, abandon_deal, finish_deal, ranks_in_words
+   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, &
+      next_of_deal, serve_deal, abandon_deal, finish_deal, ranks_in_words
 
    integer, parameter :: tag_question = 1
    integer, parameter :: tag_answer = 2
@@ -40,12 +40,12 @@ contains
       call mpi_comm_size(mpi_comm_world, all_ranks)
       call mpi_comm_rank(mpi_comm_world, this_rank)
       if (provided >= mpi_thread_serialized) return
-      if (this_rank == 0) write (error_unit, '(a)') 'impactbeam: this MPI does not let threads take turns; give --threads 1'
+      if (this_rank == 0) write (error_unit, &
+         '(a)') 'impactbeam: this MPI does not let threads take turns; give --threads 1'
    end subroutine start_ranks
 
    !> Is an environment variable set?
    function is_set(name) result(answer)
-      !> Its name
       character(*), intent(in) :: name
       logical :: answer
 
@@ -105,7 +105,6 @@ contains
 
    !> Take one; 0: there are no more. One thread at a time.
    subroutine next_of_deal(deal, number)
-      !> The deal
       type(deal_t), intent(inout) :: deal
       !> What was taken
       integer, intent(out) :: number
@@ -124,7 +123,6 @@ contains
 
    !> The next number of the list.
    pure subroutine take(deal, number)
-      !> The deal
       type(deal_t), intent(inout) :: deal
       !> The number; 0: there are no more
       integer, intent(out) :: number
@@ -137,7 +135,6 @@ contains
 
    !> Answer the other processes, if any has asked. One thread at a time.
    subroutine serve_deal(deal)
-      !> The deal
       type(deal_t), intent(inout) :: deal
 
       type(mpi_status) :: status
@@ -153,7 +150,6 @@ contains
 
    !> Answer one question.
    subroutine answer(deal, source)
-      !> The deal
       type(deal_t), intent(inout) :: deal
       !> Who asked
       integer, intent(in) :: source
@@ -168,7 +164,6 @@ contains
 
    !> Hand out no more, if this is the first process.
    pure subroutine abandon_deal(deal)
-      !> The deal
       type(deal_t), intent(inout) :: deal
 
       deal%given = size(deal%list)
@@ -176,7 +171,6 @@ contains
 
    !> Wait until all processes have nothing more to do.
    subroutine finish_deal(deal)
-      !> The deal
       type(deal_t), intent(inout) :: deal
 
       type(mpi_status) :: status

@@ -2,8 +2,8 @@
 module sweep_ranks
    implicit none (type, external)
    private
-   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, next_of_deal, &
-      serve_deal, abandon_deal, finish_deal, ranks_in_words
+   public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, &
+      next_of_deal, serve_deal, abandon_deal, finish_deal, ranks_in_words
 
    !> Hands out the numbers of a list, each once.
    type :: deal_t
@@ -63,7 +63,6 @@ contains
 
    !> Take one; 0: there are no more. One thread at a time.
    subroutine next_of_deal(deal, number)
-      !> The deal
       type(deal_t), intent(inout) :: deal
       !> What was taken
       integer, intent(out) :: number
@@ -76,7 +75,6 @@ contains
 
    !> Answer the other processes, if any has asked. One thread at a time.
    subroutine serve_deal(deal)
-      !> The deal
       type(deal_t), intent(inout) :: deal
 
       associate (unused => deal)
@@ -85,7 +83,6 @@ contains
 
    !> Hand out no more, if this is the first process.
    pure subroutine abandon_deal(deal)
-      !> The deal
       type(deal_t), intent(inout) :: deal
 
       deal%given = size(deal%list)
@@ -93,7 +90,6 @@ contains
 
    !> Wait until all processes have nothing more to do.
    subroutine finish_deal(deal)
-      !> The deal
       type(deal_t), intent(inout) :: deal
 
       associate (unused => deal)

@@ -63,7 +63,6 @@ contains
    !> Points around the best one: two in each of as many orthogonal directions as there are dimensions, then as many
    !> drawn from the box.
    pure subroutine next_poll(state, points)
-      !> The search
       type(search_state_t), intent(inout) :: state
       !> The points, [dimensions, points]
       real(wp), allocatable, intent(out) :: points(:, :)
@@ -96,7 +95,6 @@ contains
 
    !> Take note of a poll's values.
    pure subroutine learn(state, points, values)
-      !> The search
       type(search_state_t), intent(inout) :: state
       !> The points of the poll
       real(wp), intent(in) :: points(:, :)

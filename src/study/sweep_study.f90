@@ -1,6 +1,6 @@
 !> A sweep from its scene to its file and tables.
 module sweep_study
-   !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
+!$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
    use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t
    use kinds, only: i8, wp
@@ -59,11 +59,11 @@ contains
       call write_sweep(job%folder, path, scene, plan, text, survey, refined, error)
       if (allocated(error) .or. job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
-                       in_words(workers, ranks_in_words()))
+         in_words(workers, ranks_in_words()))
    end subroutine run_sweep
 
-   !> Threads that a sweep takes: as many as asked for, but no more than it has cases, than four a core, and than there is
-   !> address space for.
+   !> Threads that a sweep takes: as many as asked for, but no more than it has cases, than four a core, and than there
+   !> is address space for.
    function threads_for(asked, cases) result(threads)
       !> Number asked for; 0: OpenMP's, one a core unless OMP_NUM_THREADS says otherwise
       integer, intent(in) :: asked
@@ -76,8 +76,8 @@ contains
       real(wp) :: room
 
       threads = max(asked, 1)
-      !$ if (asked == 0) threads = omp_get_max_threads()
-      !$ threads = min(threads, 4*omp_get_num_procs())
+!$    if (asked == 0) threads = omp_get_max_threads()
+!$    threads = min(threads, 4*omp_get_num_procs())
       threads = int(min(real(threads, wp), max(cases, 1.0_wp)))
       room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
       threads = int(min(real(threads, wp), 1.0_wp + room))
@@ -85,7 +85,6 @@ contains
 
    !> Number of cases of a checked sweep.
    pure function cases_of(sweep) result(cases)
-      !> Its settings
       type(sweep_settings_t), intent(in) :: sweep
       real(wp) :: cases
 

@@ -133,7 +133,6 @@ contains
 
    !> Six digits.
    function rounded(value) result(text)
-      !> The number
       real(wp), intent(in) :: value
       character(:), allocatable :: text
 
@@ -147,7 +146,6 @@ contains
 
    !> A text at the right of a column.
    pure function cell(text) result(padded)
-      !> The text
       character(*), intent(in) :: text
       character(max(width, len(text)) + 2) :: padded
 
@@ -157,7 +155,6 @@ contains
 
    !> Such as '0.32 s' and '12 s'.
    function seconds_in_words(seconds) result(words)
-      !> The seconds
       real(wp), intent(in) :: seconds
       character(:), allocatable :: words
 
