@@ -6,8 +6,9 @@ module cost_growth
    use machine_facts, only: forget_peak_memory, peak_memory
    use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_few_modes, task_modes, task_motion, &
                            task_run, task_t
-   use precision_types, only: curve_t, motion_entry_t, part_t, precision_t, varied_hop
-   use scene_types, only: contender_average, contender_exact, name_length, output_settings_t, scene_t
+   use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
+   use scene_types, only: contender_average, contender_exact, name_length, output_settings_t, precision_settings_t, &
+      scene_t
    use timed_tasks, only: measure_time, timing_t
    implicit none (type, external)
    private
@@ -61,7 +62,7 @@ contains
          !> Seconds to take off
          real(wp), intent(in) :: beyond
 
-         type(part_t) :: part
+         type(timed_part_t) :: part
 
          task%what = what
          task%output = output
@@ -173,15 +174,15 @@ contains
          call assemble(scene, elements(i), task, error)
          if (allocated(error)) return
          task%count = scene%precision%scaling_modes
-         call seconds_of(task, task_few_modes, few(i))
+         call seconds_of(scene%precision, task, task_few_modes, few(i), error)
          if (allocated(error)) return
          memory(i) = max(peak_memory() - before, 0.0_wp)
          if (elements(i) > most_elements_modes) cycle
          task%settings = settings_for(contender_average, scene%precision, sample_step)
-         call seconds_of(task, task_run, seconds)
+         call seconds_of(scene%precision, task, task_run, seconds, error)
          if (allocated(error)) return
          newmark = [newmark, seconds]
-         call seconds_of(task, task_modes, seconds)
+         call seconds_of(scene%precision, task, task_modes, seconds, error)
          if (allocated(error)) return
          all_modes = [all_modes, seconds]
          dense = i
@@ -203,22 +204,6 @@ contains
 
    contains
 
-      !> Median seconds of a task.
-      subroutine seconds_of(job, what, median)
-         !> The task
-         type(task_t), intent(inout) :: job
-         !> One of the `task_` constants
-         integer, intent(in) :: what
-         !> Seconds
-         real(wp), intent(out) :: median
-
-         type(timing_t) :: timing
-
-         job%what = what
-         call measure_time(job, scene%precision%repetitions, scene%precision%shortest_timing, timing, error)
-         median = timing%median
-      end subroutine seconds_of
-
       !> Exact motion with all modes, events only and with samples.
       subroutine add_motion(job)
          !> The task
@@ -227,11 +212,11 @@ contains
          real(wp), parameter :: fine_step = 0.001_wp
          real(wp) :: events_only, with_samples
 
-         call seconds_of(job, task_motion, events_only)
+         call seconds_of(scene%precision, job, task_motion, events_only, error)
          if (allocated(error)) return
          job%output%history = .true.
          job%settings%step = fine_step
-         call seconds_of(job, task_motion, with_samples)
+         call seconds_of(scene%precision, job, task_motion, with_samples, error)
          if (allocated(error)) return
          motion = [motion, events_only]
          modes = [modes, real(job%response%mode_check%kept, wp)]
@@ -240,6 +225,24 @@ contains
       end subroutine add_motion
 
    end subroutine grow_with_elements
+
+   !> Median seconds of a task.
+   subroutine seconds_of(asked, task, what, median, error)
+      !> How often it is timed
+      type(precision_settings_t), intent(in) :: asked
+      type(task_t), intent(inout) :: task
+      !> One of the `task_` constants
+      integer, intent(in) :: what
+      real(wp), intent(out) :: median
+      !> Set when it fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(timing_t) :: timing
+
+      task%what = what
+      call measure_time(task, asked%repetitions, asked%shortest_timing, timing, error)
+      median = timing%median
+   end subroutine seconds_of
 
    !> Assemble a mesh of the scene.
    subroutine assemble(scene, elements, task, error)

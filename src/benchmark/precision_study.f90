@@ -4,7 +4,7 @@ module precision_study
    use failures, only: failure_t
    use motion_precision, only: comparison_step, compare_motion
    use motion_tasks, only: full_output, settings_for, task_assembly, task_run, task_t
-   use precision_types, only: part_t, precision_t
+   use precision_types, only: timed_part_t, precision_t
    use response_types, only: response_t
    use results_file, only: write_results
    use scene_types, only: contender_exact, scene_t
@@ -67,7 +67,7 @@ contains
 
       type(file_task_t) :: writing
       type(task_t) :: task
-      type(part_t) :: part
+      type(timed_part_t) :: part
 
       task%scene = scene
       task%elements = scene%mesh%elements

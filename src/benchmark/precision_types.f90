@@ -6,7 +6,7 @@ module precision_types
    use timed_tasks, only: timing_t
    implicit none (type, external)
    private
-   public :: motion_entry_t, part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t
+   public :: motion_entry_t, timed_part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t
    public :: varied_step, varied_hop, varied_modes, varied_mesh, varied_names
 
    !> What an entry differs in from its neighbours.
@@ -43,10 +43,10 @@ module precision_types
    end type motion_entry_t
 
    !> A part of a run, and the seconds it takes.
-   type :: part_t
+   type :: timed_part_t
       character(name_length) :: name = ''
       type(timing_t) :: timing
-   end type part_t
+   end type timed_part_t
 
    !> How something grows.
    type :: curve_t
@@ -98,7 +98,7 @@ module precision_types
       type(check_t) :: check
       !> Up to here histories are compared: the peak of the third rebound, or the end of the run
       real(wp) :: horizon = 0.0_wp
-      type(part_t), allocatable :: parts(:)
+      type(timed_part_t), allocatable :: parts(:)
       type(curve_t), allocatable :: curves(:)
       type(solver_entry_t), allocatable :: solvers(:)
       type(saving_t), allocatable :: savings(:)

@@ -2,6 +2,7 @@
 !> and how far their answers differ.
 module skip_savings
    use beam_model, only: beam_model_t
+   use command_line, only: argument_t
    use contact_modes, only: contact_modes_t, make_contact_modes
    use failures, only: failure_t
    use free_modes, only: find_free_modes
@@ -13,8 +14,8 @@ module skip_savings
    use number_text, only: to_text
    use precision_types, only: saving_t
    use response_types, only: response_t
+   use program_run, only: program_t, read_scenes
    use results_file, only: write_results
-   use scene_reader, only: read_scene
    use scene_types, only: contender_exact, law_three_element, output_settings_t, response_settings_t, scene_t, &
       shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
@@ -358,16 +359,14 @@ contains
       !> Set when it fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(scene_t) :: as_read
-
       select case (self%besides)
       case (contact_modes_first)
          call find_contact_modes(self, error)
          if (.not. allocated(error)) call self%task_t%run(error)
       case (reading_only)
-         call read_scene(self%scene%file, as_read, error)
+         call read_again(self%scene%file, error)
       case (file_to_file)
-         call read_scene(self%scene%file, as_read, error)
+         call read_again(self%scene%file, error)
          if (allocated(error)) return
          self%what = task_assembly
          call self%task_t%run(error)
@@ -380,6 +379,17 @@ contains
          call self%task_t%run(error)
       end select
    end subroutine run
+
+   !> Read and check a scene's file, as the program does.
+   subroutine read_again(file, error)
+      character(*), intent(in) :: file
+      !> Set when it cannot be read
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(scene_t), allocatable :: scenes(:)
+
+      call read_scenes(program_t(name='impactbeam-benchmark'), [argument_t(file)], scenes, error)
+   end subroutine read_again
 
    !> The modes of the beam in contact, of all its free modes.
    subroutine find_contact_modes(self, error)

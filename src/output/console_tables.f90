@@ -1,9 +1,12 @@
 !> Short tables of results for people to read.
 module console_tables
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: wp
+   use measure_list, only: measure_count, measure_table
    use number_text, only: to_text
-   use response_types, only: mode_check_t, quiet_level, run_measures_t
+   use response_types, only: mode_check_t, run_measures_t
+   use run_measures, only: row_of
    use scene_types, only: impulse_names, law_names, law_restitution, method_names, method_newmark, scene_t, shape_taper
    implicit none (type, external)
    private
@@ -270,45 +273,52 @@ contains
                       rounded(check%difference)//' until tau = '//rounded(check%horizon))
    end subroutine print_modes
 
-   !> The measures of a run.
+   !> The measures of a run, a line each, and the highest points of its rebounds.
    subroutine print_measures(unit, measures)
       !> Where to
       integer, intent(in) :: unit
-      !> The measures
       type(run_measures_t), intent(in) :: measures
 
-      character(:), allocatable :: words
+      real(wp) :: row(measure_count)
       integer :: i
 
+      row = row_of(measures)
       write (unit, '()')
-      call print_line(unit, 'impacts', to_text(measures%impacts)//', ' &
-                      //counted(size(measures%contact_start), 'lasting contact'))
-      if (measures%has_met_stop) then
-         call print_line(unit, 'first impact', 'tau = '//fixed(measures%first_impact_tau, 6)//', velocity ' &
-                         //fixed(measures%first_impact_velocity, 6))
-         call print_line(unit, 'longest contact', fixed(measures%longest_contact, 6)//' of tau, together ' &
-                         //fixed(measures%total_contact, 6))
-      else
-         call print_line(unit, 'first impact', 'none until tau = '//rounded(measures%duration))
-      end if
+      do i = 1, measure_count
+         if (measure_table(i)%label /= '') call print_line(unit, trim(measure_table(i)%label), &
+            measure_in_words(i, row(i), 6, measures%duration))
+      end do
       if (measures%rebounds == 0) call print_line(unit, 'rebound peaks', 'none')
       do i = 1, min(measures%rebounds, most_peaks)
          call print_line(unit, trim(merge('rebound peaks', '             ', i == 1)), 'eta = ' &
                          //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
       end do
       if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)//' more')
-      if (measures%has_spent) then
-         call print_line(unit, 'energy above rest', '1 % left at tau = '//fixed(measures%spent_tau, 6))
-      else
-         call print_line(unit, 'energy above rest', 'more than 1 % left at the end, tau = '//rounded(measures%duration))
-      end if
-      words = to_text(nint(100.0_wp*quiet_level))
-      if (measures%is_quiet) then
-         call print_line(unit, '|eta_c| > '//words//' %', 'last at tau = '//fixed(measures%quiet_tau, 6))
-      else
-         call print_line(unit, '|eta_c| > '//words//' %', 'still at the end, tau = '//rounded(measures%duration))
-      end if
    end subroutine print_measures
+
+   !> Such as '15', 'at tau = 1.547641', 'not until tau = 20'.
+   function measure_in_words(measure, value, decimals, duration) result(words)
+      !> Its place in the table
+      integer, intent(in) :: measure
+      !> NaN: it did not happen
+      real(wp), intent(in) :: value
+      integer, intent(in) :: decimals
+      !> Length of the run, tau
+      real(wp), intent(in) :: duration
+      character(:), allocatable :: words
+
+      associate (entry => measure_table(measure))
+         if (ieee_is_nan(value)) then
+            words = 'none'
+            if (entry%lead /= '') words = 'not until tau = '//rounded(duration)
+         else if (entry%is_whole) then
+            words = to_text(nint(value))
+         else
+            words = fixed(value, decimals)
+            if (entry%lead /= '') words = trim(entry%lead)//' '//words
+         end if
+      end associate
+   end function measure_in_words
 
    !> A label and what belongs to it.
    subroutine print_line(unit, label, words)
@@ -395,18 +405,6 @@ contains
       read (buffer, *) back
       text = to_text(back)
    end function rounded
-
-   !> A number of things.
-   pure function counted(count, thing) result(words)
-      !> How many
-      integer, intent(in) :: count
-      !> One of them
-      character(*), intent(in) :: thing
-      character(:), allocatable :: words
-
-      words = to_text(count)//' '//thing
-      if (count /= 1) words = words//'s'
-   end function counted
 
    !> A text at the right of a column.
    pure function adjust_right(text) result(cell)

@@ -14,32 +14,37 @@ module measure_list
       !> One of tau, eta, eta/tau, Pbar, impulse; 1: a number
       character(8) :: unit
       logical :: is_whole
+      !> Its line on the console, and what stands there before the number; empty: it is not printed
+      character(20) :: label = ''
+      character(12) :: lead = ''
    end type measure_t
 
    type(measure_t), parameter :: measure_table(*) = [ &
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', '1', .true.), &
-      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', '1', .true.), &
-      measure_t('contacts', '', 'contacts that last', '1', .true.), &
+      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', '1', .true., 'impacts'), &
+      measure_t('contacts', '', 'contacts that last', '1', .true., 'lasting contacts'), &
       measure_t('rebounds', '', 'flights that rise above eta = 0.02', '1', .true.), &
-      measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'tau', .false.), &
+      measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'tau', &
+      .false., 'first impact', 'at tau ='), &
       measure_t('first_impact_velocity', 'first_impact_velocity', 'd eta/d tau at the stop point before it', 'eta/tau', &
-      .false.), &
+      .false., 'velocity before it'), &
       measure_t('greatest_force', 'greatest_force', &
       'greatest contact force Pbar; with restitution its mean over the first 0.1 of tau of an episode', 'Pbar', &
       .false.), &
       measure_t('greatest_impulse', 'greatest_impulse', &
       'greatest impulse of an episode, between flights above 0.02, less that of the force at rest', 'impulse', &
       .false.), &
-      measure_t('total_contact', 'total_contact', 'time in contact', 'tau', .false.), &
-      measure_t('longest_contact', 'longest_contact', 'longest contact', 'tau', .false.), &
+      measure_t('total_contact', 'total_contact', 'time in contact', 'tau', .false., 'time in contact'), &
+      measure_t('longest_contact', 'longest_contact', 'longest contact', 'tau', .false., 'longest contact'), &
       measure_t('peak_1', '', 'highest point of the first rebound, eta', 'eta', .false.), &
       measure_t('peak_2', '', 'of the second', 'eta', .false.), &
       measure_t('peak_3', '', 'of the third', 'eta', .false.), &
       measure_t('peak_4', '', 'of the fourth', 'eta', .false.), &
       measure_t('peak_5', '', 'of the fifth', 'eta', .false.), &
-      measure_t('quiet_tau', 'quiet', 'instant after which |eta_c| stays within 0.02; nan: it does not', 'tau', .false.), &
+      measure_t('quiet_tau', 'quiet', 'instant after which |eta_c| stays within 0.02; nan: it does not', 'tau', .false., &
+      '|eta_c| < 2 %', 'from tau ='), &
       measure_t('spent_tau', 'spent', 'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
-      'tau', .false.), &
+      'tau', .false., 'energy < 1 %', 'from tau ='), &
       measure_t('lost_beam', 'lost_beam', 'share of the start''s energy above rest that the beam dissipated', '1', .false.), &
       measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', '1', .false.), &
       measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', '1', .false.), &

@@ -1,12 +1,11 @@
 !> One scene, run for several values of one parameter: a figure of several curves.
 module case_runs
-   use beam_model, only: beam_model_t
+   use case_beam, only: case_beam_t, find_case_beam
    use failures, only: failure_t
-   use free_modes, only: free_modes_t
    use kinds, only: wp
-   use motion_run, only: find_shared_modes, run_motion
+   use motion_run, only: run_motion
    use response_types, only: response_t
-   use scene_beam_model, only: model_of, run_of
+   use scene_beam_model, only: run_of
    use scene_parameters, only: set_parameter
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -33,8 +32,7 @@ contains
       !> Set when a run fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(beam_model_t) :: model
-      type(free_modes_t) :: modes
+      type(case_beam_t) :: beam
       integer :: i
 
       allocate (cases(size(scene%cases%values)))
@@ -43,28 +41,15 @@ contains
          cases(i)%value = scene%cases%values(i)
          cases(i)%scene%output%measures = .true.
          call set_parameter(cases(i)%scene, scene%cases%parameter, cases(i)%value)
-         if (i == 1 .or. scene%cases%parameter%is_of_beam) call make_beam(cases(i)%scene, model, modes, error)
-         if (allocated(error)) return
-         allocate (cases(i)%node_position, source=model%mesh%position)
-         call run_motion(model, run_of(cases(i)%scene), cases(i)%response, error, modes)
+         call find_case_beam(cases(i)%scene, [cases(i)%value], [scene%cases%parameter%is_of_beam], beam)
+         if (allocated(beam%trouble)) then
+            allocate (error, source=beam%trouble)
+            return
+         end if
+         allocate (cases(i)%node_position, source=beam%model%mesh%position)
+         call run_motion(beam%model, run_of(cases(i)%scene), cases(i)%response, error, beam%modes)
          if (allocated(error)) return
       end do
    end subroutine run_cases
-
-   !> The beam of a case and what its runs share.
-   subroutine make_beam(scene, model, modes, error)
-      !> The scene of the case
-      type(scene_t), intent(in) :: scene
-      !> The assembled beam
-      type(beam_model_t), intent(out) :: model
-      !> Its modes
-      type(free_modes_t), intent(out) :: modes
-      !> Set when they cannot be found
-      type(failure_t), allocatable, intent(out) :: error
-
-      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
-      if (allocated(error)) return
-      call find_shared_modes(model, run_of(scene), modes, error)
-   end subroutine make_beam
 
 end module case_runs

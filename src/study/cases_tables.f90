@@ -1,52 +1,59 @@
 !> The table of several cases for people to read.
 module cases_tables
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use case_runs, only: case_t
    use kinds, only: wp
+   use measure_list, only: measure_count, measure_named, measure_table
    use number_text, only: to_text
-   use response_types, only: quiet_level
+   use run_measures, only: row_of
    use scene_types, only: scene_t
    implicit none (type, external)
    private
    public :: print_cases
 
+   integer, parameter :: width = 20
+   !> Measures that cases are compared by
+   character(*), parameter :: shown(*) = [character(24) :: &
+      'impacts', 'first_impact_tau', 'first_impact_velocity', 'quiet_tau', 'spent_tau']
+
 contains
 
-   !> One line a case.
+   !> One line a case: its value, measures, its highest rebound.
    subroutine print_cases(unit, scene, cases)
       !> Where to
       integer, intent(in) :: unit
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its cases
       type(case_t), intent(in) :: cases(:)
 
-      integer, parameter :: width = 16
-      character(width) :: quiet, spent, peak, value
-      integer :: i
+      character(width) :: cells(size(shown) + 2)
+      real(wp) :: row(measure_count)
+      integer :: i, k
 
       write (unit, '(2x, a)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
          trim(scene%cases%parameter%name)
-      write (quiet, '(a, i0, a)') '|eta| > ', nint(100.0_wp*quiet_level), ' %'
-      write (unit, '(/, 2x, 3a16, a9, 3a16)') adjustr(scene%cases%parameter%name(:width)), &
-         'first impact', 'velocity', 'impacts', 'highest rebound', adjustr(quiet), 'energy < 1 %'
+      cells(1) = scene%cases%parameter%name(:width)
+      do k = 1, size(shown)
+         cells(k + 1) = measure_table(measure_named(shown(k)))%label
+      end do
+      cells(size(cells)) = 'highest rebound'
+      write (unit, '(/, 2x, *(a))') adjustr(cells)
       do i = 1, size(cases)
-         associate (measures => cases(i)%response%measures)
-            value = to_text(cases(i)%value)
-            value = adjustr(value)
-            quiet = 'to the end'
-            if (measures%is_quiet) write (quiet, '(f0.4)') measures%quiet_tau
-            spent = 'never'
-            if (measures%has_spent) write (spent, '(f0.4)') measures%spent_tau
-            peak = 'none'
-            if (measures%rebounds > 0) write (peak, '(f0.4)') maxval(measures%peak_eta)
-            if (measures%has_met_stop) then
-               write (unit, '(2x, a16, 2f16.6, i9, 3a16)') value, measures%first_impact_tau, &
-                  measures%first_impact_velocity, measures%impacts, adjustr(peak), adjustr(quiet), adjustr(spent)
-            else
-               write (unit, '(2x, a16, a32, i9, 3a16)') value, 'does not meet the stop', measures%impacts, &
-                  adjustr(peak), adjustr(quiet), adjustr(spent)
-            end if
+         row = row_of(cases(i)%response%measures)
+         cells(:) = '-'
+         cells(1) = to_text(cases(i)%value)
+         do k = 1, size(shown)
+            associate (measure => measure_named(shown(k)))
+               if (measure_table(measure)%is_whole) then
+                  cells(k + 1) = to_text(nint(row(measure)))
+               else if (.not. ieee_is_nan(row(measure))) then
+                  write (cells(k + 1), '(f20.6)') row(measure)
+               end if
+            end associate
+         end do
+         associate (peaks => cases(i)%response%measures%peak_eta)
+            if (size(peaks) > 0) write (cells(size(cells)), '(f20.6)') maxval(peaks)
          end associate
+         write (unit, '(2x, *(a))') adjustr(cells)
       end do
    end subroutine print_cases
 

@@ -4,7 +4,7 @@ module sweep_best
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status
    use scene_types, only: scene_t
-   use sweep_plan, only: plan_t
+   use sweep_plan, only: axis_t, plan_t
    use sweep_run, only: run_cases
    use sweep_search, only: learn, next_poll, search_state_t, start_search
    use sweep_settings, only: goal_most
@@ -125,7 +125,7 @@ contains
       moved = pack([(k, k=1, size(free))], free)
       allocate (start(size(moved)))
       do i = 1, size(moved)
-         start(i) = share_of(moved(i), best%values(moved(i), 1))
+         start(i) = share_of(plan%axes(moved(i)), best%values(moved(i), 1))
       end do
       room = scene%best%evaluations + 1
       allocate (refined%evaluations(room), refined%values(size(plan%axes), room), refined%rows(measure_count, room))
@@ -138,7 +138,7 @@ contains
          do i = 1, size(points, 2)
             values(:, i) = best%values(:, 1)
             do k = 1, size(moved)
-               values(moved(k), i) = value_at(moved(k), points(k, i))
+               values(moved(k), i) = value_at(plan%axes(moved(k)), points(k, i))
             end do
          end do
          call run_cases(scene, plan, values, threads, rows)
@@ -168,42 +168,34 @@ contains
          refined%rows(:, refined%count) = row
       end subroutine keep
 
-      !> Where a value lies between the bounds of its axis.
-      pure function share_of(axis, value) result(share)
-         !> Number of the axis
-         integer, intent(in) :: axis
-         !> The value
-         real(wp), intent(in) :: value
-         real(wp) :: share
-
-         associate (least => plan%axes(axis)%least, most => plan%axes(axis)%most)
-            if (plan%axes(axis)%is_logarithmic) then
-               share = log(value/least)/log(most/least)
-            else
-               share = (value - least)/(most - least)
-            end if
-         end associate
-         share = min(max(share, 0.0_wp), 1.0_wp)
-      end function share_of
-
-      !> The value there.
-      pure function value_at(axis, share) result(value)
-         !> Number of the axis
-         integer, intent(in) :: axis
-         !> 0 to 1
-         real(wp), intent(in) :: share
-         real(wp) :: value
-
-         associate (least => plan%axes(axis)%least, most => plan%axes(axis)%most)
-            if (plan%axes(axis)%is_logarithmic) then
-               value = least*(most/least)**share
-            else
-               value = least + share*(most - least)
-            end if
-            value = min(max(value, least), most)
-         end associate
-      end function value_at
-
    end subroutine refine
+
+   !> Where a value lies between the bounds of its axis, 0 to 1.
+   pure function share_of(axis, value) result(share)
+      type(axis_t), intent(in) :: axis
+      real(wp), intent(in) :: value
+      real(wp) :: share
+
+      if (axis%is_logarithmic) then
+         share = log(value/axis%least)/log(axis%most/axis%least)
+      else
+         share = (value - axis%least)/(axis%most - axis%least)
+      end if
+      share = min(max(share, 0.0_wp), 1.0_wp)
+   end function share_of
+
+   !> The value there.
+   pure function value_at(axis, share) result(value)
+      type(axis_t), intent(in) :: axis
+      real(wp), intent(in) :: share
+      real(wp) :: value
+
+      if (axis%is_logarithmic) then
+         value = axis%least*(axis%most/axis%least)**share
+      else
+         value = axis%least + share*(axis%most - axis%least)
+      end if
+      value = min(max(value, axis%least), axis%most)
+   end function value_at
 
 end module sweep_best

@@ -10,7 +10,7 @@ module sweep_file
    use results_file, only: results_name, write_head
    use scene_types, only: scene_t
    use sweep_best, only: best_t, consider, refined_t, start_best
-   use sweep_parts, only: assembled_file, joined, leave_folder, part_name, part_t, read_part, reason_room
+   use sweep_parts, only: assembled_file, joined, leave_folder, part_name, part_rows_t, read_part, reason_room
    use sweep_plan, only: first_of_part, plan_t
    use sweep_settings, only: design_names, goal_names
    implicit none (type, external)
@@ -46,7 +46,7 @@ contains
       !> Set when a part cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
-      type(part_t) :: part
+      type(part_rows_t) :: part
       character(reason_room), allocatable :: reasons(:)
       integer, allocatable :: failed(:)
       integer :: number, i, told
@@ -228,7 +228,7 @@ contains
 
       integer, parameter :: most_rows = 16384
       type(hdf5_column_t) :: cases, parameters(size(plan%axes)), measures(measure_count)
-      type(part_t) :: part
+      type(part_rows_t) :: part
       real(wp), allocatable :: values(:, :), rows(:, :)
       integer :: number, i, first, held
       logical :: is_good

@@ -16,7 +16,7 @@ module sweep_parts
    use sweep_plan, only: first_of_part, last_of_part, plan_t
    implicit none (type, external)
    private
-   public :: part_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
+   public :: part_rows_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
    public :: joined, reason_room, assembled_file
 
    !> Reasons of failure are cut to this.
@@ -28,7 +28,7 @@ module sweep_parts
    character(*), parameter :: assembled_file = 'assembled.h5'
 
    !> Some rows.
-   type :: part_t
+   type :: part_rows_t
       !> Parameters, [axes, cases]
       real(wp), allocatable :: values(:, :)
       !> Measures, [measure_count, cases]
@@ -36,7 +36,7 @@ module sweep_parts
       !> Cases that failed, and why
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-   end type part_t
+   end type part_rows_t
 
 contains
 
@@ -198,7 +198,7 @@ contains
       !> Number of the part
       integer, intent(in) :: number
       !> Its rows
-      type(part_t), intent(in) :: part
+      type(part_rows_t), intent(in) :: part
       !> Why it could not be written
       type(failure_t), allocatable, intent(out) :: error
 
@@ -259,7 +259,7 @@ contains
       !> Number of the part
       integer, intent(in) :: number
       !> Its rows
-      type(part_t), intent(out) :: part
+      type(part_rows_t), intent(out) :: part
       !> False: it cannot be read, or belongs to another plan
       logical, intent(out) :: is_good
 

@@ -6,7 +6,7 @@ module sweep_run
    use kinds, only: wp
    use measure_list, only: measure_count
    use sweep_case, only: run_case, runner_t, start_runner
-   use sweep_parts, only: part_is_done, part_name, part_t, read_part, reason_room, write_part
+   use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
    use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
    use sweep_ranks, only: abandon_deal, greatest_of_all, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, serve_deal, &
@@ -86,7 +86,7 @@ contains
       !> Their numbers
       integer, allocatable, intent(out) :: missing(:)
 
-      type(part_t) :: part
+      type(part_rows_t) :: part
       logical, allocatable :: is_missing(:)
       logical :: is_good
       integer :: i
@@ -118,7 +118,7 @@ contains
       type(shared_t), intent(inout) :: shared
 
       type(runner_t) :: runner
-      type(part_t) :: part
+      type(part_rows_t) :: part
       type(failure_t), allocatable :: trouble
       integer :: number
 
@@ -150,7 +150,7 @@ contains
       !> The part
       integer, intent(in) :: number
       !> Its rows
-      type(part_t), intent(out) :: part
+      type(part_rows_t), intent(out) :: part
       !> What the threads share
       type(shared_t), intent(inout) :: shared
 
