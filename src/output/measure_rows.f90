@@ -22,7 +22,9 @@ contains
 
       do i = 1, measure_count
          associate (measure => measure_table(i))
-            if (measure%run_name == '' .or. ieee_is_nan(row(i))) cycle
+            if (measure%run_name == '') cycle
+            ! a share of no energy is no number, but is there
+            if (ieee_is_nan(row(i)) .and. measure%unit /= '1') cycle
             if (measure%is_whole) then
                call group%add(trim(measure%run_name), nint(row(i)), '1', trim(measure%meaning))
             else
