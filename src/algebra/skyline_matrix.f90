@@ -97,7 +97,6 @@ contains
 
    !> A x.
    pure subroutine multiply(matrix, x, product)
-      !> A
       type(skyline_t), intent(in) :: matrix
       !> x, [order]
       real(wp), intent(in) :: x(:)

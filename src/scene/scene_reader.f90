@@ -19,7 +19,6 @@ contains
 
    !> Read a scene from a file.
    subroutine read_scene(file, scene, error, program)
-      !> Name of the file
       character(*), intent(in) :: file
       !> What it asks for
       type(scene_t), intent(out) :: scene
@@ -108,7 +107,6 @@ contains
 
    !> Name of a file without folders and ending.
    pure function name_of_file(file) result(name)
-      !> Name of the file
       character(*), intent(in) :: file
       character(:), allocatable :: name
 
