@@ -25,11 +25,11 @@ module console_tables
 contains
 
    !> What is computed: name, title, beam, mesh, stop, method.
-   subroutine print_model(unit, scene)
-      !> Where to
+   subroutine print_model(unit, scene, node_position)
       integer, intent(in) :: unit
-      !> The scene
       type(scene_t), intent(in) :: scene
+      !> x/L of the nodes, [0:n]; not there if no motion is computed
+      real(wp), intent(in), optional :: node_position(0:)
 
       character(:), allocatable :: heading
 
@@ -42,7 +42,7 @@ contains
       if (scene%wants_response) then
          call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
                          //to_text(scene%mesh%ratio))
-         call print_line(unit, 'stop', stop_in_words(scene))
+         call print_line(unit, 'stop', stop_in_words(scene, node_position))
          call print_line(unit, 'motion', motion_in_words(scene))
       end if
    end subroutine print_model
@@ -72,9 +72,10 @@ contains
    end function beam_in_words
 
    !> Law and place of the stop.
-   function stop_in_words(scene) result(words)
-      !> The scene
+   function stop_in_words(scene, node_position) result(words)
       type(scene_t), intent(in) :: scene
+      !> x/L of the nodes, [0:n]
+      real(wp), intent(in), optional :: node_position(0:)
       character(:), allocatable :: words
 
       associate (stop => scene%stop)
@@ -84,7 +85,11 @@ contains
             words = 'three elements, kappa = '//rounded(stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
                //', c* = '//rounded(stop%damper_ratio)
          end if
-         words = words//', at x/L = '//rounded(stop%position)//', delta = '//rounded(stop%preload)
+         words = words//', at x/L = '//rounded(stop%position)
+         if (present(node_position)) then
+            if (all(abs(node_position - stop%position) > 0.0_wp)) words = words//' (so near to the tip that it is put there)'
+         end if
+         words = words//', delta = '//rounded(stop%preload)
       end associate
    end function stop_in_words
 

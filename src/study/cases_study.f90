@@ -30,7 +30,7 @@ contains
       if (allocated(error)) return
       call write_cases(job%folder, scene, cases, error)
       if (allocated(error) .or. job%quiet) return
-      call print_model(job%unit, cases(1)%scene)
+      call print_model(job%unit, cases(1)%scene, cases(1)%node_position)
       call print_cases(job%unit, scene, cases)
    end subroutine run_cases_of_scene
 

@@ -41,7 +41,7 @@ contains
          call write_results(job%folder, scene, error, frequencies=table)
       end if
       if (allocated(error) .or. job%quiet) return
-      call print_model(job%unit, scene)
+      call print_model(job%unit, scene, model%mesh%position)
       if (allocated(response)) call print_modes(job%unit, response%mode_check)
       if (allocated(table)) call print_frequency_table(job%unit, table)
       if (allocated(response)) call print_measures(job%unit, response%measures)
