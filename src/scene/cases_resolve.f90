@@ -33,7 +33,7 @@ contains
          call input%complain('cases', 'values', 'needs at least one value')
       else
          call check_parameter(input, table, trim(scene%cases%parameter%name))
-         if (scene%cases%parameter%name == 'taper') call check_taper(input, scene)
+         if (scene%cases%parameter%name == 'taper' .and. .not. input%has_problem()) call check_taper(input, scene)
       end if
    end subroutine resolve_cases
 

@@ -113,6 +113,8 @@ contains
       type(scene_t), intent(inout) :: scene
       type(physical_t), intent(inout) :: physical
 
+      logical :: is_stored
+
       select case (group)
       case ('scene')
          call table%open(group_t('scene', program_any))
@@ -161,7 +163,10 @@ contains
          call table%open(group_t('statements', program_paper), scene%wants_statements)
          if (table%is_open) call list_statements(table, scene%statements)
       case ('output')
-         call list_output(table, scene%output, scene%wants_sweep)
+         ! the results of a sweep are its rows alone
+         is_stored = .not. scene%wants_sweep
+         call table%open(group_t('output'), is_stored)
+         if (table%is_open) call list_output(table, scene%output)
       end select
    end subroutine list_group
 
@@ -417,18 +422,13 @@ contains
       call table%bind(statements%duration, name_t('duration', 'length of the runs, tau', duration_range))
    end subroutine list_statements
 
-   subroutine list_output(table, output, is_of_sweep)
+   subroutine list_output(table, output)
       class(table_t), intent(inout) :: table
       type(output_settings_t), intent(inout) :: output
-      !> The results of a sweep are its rows alone
-      logical, intent(in) :: is_of_sweep
 
       integer, allocatable :: histories(:)
-      logical :: is_wanted
       integer :: i
 
-      is_wanted = .not. is_of_sweep
-      call table%open(group_t('output'), is_wanted)
       histories = pack([(i, i=1, history_count)], output%history)
       if (size(histories) == 0) histories = [history_none]
       call table%bind(histories, name_t('histories', 'histories at the sample times', needs=a_response, default='all', &
