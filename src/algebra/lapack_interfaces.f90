@@ -98,7 +98,7 @@ contains
       else if (routine == 'DPOTRF') then
          write (number, '(i0)') info
          message = 'the mesh is too uneven: shape '//trim(number)// &
-            ' of its modes is not independent of those before it in '//'double precision (DPOTRF)'
+            ' of its modes is not independent of those before it in double precision (DPOTRF)'
       else
          write (number, '(i0)') info
          message = routine//' did not converge (info = '//trim(number)//')'

@@ -126,8 +126,8 @@ contains
          if (allocated(error)) return
          do j = 1, i - 1
             if (scenes(j)%name == scenes(i)%name) then
-               call fail(error, status_bad_input, files(i)%text//': &scene name = '''//scenes(i)%name// &
-                         ''': must differ from the other scenes'' names, '//files(j)%text//' has it too')
+               call fail(error, status_bad_input, files(i)%text//": &scene name = '"//scenes(i)%name// &
+                  "': must differ from the other scenes' names, "//files(j)%text//' has it too')
                return
             end if
          end do

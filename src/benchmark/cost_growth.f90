@@ -4,8 +4,8 @@ module cost_growth
    use failures, only: failure_t
    use kinds, only: i8, wp
    use machine_facts, only: forget_peak_memory, peak_memory
-   use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_few_modes, task_modes, task_motion, &
-                           task_run, task_t
+   use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_few_modes, task_modes, &
+      task_motion, task_run, task_t
    use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
    use scene_types, only: contender_average, contender_exact, name_length, output_settings_t, precision_settings_t, &
       scene_t
@@ -23,7 +23,6 @@ contains
 
    !> The parts of a run of the scene's beam by exact motion with default tolerances.
    subroutine measure_parts(scene, study, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Gets the parts
       type(precision_t), intent(inout) :: study
@@ -80,7 +79,6 @@ contains
 
    !> All curves that the scene asks for.
    subroutine measure_growth(scene, study, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Entries in; gets the curves
       type(precision_t), intent(inout) :: study
@@ -96,7 +94,6 @@ contains
 
    !> Cost of a run against its number of events, from the hop tolerances compared.
    pure subroutine grow_with_events(entries, curves)
-      !> The entries
       type(motion_entry_t), intent(in) :: entries(:)
       !> Gets a curve
       type(curve_t), allocatable, intent(inout) :: curves(:)
@@ -106,12 +103,11 @@ contains
       wanted = entries%varied == varied_hop .and. entries%failure == '' .and. entries%event_count > 0
       if (count(wanted) < 2) return
       call add_curve(curves, 'exact motion', 'events', 's', pack(real(entries%event_count, wp), wanted), &
-                     pack(entries%motion%median, wanted))
+         pack(entries%motion%median, wanted))
    end subroutine grow_with_events
 
    !> Cost of a run against its length.
    subroutine grow_with_duration(scene, curves, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Gets the curves
       type(curve_t), allocatable, intent(inout) :: curves(:)
@@ -150,7 +146,6 @@ contains
 
    !> Cost and memory against the mesh; cost of a sample against the modes kept.
    subroutine grow_with_elements(scene, curves, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Gets the curves
       type(curve_t), allocatable, intent(inout) :: curves(:)
@@ -206,7 +201,6 @@ contains
 
       !> Exact motion with all modes, events only and with samples.
       subroutine add_motion(job)
-         !> The task
          type(task_t), intent(inout) :: job
 
          real(wp), parameter :: fine_step = 0.001_wp
@@ -246,7 +240,6 @@ contains
 
    !> Assemble a mesh of the scene.
    subroutine assemble(scene, elements, task, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its mesh
       integer, intent(in) :: elements
@@ -265,7 +258,6 @@ contains
 
    !> Add a curve and its exponent.
    pure subroutine add_curve(curves, name, abscissa_name, unit, abscissa, ordinate)
-      !> The curves
       type(curve_t), allocatable, intent(inout) :: curves(:)
       !> What grows, with what, in which unit
       character(*), intent(in) :: name

@@ -29,7 +29,6 @@ contains
    !> Do the study. The file whose writing is timed goes under the scene's own name, where the study's file then takes
    !> its place.
    subroutine run_precision(scene, folder, study, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder
@@ -56,7 +55,6 @@ contains
 
    !> How long it takes to write a file with all histories and the ledger.
    subroutine measure_writing(scene, folder, study, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder

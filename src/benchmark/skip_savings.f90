@@ -13,8 +13,8 @@ module skip_savings
    use motion_tasks, only: no_output, settings_for, task_assembly, task_modes, task_motion, task_run, task_t
    use number_text, only: to_text
    use precision_types, only: saving_t
-   use response_types, only: response_t
    use program_run, only: program_t, read_scenes
+   use response_types, only: response_t
    use results_file, only: write_results
    use scene_types, only: contender_exact, law_three_element, output_settings_t, response_settings_t, scene_t, &
       shape_height_table, shape_taper
@@ -109,7 +109,7 @@ contains
       saving%name = 'quadrature of element matrices'
       saving%compared = 'K and M, in their greatest entries'
       saving%difference = max(relative_difference(to_dense(with%model%stiffness), to_dense(without%model%stiffness)), &
-                              relative_difference(to_dense(with%model%mass), to_dense(without%model%mass)))
+         relative_difference(to_dense(with%model%mass), to_dense(without%model%mass)))
       call time_both(without, with, saving, savings, error)
    end subroutine save_quadrature
 
@@ -147,15 +147,17 @@ contains
       integer :: i
 
       allocate (tolerances(0))
-      if (allocated(base%scene%precision%mode_tolerances)) &
+      if (allocated(base%scene%precision%mode_tolerances)) then
          tolerances = pack(base%scene%precision%mode_tolerances, base%scene%precision%mode_tolerances > 0.0_wp)
+      end if
       if (size(tolerances) == 0) tolerances = [defaults%mode_tolerance]
       call copy(base, without)
       without%settings%keep_all_modes = .true.
       call copy(base, with)
       do i = 1, size(tolerances)
          with%settings%mode_tolerance = tolerances(i)
-         call compare_histories('modes that move eta by < '//to_text(tolerances(i)), without, with, horizon, savings, error)
+         call compare_histories('modes that move eta by < '//to_text(tolerances(i)), without, with, horizon, savings, &
+            error)
          if (allocated(error)) return
       end do
    end subroutine save_modes
@@ -261,7 +263,7 @@ contains
       associate (a => without%response, b => with%response)
          last = count(a%tau <= horizon*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
          saving%difference = max(maxval(abs(a%history(eta_stop)%values(:last) - b%history(eta_stop)%values(:last))), &
-                                 maxval(abs(a%history(eta_tip)%values(:last) - b%history(eta_tip)%values(:last))))
+            maxval(abs(a%history(eta_tip)%values(:last) - b%history(eta_tip)%values(:last))))
       end associate
       without%output = no_output()
       with%output = no_output()
@@ -327,7 +329,8 @@ contains
       difference = maxval(abs(a - b))/maxval(abs(b))
    end function relative_difference
 
-   !> The greatest difference of instant, place, velocities or impulse of all events; if there are not as many, how many more.
+   !> The greatest difference of instant, place, velocities or impulse of all events; if there are not as many, how many
+   !> more.
    pure function difference_of_events(one, other) result(difference)
       !> The runs
       type(response_t), intent(in) :: one
@@ -338,14 +341,13 @@ contains
       if (one%event_count /= other%event_count .or. one%event_count == 0) return
       associate (a => one%events(:one%event_count), b => other%events(:other%event_count))
          difference = max(maxval(abs(a%tau - b%tau)), maxval(abs(a%eta - b%eta)), maxval(abs(a%impulse - b%impulse)), &
-                          maxval(abs(a%velocity_before - b%velocity_before)), &
-                          maxval(abs(a%velocity_after - b%velocity_after)))
+            maxval(abs(a%velocity_before - b%velocity_before)), &
+            maxval(abs(a%velocity_after - b%velocity_after)))
       end associate
    end function difference_of_events
 
    !> Another task like one. All that a task holds is copied in one place: in line it would be most of this file's code.
    subroutine copy(task, other)
-      !> The task
       type(skip_task_t), intent(in) :: task
       !> Becomes like it
       type(skip_task_t), intent(inout) :: other
@@ -405,7 +407,7 @@ contains
          call make_modal_beam(free%square, free%mode(free%stop_dof, :), free%mode(free%tip_dof, :), zeta, beam)
          if (stop%law == law_three_element) then
             call make_contact_modes(beam, zeta, make_three_element(stop%stiffness_ratio, stop%branch_ratio, &
-                                                                   stop%damper_ratio), modes, error)
+               stop%damper_ratio), modes, error)
          else
             call make_support(beam, free%support)
          end if

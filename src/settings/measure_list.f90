@@ -1,5 +1,5 @@
-!> What is measured of a run: one entry a measure. Rows of sweeps, groups of files and lines on the console follow from it;
-!> `row_of` in run_measures gives the values.
+!> What is measured of a run: one entry a measure. Rows of sweeps, groups of files and lines on the console follow from
+!> it; `row_of` in run_measures gives the values.
 module measure_list
    implicit none (type, external)
    private
@@ -26,8 +26,8 @@ module measure_list
       measure_t('rebounds', '', 'flights that rise above eta = 0.02', '1', .true.), &
       measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'tau', &
       .false., 'first impact', 'at tau ='), &
-      measure_t('first_impact_velocity', 'first_impact_velocity', 'd eta/d tau at the stop point before it', 'eta/tau', &
-      .false., 'velocity before it'), &
+      measure_t('first_impact_velocity', 'first_impact_velocity', 'd eta/d tau at the stop point before it', &
+      'eta/tau', .false., 'velocity before it'), &
       measure_t('greatest_force', 'greatest_force', &
       'greatest contact force Pbar; with restitution its mean over the first 0.1 of tau of an episode', 'Pbar', &
       .false.), &
@@ -41,11 +41,13 @@ module measure_list
       measure_t('peak_3', '', 'of the third', 'eta', .false.), &
       measure_t('peak_4', '', 'of the fourth', 'eta', .false.), &
       measure_t('peak_5', '', 'of the fifth', 'eta', .false.), &
-      measure_t('quiet_tau', 'quiet', 'instant after which |eta_c| stays within 0.02; nan: it does not', 'tau', .false., &
-      '|eta_c| < 2 %', 'from tau ='), &
-      measure_t('spent_tau', 'spent', 'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
+      measure_t('quiet_tau', 'quiet', 'instant after which |eta_c| stays within 0.02; nan: it does not', 'tau', &
+      .false., '|eta_c| < 2 %', 'from tau ='), &
+      measure_t('spent_tau', 'spent', &
+      'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
       'tau', .false., 'energy < 1 %', 'from tau ='), &
-      measure_t('lost_beam', 'lost_beam', 'share of the start''s energy above rest that the beam dissipated', '1', .false.), &
+      measure_t('lost_beam', 'lost_beam', "share of the start's energy above rest that the beam dissipated", '1', &
+      .false.), &
       measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', '1', .false.), &
       measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', '1', .false.), &
       measure_t('created', 'created', 'that the nodal reading of the impulse created', '1', .false.), &

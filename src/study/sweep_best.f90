@@ -39,9 +39,7 @@ contains
 
    !> Begin a list.
    subroutine start_best(scene, plan, best)
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> The list
       type(best_t), intent(out) :: best
@@ -103,9 +101,7 @@ contains
    !>
    !> Numbers of elements stay as they are: more of them cost, and are no other beam.
    subroutine refine(scene, plan, best, threads, refined)
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> Its best cases
       type(best_t), intent(in) :: best
@@ -131,10 +127,11 @@ contains
       allocate (refined%evaluations(room), refined%values(size(plan%axes), room), refined%rows(measure_count, room))
       call keep(0, best%values(:, 1), best%rows(:, 1))
       call start_search(start, cost_of(best, best%rows(:, 1)), 0.125_wp, scene%best%precision, scene%best%evaluations, &
-                        scene%sweep%seed, state)
+         scene%sweep%seed, state)
       do while (.not. state%is_over)
          call next_poll(state, points)
-         allocate (values(size(plan%axes), size(points, 2)), rows(measure_count, size(points, 2)), costs(size(points, 2)))
+         allocate (values(size(plan%axes), size(points, 2)), rows(measure_count, size(points, 2)), &
+            costs(size(points, 2)))
          do i = 1, size(points, 2)
             values(:, i) = best%values(:, 1)
             do k = 1, size(moved)

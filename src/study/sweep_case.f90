@@ -29,9 +29,7 @@ contains
 
    !> Prepare a runner.
    subroutine start_runner(scene, runner)
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> The runner
       type(runner_t), intent(out) :: runner
 
       runner%scene = scene
@@ -40,9 +38,7 @@ contains
 
    !> Run a case.
    subroutine run_case(runner, plan, values, row, reason)
-      !> The runner
       type(runner_t), intent(inout) :: runner
-      !> The plan
       type(plan_t), intent(in) :: plan
       !> Parameters of the case, in the order of the axes
       real(wp), intent(in) :: values(:)

@@ -86,7 +86,7 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       call fail(error, status_run_failed, "'"//path//'/'//part_name(number)//"' was spoilt since it was written; " &
-                //'give the same command again, and its cases are computed again')
+         //'give the same command again, and its cases are computed again')
    end subroutine complain
 
    !> Put the results file together and its parts away.
@@ -120,8 +120,9 @@ contains
       if (scene%wants_best) call write_best(root%group('best'), scene, plan, survey%best, refined)
       call write_rows(sweep, path, scene, plan, text, error)
       call root%finish_on_disk(refusal)
-      if (.not. allocated(error) .and. allocated(refusal)) &
+      if (.not. allocated(error) .and. allocated(refusal)) then
          call fail(error, refusal%status, "cannot write '"//assembled//"': "//refusal%message//'; is the disk full?')
+      end if
       if (allocated(error)) return
       call move_file(assembled, folder//'/'//results_name(scene), error)
       if (allocated(error)) return
@@ -130,11 +131,8 @@ contains
 
    !> /sweep but for its columns.
    subroutine write_group(group, scene, plan, survey)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> What the parts hold
       type(survey_t), intent(in) :: survey
@@ -145,7 +143,7 @@ contains
       call group%attribute('design', trim(design_names(scene%sweep%design)))
       call group%attribute('parameters', joined(plan%axes%parameter%name))
       call group%attribute('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
-                                           k=1, size(plan%axes))]))
+         k=1, size(plan%axes))]))
       call group%attribute('measures', joined(measure_table%name))
       call group%attribute('failures', [survey%failures])
       if (plan%is_grid) then
@@ -155,7 +153,7 @@ contains
          do k = 1, size(plan%axes)
             associate (axis => plan%axes(k))
                call axes%add(trim(axis%parameter%name), axis%values, '1', &
-                              trim(axis%parameter%meaning), is_scale=.true.)
+                  trim(axis%parameter%meaning), is_scale=.true.)
             end associate
          end do
       end if
@@ -165,11 +163,8 @@ contains
 
    !> /best: the table, and what the refinement found.
    subroutine write_best(group, scene, plan, best, refined)
-      !> Its group
       type(hdf5_group_t), intent(in) :: group
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> The best cases
       type(best_t), intent(in) :: best
@@ -188,8 +183,9 @@ contains
          refinement = group%group('refinement')
          call refinement%attribute('evaluations', [refined%all_evaluations])
          call refinement%add('evaluations', refined%evaluations(:refined%count), '1', &
-                        'cases computed when it was found', is_scale=.true.)
-         call write_columns(refinement, plan, refined%values(:, :refined%count), refined%rows(:, :refined%count), 'evaluations')
+            'cases computed when it was found', is_scale=.true.)
+         call write_columns(refinement, plan, refined%values(:, :refined%count), refined%rows(:, :refined%count), &
+            'evaluations')
       end if
    end subroutine write_best
 
@@ -209,7 +205,7 @@ contains
       do k = 1, size(plan%axes)
          column = values(k, :)
          call group%add(trim(plan%axes(k)%parameter%name), column, '1', &
-                        trim(plan%axes(k)%parameter%meaning), along=along)
+            trim(plan%axes(k)%parameter%meaning), along=along)
       end do
       call write_measures_of_cases(group, measure_table%name, measure_table%unit, rows, along)
    end subroutine write_columns
@@ -290,14 +286,14 @@ contains
       do k = 1, size(parameters)
          associate (parameter => plan%axes(k)%parameter)
             parameters(k) = group%column(trim(parameter%name), plan%cases, '1', trim(parameter%meaning), &
-                                         parameter%is_whole, 'case')
+               parameter%is_whole, 'case')
          end associate
       end do
       do k = 1, measure_count
          associate (measure => measure_table(k))
             measures(k) = group%column(trim(measure%name), plan%cases, trim(measure%unit), trim(measure%meaning), &
-                                       measure%is_whole, 'case', &
-                                       in_scene_units=merge(1.0_wp/scene%scales%omega1, 0.0_wp, measure%unit == 'tau'))
+               measure%is_whole, 'case', &
+               in_scene_units=merge(1.0_wp/scene%scales%omega1, 0.0_wp, measure%unit == 'tau'))
          end associate
       end do
    end subroutine make_columns

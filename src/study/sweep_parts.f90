@@ -54,7 +54,6 @@ contains
    !> Make the folder of the parts, or go on with one that a run of the same plan left. Nobody else has it: the
    !> results file, which it stands for, is claimed.
    subroutine enter_folder(path, text, error)
-      !> The folder
       character(*), intent(in) :: path
       !> The plan in words
       character(*), intent(in) :: text
@@ -86,8 +85,8 @@ contains
                call refuse_foreign(path, wanted, error)
             else if (present /= text) then
                call fail(error, status_bad_input, "'"//path//"' holds the parts of another sweep: there "// &
-                         difference(present, text)//'; let that one finish with the scene as it was, remove the ' &
-                         //'folder, or give another name or --out')
+                  difference(present, text)//'; let that one finish with the scene as it was, remove the ' &
+                  //'folder, or give another name or --out')
             end if
             return
          end if
@@ -102,7 +101,6 @@ contains
 
    !> Remove the parts, and the folder unless the user put something into it.
    subroutine leave_folder(path)
-      !> The folder
       character(*), intent(in) :: path
 
       character(entry_length), allocatable :: entries(:)
@@ -120,7 +118,6 @@ contains
 
    !> Is a file in the folder of the parts the program's, by its name?
    pure function is_own(name) result(answer)
-      !> The name
       character(*), intent(in) :: name
       logical :: answer
 
@@ -128,8 +125,9 @@ contains
 
       final = final_name(name)
       answer = final == plan_file .or. final == assembled_file
-      if (len(final) >= len(part_name(1)) .and. index(final, '.h5', back=.true.) == len(final) - 2) &
+      if (len(final) >= len(part_name(1)) .and. index(final, '.h5', back=.true.) == len(final) - 2) then
          answer = answer .or. verify(final(:len(final) - 3), '0123456789') == 0
+      end if
    end function is_own
 
    !> The first line in which two texts differ.
@@ -152,7 +150,6 @@ contains
 
    !> The line that begins at a place.
    pure function line_at(text, start) result(line)
-      !> The text
       character(*), intent(in) :: text
       !> The place
       integer, intent(in) :: start
@@ -179,9 +176,7 @@ contains
 
    !> Is a part on disk? It is there whole or not at all, but a disk may have spoilt it.
    function part_is_done(path, part) result(done)
-      !> The folder
       character(*), intent(in) :: path
-      !> The part
       integer, intent(in) :: part
       logical :: done
 
@@ -190,7 +185,6 @@ contains
 
    !> Write a part.
    subroutine write_part(path, plan, text, number, part, error)
-      !> The folder
       character(*), intent(in) :: path
       !> The plan, and the same in words
       type(plan_t), intent(in) :: plan
@@ -211,7 +205,7 @@ contains
       call root%begin(8_c_size_t*(size(part%rows, kind=c_size_t) + size(part%values, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
-                     'number of the case', is_scale=.true.)
+         'number of the case', is_scale=.true.)
       call root%add('column', [(i, i=1, measure_count)], '1', 'number of the measure', is_scale=.true.)
       call root%attribute('names', joined(measure_table%name), 'column')
       call root%add('parameter', [(i, i=1, size(plan%axes))], '1', 'number of the parameter', is_scale=.true.)
@@ -237,7 +231,6 @@ contains
 
    !> Names with commas between them.
    pure function joined(names) result(text)
-      !> The names
       character(*), intent(in) :: names(:)
       character(:), allocatable :: text
 
@@ -251,7 +244,6 @@ contains
 
    !> Read a part back.
    subroutine read_part(path, plan, text, number, part, is_good)
-      !> The folder
       character(*), intent(in) :: path
       !> The plan, and the same in words
       type(plan_t), intent(in) :: plan

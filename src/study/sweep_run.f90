@@ -5,13 +5,13 @@ module sweep_run
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count
+   use scene_types, only: scene_t
    use sweep_case, only: run_case, runner_t, start_runner
    use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
    use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
-   use sweep_ranks, only: abandon_deal, greatest_of_all, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, serve_deal, &
-      start_deal
-   use scene_types, only: scene_t
+   use sweep_ranks, only: abandon_deal, greatest_of_all, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, &
+      serve_deal, start_deal
    implicit none (type, external)
    private
    public :: run_parts, run_cases
@@ -31,7 +31,6 @@ contains
 
    !> Run the parts that are not on disk.
    subroutine run_parts(scene, plan, text, path, threads, label, is_silent, fresh, error)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan, and the same in words
       type(plan_t), intent(in) :: plan
@@ -107,7 +106,6 @@ contains
 
    !> What one thread does: a part after another, until there are no more.
    subroutine take_parts(scene, plan, text, path, shared)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan, and the same in words
       type(plan_t), intent(in) :: plan
@@ -187,7 +185,6 @@ contains
 
    !> Run some cases that belong to no part, each by any thread.
    subroutine run_cases(scene, plan, values, threads, rows)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan, for the parameters
       type(plan_t), intent(in) :: plan
@@ -205,7 +202,6 @@ contains
 
    !> What one thread does.
    subroutine take_cases(scene, plan, values, rows)
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan, for the parameters
       type(plan_t), intent(in) :: plan
