@@ -41,7 +41,7 @@ contains
       call print_line(unit, 'beam', beam_in_words(scene))
       if (scene%wants_response) then
          call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
-                         //to_text(scene%mesh%ratio))
+            //to_text(scene%mesh%ratio))
          call print_line(unit, 'stop', stop_in_words(scene, node_position))
          call print_line(unit, 'motion', motion_in_words(scene))
       end if
@@ -63,8 +63,9 @@ contains
          else
             words = 'taper, h1/h0 = '//rounded(beam%height_tip/beam%height_root)
          end if
-         if (beam%shape == shape_taper .and. beam%height_root > beam%height_tip) &
+         if (beam%shape == shape_taper .and. beam%height_root > beam%height_tip) then
             words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
+         end if
       end associate
       words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
       if (scene%zeta > 0.0_wp .or. scene%wants_response) words = words//', zeta = '//rounded(scene%zeta)
@@ -80,14 +81,16 @@ contains
 
       associate (stop => scene%stop)
          if (stop%law == law_restitution) then
-            words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('//trim(impulse_names(stop%impulse))//')'
+            words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('// &
+               trim(impulse_names(stop%impulse))//')'
          else
             words = 'three elements, kappa = '//rounded(stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
                //', c* = '//rounded(stop%damper_ratio)
          end if
          words = words//', at x/L = '//rounded(stop%position)
          if (present(node_position)) then
-            if (all(abs(node_position - stop%position) > 0.0_wp)) words = words//' (so near to the tip that it is put there)'
+            if (all(abs(node_position - stop%position) > 0.0_wp)) words = words// &
+               ' (so near to the tip that it is put there)'
          end if
          words = words//', delta = '//rounded(stop%preload)
       end associate
@@ -101,8 +104,8 @@ contains
 
       associate (response => scene%response)
          words = trim(method_names(response%method))
-         if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)//', gamma = ' &
-            //rounded(response%newmark_gamma)
+         if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)// &
+            ', gamma = '//rounded(response%newmark_gamma)
          words = words//', d tau = '//rounded(response%step)//', to tau = '//rounded(response%duration)
       end associate
    end function motion_in_words
@@ -227,7 +230,8 @@ contains
          cells(columns + 1) = ''
          do column = 1, columns
             associate (lambda => table%columns(column)%lambda, exact => table%exact(mode))
-               if (mode <= size(lambda)) cells(column) = adjust_right(error_text(100.0_wp*(lambda(mode)/exact - 1.0_wp)))
+               if (mode <= size(lambda)) cells(column) = &
+                  adjust_right(error_text(100.0_wp*(lambda(mode)/exact - 1.0_wp)))
             end associate
          end do
          call print_cells(unit, 'mode '//to_text(mode), cells)
@@ -274,8 +278,8 @@ contains
       type(mode_check_t), intent(in) :: check
 
       if (check%compared == 0) return
-      call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)//' eta differs by '// &
-                      rounded(check%difference)//' until tau = '//rounded(check%horizon))
+      call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)// &
+         ' eta differs by '//rounded(check%difference)//' until tau = '//rounded(check%horizon))
    end subroutine print_modes
 
    !> The measures of a run, a line each, and the highest points of its rebounds.
@@ -296,9 +300,10 @@ contains
       if (measures%rebounds == 0) call print_line(unit, 'rebound peaks', 'none')
       do i = 1, min(measures%rebounds, most_peaks)
          call print_line(unit, trim(merge('rebound peaks', '             ', i == 1)), 'eta = ' &
-                         //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
+            //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
       end do
-      if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)//' more')
+      if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)// &
+         ' more')
    end subroutine print_measures
 
    !> Such as '15', 'at tau = 1.547641', 'not until tau = 20'.
