@@ -57,7 +57,6 @@ contains
       character(*), intent(in) :: subject
       !> The beam must be made
       logical, intent(in) :: is_new_beam
-      !> The beam
       type(beam_model_t), intent(inout) :: model
       !> What keeps it from starting
       type(failure_t), allocatable, intent(inout) :: error

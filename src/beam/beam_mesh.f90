@@ -41,7 +41,6 @@ contains
       real(wp), intent(in) :: ratio
       !> Lc/L, in (0, 1]
       real(wp), intent(in) :: stop_position
-      !> The partition
       type(mesh_t), intent(out) :: mesh
       !> Set when no such partition exists
       type(failure_t), allocatable, intent(out) :: error

@@ -31,11 +31,9 @@ contains
    pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model)
       !> The section along the beam
       type(section_t), intent(in) :: section
-      !> The partition
       type(mesh_t), intent(in) :: mesh
       !> mu, >= 0
       real(wp), intent(in) :: tip_mass_ratio
-      !> The assembled beam
       type(beam_model_t), intent(out) :: model
 
       integer :: dofs(4), element, i

@@ -77,7 +77,6 @@ contains
       real(wp), intent(in) :: horizon
       !> The beam
       type(balance_t), intent(in) :: balance
-      !> The facts
       type(motion_facts_t), intent(out) :: facts
 
       integer :: i, last
@@ -131,7 +130,6 @@ contains
       real(wp), intent(in) :: preload
       !> zeta
       real(wp), intent(in) :: zeta
-      !> The balance
       type(balance_t), intent(out) :: balance
       !> Set when the stiffness cannot be factorised
       type(failure_t), allocatable, intent(out) :: error

@@ -202,7 +202,6 @@ contains
       real(wp), intent(in) :: step
       !> Up to here
       real(wp), intent(in) :: horizon
-      !> Its facts
       type(motion_facts_t), intent(out) :: facts
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
@@ -224,9 +223,7 @@ contains
       type(scene_t), intent(in) :: scene
       !> Up to here
       real(wp), intent(in) :: horizon
-      !> The reference
       type(task_t), intent(inout) :: reference
-      !> The entry
       type(motion_entry_t), intent(inout) :: entry
 
       type(failure_t), allocatable :: error

@@ -22,7 +22,6 @@ contains
    subroutine write_precision(folder, scene, study, error)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> What was found
       type(precision_t), intent(in) :: study
@@ -102,7 +101,6 @@ contains
       type(hdf5_group_t), intent(in) :: group
       !> What their names begin with
       character(*), intent(in) :: prefix
-      !> The errors
       type(motion_errors_t), intent(in) :: errors(:)
       !> The scale
       character(*), intent(in) :: along

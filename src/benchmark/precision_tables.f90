@@ -16,7 +16,6 @@ contains
    subroutine print_precision(unit, scene, study)
       !> Where to
       integer, intent(in) :: unit
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> What was found
       type(precision_t), intent(in) :: study

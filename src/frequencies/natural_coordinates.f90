@@ -48,7 +48,6 @@ contains
    pure subroutine make_natural_beam(section, mesh, tip_mass_ratio, natural)
       !> The section along the beam
       type(section_t), intent(in) :: section
-      !> The partition
       type(mesh_t), intent(in) :: mesh
       !> mu, >= 0
       real(wp), intent(in) :: tip_mass_ratio

@@ -44,7 +44,6 @@ contains
       real(wp), intent(in) :: zeta
       !> The stop
       class(impedance_t), intent(in) :: spring
-      !> The problem
       type(secular_t), intent(out) :: problem
 
       integer :: i
@@ -153,7 +152,6 @@ contains
       real(wp), intent(in) :: zeta
       !> The stop
       class(impedance_t), intent(in) :: spring
-      !> The problem
       type(secular_t), intent(in) :: problem
       !> Guesses: the nearest pole, and the offset from it, [roots]
       integer, intent(out) :: near(:)

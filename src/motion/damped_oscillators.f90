@@ -301,7 +301,6 @@ contains
       type(oscillators_t), intent(in) :: oscillators
       !> Length of the step
       real(wp), intent(in) :: h
-      !> The matrices
       type(step_matrices_t), intent(out) :: matrices
 
       real(wp) :: zero(oscillators%count), one(oscillators%count)

@@ -79,7 +79,6 @@ contains
    subroutine choose_modes(modes, settings, check)
       !> The modes of the free beam
       type(free_modes_t), intent(in) :: modes
-      !> The run
       type(run_settings_t), intent(in) :: settings
       !> How many to keep, and how that was found
       type(mode_check_t), intent(inout) :: check

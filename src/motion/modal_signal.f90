@@ -46,7 +46,6 @@ contains
       real(wp), intent(in) :: offset
       !> c_i, [count]
       real(wp), intent(in) :: weight(:)
-      !> The signal
       type(modal_signal_t), intent(out) :: signal
 
       signal%oscillators => oscillators

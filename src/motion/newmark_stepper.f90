@@ -393,7 +393,6 @@ contains
    pure subroutine kinetic_energy(stepper, state, energy)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> The state
       type(newmark_state_t), intent(in) :: state
       !> The energy
       real(wp), intent(out) :: energy
@@ -408,7 +407,6 @@ contains
    pure subroutine strain_energy(stepper, state, energy)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> The state
       type(newmark_state_t), intent(in) :: state
       !> The energy
       real(wp), intent(out) :: energy
@@ -446,7 +444,6 @@ contains
    pure subroutine momentum_at_stop(stepper, state, momentum)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> The state
       type(newmark_state_t), intent(in) :: state
       !> The component
       real(wp), intent(out) :: momentum

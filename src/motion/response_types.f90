@@ -164,7 +164,6 @@ contains
    pure subroutine append_event(response, event)
       !> What the event is added to
       type(response_t), intent(inout) :: response
-      !> The event
       type(event_t), intent(in) :: event
 
       type(event_t), allocatable :: larger(:)

@@ -109,7 +109,6 @@ contains
       !> Mesh
       integer, intent(in) :: elements
       real(wp), intent(in) :: ratio
-      !> The beam
       type(beam_model_t), intent(out) :: model
       !> Set when the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error

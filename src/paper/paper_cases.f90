@@ -60,7 +60,6 @@ contains
       !> Elements of the coarse mesh, the paper's, and of the fine one
       integer, intent(in) :: coarse_elements
       integer, intent(in) :: fine_elements
-      !> The ways
       type(way_t), intent(out) :: ways(way_count)
 
       ways(coarse) = way_t('exact, coarse', coarse_elements, method_exact, impulse_momentum)
@@ -76,7 +75,6 @@ contains
       type(case_t), intent(in) :: this
       !> Elements of equal length
       integer, intent(in) :: elements
-      !> The beam
       type(beam_model_t), intent(out) :: model
       !> Set when the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error

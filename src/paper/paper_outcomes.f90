@@ -143,7 +143,6 @@ contains
    pure subroutine measure(response, measures, outcome, start)
       !> The motion of a case
       type(response_t), intent(in) :: response
-      !> Its measures
       type(run_measures_t), intent(in) :: measures
       !> What was measured
       type(outcome_t), intent(inout) :: outcome

@@ -37,7 +37,6 @@ contains
    pure subroutine make_series(parameter, series)
       !> One of the `vary_` constants
       integer, intent(in) :: parameter
-      !> The series
       type(series_t), intent(out) :: series
 
       select case (parameter)
@@ -81,7 +80,6 @@ contains
       type(way_t), intent(in) :: ways(way_count)
       !> Length of the runs, tau
       real(wp), intent(in) :: duration
-      !> The series
       type(series_t), intent(inout) :: series
       !> Set when a run fails
       type(failure_t), allocatable, intent(out) :: error

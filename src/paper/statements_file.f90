@@ -32,9 +32,7 @@ contains
    subroutine write_statements(folder, scene, study, error)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> The study
       type(study_t), intent(in) :: study
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
@@ -62,7 +60,6 @@ contains
    subroutine check_text(folder, scene, error)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> The refusal
       type(failure_t), allocatable, intent(out) :: error
@@ -125,7 +122,6 @@ contains
       type(hdf5_group_t), intent(in) :: group
       !> What is varied
       character(*), intent(in) :: name
-      !> The ways
       type(way_t), intent(in) :: ways(way_count)
       !> The cases
       type(series_t), intent(in) :: series
@@ -217,7 +213,6 @@ contains
       character(*), intent(in) :: folder
       !> Name of the file
       character(*), intent(in) :: name
-      !> The study
       type(study_t), intent(in) :: study
       !> Why the file could not be written
       type(failure_t), allocatable, intent(inout) :: error

@@ -19,7 +19,6 @@ contains
    subroutine print_statements(unit, study)
       !> Where to
       integer, intent(in) :: unit
-      !> The study
       type(study_t), intent(in) :: study
 
       integer :: i, k
@@ -45,7 +44,6 @@ contains
    subroutine print_outcomes(unit, study)
       !> Where to
       integer, intent(in) :: unit
-      !> The study
       type(study_t), intent(in) :: study
 
       integer :: i, k, way, definition

@@ -127,7 +127,6 @@ contains
    !> Scales of the uniform beam of mean section.
    subroutine find_scales(input, beam, scales)
       type(scene_input_t), intent(inout) :: input
-      !> Its beam
       type(beam_settings_t), intent(in) :: beam
       !> Its scales, but for that of displacements
       type(scales_t), intent(inout) :: scales

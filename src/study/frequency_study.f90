@@ -116,7 +116,6 @@ contains
    pure function wanted(asked, model) result(modes)
       !> Number asked for, 0: not said
       integer, intent(in) :: asked
-      !> The beam
       type(beam_model_t), intent(in) :: model
       integer :: modes
 
@@ -134,7 +133,6 @@ contains
       integer, intent(in) :: count
       !> Ratio of the mesh, for the heading
       real(wp), intent(in) :: ratio
-      !> The column
       type(frequency_column_t), intent(out) :: column
       !> Set when the solver fails
       type(failure_t), allocatable, intent(out) :: trouble
