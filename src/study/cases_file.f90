@@ -23,7 +23,6 @@ contains
    subroutine write_cases(folder, scene, cases, error)
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its cases
       type(case_t), intent(in) :: cases(:)

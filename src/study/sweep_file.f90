@@ -36,7 +36,6 @@ contains
    subroutine survey_parts(path, scene, plan, text, survey, error)
       !> Folder of the parts
       character(*), intent(in) :: path
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan, and the same in words
       type(plan_t), intent(in) :: plan
@@ -80,7 +79,6 @@ contains
    subroutine complain(path, number, error)
       !> Folder of the parts
       character(*), intent(in) :: path
-      !> The part
       integer, intent(in) :: number
       !> What to say
       type(failure_t), allocatable, intent(inout) :: error
@@ -94,7 +92,6 @@ contains
       !> Folder of the results, and of the parts
       character(*), intent(in) :: folder
       character(*), intent(in) :: path
-      !> The scene
       type(scene_t), intent(in) :: scene
       !> Its plan, and the same in words
       type(plan_t), intent(in) :: plan

@@ -197,7 +197,6 @@ contains
    !> All that the rows depend on, a line a name, in words that read back to the same numbers.
    subroutine plan_text(scene, plan, text)
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> Lines, each ended by new_line('a')
       character(:), allocatable, intent(out) :: text

@@ -55,7 +55,6 @@ contains
    subroutine start_deal(list, deal)
       !> What is handed out; only the first process's counts
       integer, intent(in) :: list(:)
-      !> The deal
       type(deal_t), intent(out) :: deal
 
       allocate (deal%list, source=list)

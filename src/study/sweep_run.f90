@@ -143,9 +143,7 @@ contains
    subroutine run_part(runner, plan, number, part, shared)
       !> The thread's runner
       type(runner_t), intent(inout) :: runner
-      !> The plan
       type(plan_t), intent(in) :: plan
-      !> The part
       integer, intent(in) :: number
       !> Its rows
       type(part_rows_t), intent(out) :: part

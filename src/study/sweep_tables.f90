@@ -20,9 +20,7 @@ contains
    subroutine print_sweep(unit, scene, plan, survey, refined, fresh, seconds, workers)
       !> Where to
       integer, intent(in) :: unit
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> What its parts hold
       type(survey_t), intent(in) :: survey
@@ -83,9 +81,7 @@ contains
    subroutine print_best(unit, scene, plan, best)
       !> Where to
       integer, intent(in) :: unit
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> The best cases
       type(best_t), intent(in) :: best
@@ -111,9 +107,7 @@ contains
    subroutine print_refined(unit, scene, plan, refined)
       !> Where to
       integer, intent(in) :: unit
-      !> The scene
       type(scene_t), intent(in) :: scene
-      !> Its plan
       type(plan_t), intent(in) :: plan
       !> What was found
       type(refined_t), intent(in) :: refined
