@@ -29,8 +29,6 @@ contains
          call input%complain('cases', '', 'needs a parameter: what differs from case to case')
       else if (.not. allocated(scene%cases%values)) then
          call input%complain('cases', '', 'needs values, one for each case')
-      else if (size(scene%cases%values) == 0) then
-         call input%complain('cases', 'values', 'needs at least one value')
       else
          call check_parameter(input, table, trim(scene%cases%parameter%name))
          if (scene%cases%parameter%name == 'taper' .and. .not. input%has_problem()) call check_taper(input, scene)

@@ -85,8 +85,6 @@ contains
       type(entry_t), intent(in) :: entry
       character(:), allocatable :: text
 
-      integer :: i
-
       text = ''
       if (entry%name%default /= '') then
          text = trim(entry%name%default)
@@ -97,11 +95,6 @@ contains
       else if (.not. entry%is_list) then
          text = to_text(entry%value)
          if (entry%kind == kind_whole) text = to_text(nint(entry%value))
-      else if (allocated(entry%list)) then
-         do i = 1, size(entry%list)
-            if (i > 1) text = text//', '
-            text = text//to_text(entry%list(i))
-         end do
       end if
    end function default_of
 

@@ -81,8 +81,6 @@ contains
          if (swept%points > 0) call input%complain('sweep', name//'_points', &
             "does not go with design = 'latin_hypercube', which has a value for each case")
       end select
-      if (input%has_problem() .or. .not. has_list) return
-      if (size(swept%list) == 0) call input%complain('sweep', name, 'needs at least one value')
    end subroutine check_values
 
    !> Two values, ascending.

@@ -1,11 +1,15 @@
 !> Scenes as short texts, for the tests.
 module scene_texts
    use failures, only: failure_t
+   use name_parameters, only: list_parameters, parameter_of
+   use name_table, only: table_t
+   use scene_groups, only: list_scene, physical_t
    use scene_reader, only: parse_scene
    use scene_types, only: scene_t
+   use sweep_settings, only: parameter_t
    implicit none (type, external)
    private
-   public :: lines, message_of, scene_of
+   public :: lines, message_of, scene_of, parameter_called
 
 contains
 
@@ -49,5 +53,25 @@ contains
       call parse_scene(lines(text), 's.nml', scene, error)
       if (allocated(error)) scene%title = error%message
    end subroutine scene_of
+
+   !> The parameter that &sweep calls by a name; without a name: there is none.
+   function parameter_called(name) result(parameter)
+      character(*), intent(in) :: name
+      type(parameter_t) :: parameter
+
+      type(table_t) :: table
+      type(scene_t) :: scene
+      type(physical_t) :: physical
+      integer, allocatable :: places(:)
+      integer :: i
+
+      call list_scene(table, scene, physical)
+      call list_parameters(table, places)
+      do i = 1, size(places)
+         parameter = parameter_of(table, places(i))
+         if (parameter%name == name) return
+      end do
+      parameter = parameter_t()
+   end function parameter_called
 
 end module scene_texts
