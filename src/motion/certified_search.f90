@@ -4,6 +4,7 @@
 !> long as s + s' h - B h^2/2 > 0 there is no zero: each step goes up to the root of that parabola.
 !> Once s' < 0 is certain to keep its sign up to a certain zero, a safeguarded Newton iteration ends the search.
 module certified_search
+   use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: i8, wp
    implicit none (type, external)
    private
@@ -276,22 +277,17 @@ contains
       real(wp), intent(in) :: below
       real(wp) :: time
 
-      integer, parameter :: halvings = 40
-      real(wp) :: low, high, value, slope
-      integer :: i
+      type(bracket_t) :: bracket
+      real(wp) :: value, slope
 
-      low = above
-      high = below
-      do i = 1, halvings
-         time = 0.5_wp*(low + high)
-         call signal%evaluate(time, value, slope)
-         if (value < -deepest_dip) then
-            high = time
-         else
-            low = time
-         end if
+      bracket = bracket_t(low=above, high=below, least_value=-1.0_wp, most_looks=40)
+      call go_to(bracket)
+      do while (.not. bracket%is_found)
+         call signal%evaluate(bracket%point, value, slope)
+         call enter(bracket, value + deepest_dip)
+         call go_to(bracket)
       end do
-      time = high
+      time = bracket%high
    end function start_of_dip
 
    !> Is it certain that the signal falls, without a turn, until it is zero?
@@ -424,38 +420,32 @@ contains
       !> What was found
       type(search_t), intent(inout) :: search
 
-      integer, parameter :: iteration_cap = 100
-      real(wp) :: low, high, t, next, value, slope, t_before, value_before, slope_before
-      integer :: iteration
+      type(bracket_t) :: bracket
+      real(wp) :: t, value, slope, t_before, value_before, slope_before
 
       associate (value => at_start%value, slope => at_start%slope)
-         low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*at_start%bound_both*value) - slope)
-         high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*upper_bound(at_start)*value) - slope)
-         high = high + 4.0_wp*spacing(high)
+         bracket%low = start + 2.0_wp*value/(sqrt(slope**2 + 2.0_wp*at_start%bound_both*value) - slope)
+         bracket%high = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*upper_bound(at_start)*value) - slope)
+         bracket%high = bracket%high + 4.0_wp*spacing(bracket%high)
+         ! the zero of the parabola through value, slope and curvature
+         t = start + 2.0_wp*value/(sqrt(slope**2 - 2.0_wp*at_start%curvature*value) - slope)
       end associate
-      ! the zero of the parabola through value, slope and curvature
-      t = start + 2.0_wp*at_start%value/(sqrt(at_start%slope**2 - 2.0_wp*at_start%curvature*at_start%value) &
-         - at_start%slope)
+      bracket%neighbours = 2.0_wp
+      bracket%least_value = max(0.25_wp*at_start%rounding, tiny(1.0_wp))
+      bracket%most_looks = 100
+      bracket%point = min(max(t, bracket%low), bracket%high)
       t_before = start
       value_before = at_start%value
       slope_before = at_start%slope
-      do iteration = 1, iteration_cap
-         t = min(max(t, low), high)
+      do while (.not. bracket%is_found)
+         t = bracket%point
          call signal%evaluate(t, value, slope)
          search%evaluations = search%evaluations + 1_i8
-         if (value > 0.0_wp) then
-            low = t
-         else
-            high = t
-         end if
-         next = t + return_step(t - t_before, value_before, slope_before, value, slope)
+         call enter(bracket, value)
+         call go_to(bracket, t + return_step(t - t_before, value_before, slope_before, value, slope))
          t_before = t
          value_before = value
          slope_before = slope
-         if (.not. (next >= low .and. next <= high)) next = 0.5_wp*(low + high)
-         if (abs(next - t) <= 2.0_wp*spacing(t) .or. abs(value) <= tiny(1.0_wp)) exit
-         if (abs(value) <= 0.25_wp*at_start%rounding) exit
-         t = next
       end do
       search%time = t
       search%outcome = found_zero

@@ -1,6 +1,7 @@
 !> The beam in its free modes, with what the motion needs of each: frequency, and value at the stop and at the
 !> tip. Mass-normalised modes: M becomes the unit matrix, K the squared frequencies.
 module modal_beam
+   use bracketed_zero, only: bracket_t, enter, go_to
    use damped_oscillators, only: make_oscillators, oscillators_t
    use kinds, only: wp
    implicit none (type, external)
@@ -291,9 +292,9 @@ contains
       !> pole_k - root, to full relative precision, [size(pole)]
       real(wp), intent(out) :: distance(:)
 
-      integer, parameter :: iteration_cap = 200
-      real(wp) :: shifted(size(pole)), gap, low, high, x, next, value, slope
-      integer :: origin, iteration
+      type(bracket_t) :: bracket
+      real(wp) :: shifted(size(pole)), gap, low, high, next, value, slope
+      integer :: origin
 
       origin = left
       low = 0.0_wp
@@ -311,28 +312,28 @@ contains
          end if
       end if
       shifted = pole - pole(origin)
-      x = 0.5_wp*(low + high)
-      do iteration = 1, iteration_cap
-         value = constant + sum(weight/(shifted - x))
-         slope = sum(weight/(shifted - x)**2)
-         if (value > 0.0_wp) then
-            high = x
-         else
-            low = x
-         end if
-         ! Newton on x f(x), whose pole at the origin is gone
-         next = x - x*value/(value + x*slope)
-         if (.not. (next > low .and. next < high)) then
-            next = 0.5_wp*(low + high)
-            ! towards a pole halve the exponent, not the interval
-            if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
-            if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
-         end if
-         if (abs(next - x) <= epsilon(1.0_wp)*abs(x)) exit
-         x = next
+      bracket = bracket_t(low=low, high=high, point=0.5_wp*(low + high), grows=.true., &
+         least_step=epsilon(1.0_wp), least_value=-1.0_wp)
+      do while (.not. bracket%is_found)
+         associate (x => bracket%point)
+            value = constant + sum(weight/(shifted - x))
+            slope = sum(weight/(shifted - x)**2)
+            call enter(bracket, value)
+            ! Newton on x f(x), whose pole at the origin is gone
+            next = x - x*value/(value + x*slope)
+         end associate
+         associate (low => bracket%low, high => bracket%high)
+            if (.not. (next > low .and. next < high)) then
+               next = 0.5_wp*(low + high)
+               ! towards a pole halve the exponent, not the interval
+               if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
+               if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
+            end if
+         end associate
+         call go_to(bracket, next)
       end do
-      root = pole(origin) + x
-      distance = shifted - x
+      root = pole(origin) + bracket%point
+      distance = shifted - bracket%point
    end subroutine root_between
 
 end module modal_beam

@@ -4,13 +4,13 @@
 !> With one stop there are two: the flight, and the contact with the stop. How a stop acts is said by its own extension
 !> of `contact_t`: what contact with it is like, and what follows when the beam comes to it or the contact ends.
 module motion_phases
+   use bracketed_zero, only: bracket_t, chord, enter, go_to
    use certified_search, only: search_t
    use failures, only: failure_t
-   use falling_zero, only: bracket_t, narrow, start_bracket
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
    use phase_measures, only: measurer_t
-   use response_types, only: append_event, event_t, response_t
+   use response_types, only: event_t, response_t
    use run_measures, only: excess_of, mark_energy
    use run_recorder, only: asked_t, keep_sample, keep_shape, next_sample_time, recorder_t, sample_t, samples_before, &
       shape_due
@@ -226,11 +226,16 @@ contains
          ! the nodal reading of an impulse may have created some
          if (excess > 0.0_wp .and. tally%has_spent) call mark_energy(tally, .false., motion%tau)
          if (tally%has_spent .or. excess_of(tally, at_end) > 0.0_wp) return
-         call start_bracket(phase%search%time, excess, excess_of(tally, at_end), bracket)
-         do while (.not. bracket%is_done)
-            call narrow(bracket, excess_of(tally, phase%energy_at(bracket%guess)))
+         bracket = bracket_t(high=phase%search%time, value_low=excess, value_high=excess_of(tally, at_end), &
+            least_length=4.0_wp*epsilon(1.0_wp))
+         ! an impact before the phase may have spent it
+         bracket%is_found = excess <= 0.0_wp
+         if (.not. bracket%is_found) bracket%point = chord(bracket)
+         do while (.not. bracket%is_found)
+            call enter(bracket, excess_of(tally, phase%energy_at(bracket%point)))
+            call go_to(bracket, chord(bracket))
          end do
-         call mark_energy(tally, .true., motion%tau + bracket%guess)
+         call mark_energy(tally, .true., motion%tau + bracket%point)
       end associate
    end subroutine measure_energy
 

@@ -58,7 +58,7 @@ contains
             if (run%phase == phase_held) then
                call release(run, response, error)
             else
-               call separate(run, response, error)
+               call end_contact(run, response, error)
             end if
          end if
       end associate
@@ -84,7 +84,7 @@ contains
       case (phase_held)
          call release(run, response, error)
       case (phase_contact)
-         call separate(run, response, error)
+         call end_contact(run, response, error)
       end select
    end subroutine give_way
 
@@ -132,7 +132,7 @@ contains
          if (allocated(error)) return
          if (state%velocity(c) > 0.0_wp) then
             call restart_acceleration(run%stepper, state, .false.)
-            call step_softly(run, error)
+            call shorten_next_step(run, error)
             if (allocated(error)) return
             run%judged = .true.
             run%armed = .true.
@@ -162,7 +162,7 @@ contains
          event%velocity_after = 0.0_wp
          state%velocity(c) = 0.0_wp
          call restart_acceleration(run%stepper, state, .true.)
-         call step_softly(run, error)
+         call shorten_next_step(run, error)
          if (allocated(error)) return
          if (state%force > 0.0_wp) then
             run%phase = phase_held
@@ -201,7 +201,7 @@ contains
    !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
    !> them ring instead, and lose digits in their accelerations; so the first step is that short, and the next ones
    !> grow.
-   pure subroutine step_softly(run, error)
+   pure subroutine shorten_next_step(run, error)
       !> The run; its next step is bounded
       type(run_t), intent(inout) :: run
       !> Set when no bound of the frequencies is found
@@ -219,7 +219,7 @@ contains
          end if
       end if
       run%next_level = run%impulse_level
-   end subroutine step_softly
+   end subroutine shorten_next_step
 
    !> Model A: the held stop point leaves.
    pure subroutine release(run, response, error)
@@ -254,7 +254,7 @@ contains
    end subroutine begin_contact
 
    !> Model B: contact ends. The surface springs back from the rest of the force and is then free.
-   pure subroutine separate(run, response, error)
+   pure subroutine end_contact(run, response, error)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -274,7 +274,7 @@ contains
          run%refused_end = nowhere
          call keep_event(run, event_here(run, event_separation), response, error)
       end associate
-   end subroutine separate
+   end subroutine end_contact
 
    !> An event at the present state; velocity before and after as it is now.
    pure function event_here(run, kind) result(event)

@@ -5,6 +5,7 @@
 !>    omega h <= (xi (gamma - 1/2) + sqrt(gamma/2 - beta + xi^2 (gamma - 1/2)^2)) / (gamma/2 - beta);
 !> with 2 beta >= gamma every step is stable.
 module newmark_stability
+   use bracketed_zero, only: bracket_t, enter, go_to
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use skyline_matrix, only: add_to_diagonal, combine, factorise, negative_pivots, skyline_t
@@ -63,9 +64,10 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: accuracy = 2.0e-6_wp
-      integer, parameter :: doublings = 2000, halvings = 100
+      integer, parameter :: doublings = 2000
       type(skyline_t) :: sprung
-      real(wp) :: below, above, middle
+      type(bracket_t) :: bracket
+      real(wp) :: below, above
       integer :: i
 
       frequency = 0.0_wp
@@ -83,16 +85,13 @@ contains
          call fail(error, status_run_failed, 'no bound of the highest frequency of this beam was found')
          return
       end if
-      do i = 1, halvings
-         if (above - below <= accuracy*above) exit
-         middle = 0.5_wp*(below + above)
-         if (all_below(sprung, mass, middle)) then
-            above = middle
-         else
-            below = middle
-         end if
+      bracket = bracket_t(low=below, high=above, least_value=-1.0_wp, least_length=accuracy)
+      call go_to(bracket)
+      do while (.not. bracket%is_found)
+         call enter(bracket, merge(-1.0_wp, 1.0_wp, all_below(sprung, mass, bracket%point)))
+         call go_to(bracket)
       end do
-      frequency = sqrt(above)
+      frequency = sqrt(bracket%high)
    end subroutine highest_frequency
 
    !> Are all eigenvalues of (K, M) below sigma? A pivot that vanishes counts as no: the bound is then sought above.

@@ -4,6 +4,7 @@
 !> (Hermite), so that a bounce is seen in full and a velocity that jumps at an impact has its two values; force and
 !> energy go on straight lines.
 module step_measures
+   use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: wp
    use response_types, only: event_capture, event_impact, event_t, is_contact_end, quiet_level, response_t, &
       run_measures_t
@@ -244,20 +245,15 @@ contains
       real(wp), intent(in) :: quiet
       real(wp) :: point
 
-      real(wp) :: high, low, middle
+      type(bracket_t) :: bracket
 
-      low = loud
-      high = quiet
-      do
-         middle = low + 0.5_wp*(high - low)
-         if (middle <= low .or. middle >= high) exit
-         if (abs(cubic_value(cubic, middle)) > level) then
-            low = middle
-         else
-            high = middle
-         end if
+      bracket = bracket_t(low=loud, high=quiet, point=loud, least_value=-1.0_wp)
+      call go_to(bracket)
+      do while (.not. bracket%is_found)
+         call enter(bracket, abs(cubic_value(cubic, bracket%point)) - level)
+         call go_to(bracket)
       end do
-      point = low
+      point = bracket%low
    end function last_loud_point
 
    !> The value of a polynomial.

@@ -1,0 +1,89 @@
+!> The zero of a function of one number, evaluated by whoever looks for it: where it lies, where to look next, and, in
+!> one place, when it has been found.
+module bracketed_zero
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: bracket_t, enter, go_to, chord
+
+   type :: bracket_t
+      !> The function is positive at `low` and not at `high`; where it grows it is positive at `high` and not at `low`
+      real(wp) :: low = 0.0_wp
+      real(wp) :: high = 0.0_wp
+      logical :: grows = .false.
+      !> Where it is to be evaluated; when it has been found, the zero
+      real(wp) :: point = 0.0_wp
+      logical :: is_found = .false.
+      !> Found where its magnitude is no greater than this; negative: an end of the bracket is wanted
+      real(wp) :: least_value = 0.0_wp
+      !> or the step to the next point no longer than this share of the point, or so many distances of neighbouring
+      !> numbers
+      real(wp) :: least_step = 0.0_wp
+      real(wp) :: neighbours = 0.0_wp
+      !> or the bracket no longer than this share of its end; negative: never
+      real(wp) :: least_length = -1.0_wp
+      !> or after so many looks
+      integer :: most_looks = 200
+      integer :: looks = 0
+      !> Values at the ends, for the chord; that of an end that stays is halved (Illinois)
+      real(wp) :: value_low = 0.0_wp
+      real(wp) :: value_high = 0.0_wp
+      integer :: last_side = 0
+   end type bracket_t
+
+contains
+
+   !> Enter the value at the point.
+   elemental subroutine enter(bracket, value)
+      type(bracket_t), intent(inout) :: bracket
+      real(wp), intent(in) :: value
+
+      integer :: side
+
+      side = merge(1, -1, (value > 0.0_wp) .neqv. bracket%grows)
+      if (side > 0) then
+         bracket%low = bracket%point
+         bracket%value_low = value
+         if (bracket%last_side == side) bracket%value_high = 0.5_wp*bracket%value_high
+      else
+         bracket%high = bracket%point
+         bracket%value_high = value
+         if (bracket%last_side == side) bracket%value_low = 0.5_wp*bracket%value_low
+      end if
+      bracket%last_side = side
+      bracket%looks = bracket%looks + 1
+      bracket%is_found = abs(value) <= bracket%least_value .or. bracket%looks >= bracket%most_looks .or. &
+         bracket%high - bracket%low <= bracket%least_length*abs(bracket%high)
+   end subroutine enter
+
+   !> Go to the next point, unless the zero has been found.
+   elemental subroutine go_to(bracket, proposal)
+      type(bracket_t), intent(inout) :: bracket
+      !> Taken where it lies in the bracket, else the middle; absent: the middle
+      real(wp), intent(in), optional :: proposal
+
+      real(wp) :: next
+
+      next = 0.5_wp*(bracket%low + bracket%high)
+      if (present(proposal)) then
+         if (proposal >= bracket%low .and. proposal <= bracket%high) next = proposal
+      end if
+      bracket%is_found = bracket%is_found .or. abs(next - bracket%point) <= &
+         max(bracket%least_step*abs(bracket%point), bracket%neighbours*spacing(bracket%point))
+      if (.not. bracket%is_found) bracket%point = next
+   end subroutine go_to
+
+   !> Where the chord passes zero, and the middle now and then.
+   elemental function chord(bracket) result(point)
+      type(bracket_t), intent(in) :: bracket
+      real(wp) :: point
+
+      associate (low => bracket%low, high => bracket%high, value_low => bracket%value_low)
+         point = low + (high - low)*(value_low/(value_low - bracket%value_high))
+         if (.not. (point > low .and. point < high) .or. modulo(bracket%looks, 8) == 7) then
+            point = low + 0.5_wp*(high - low)
+         end if
+      end associate
+   end function chord
+
+end module bracketed_zero
