@@ -129,7 +129,6 @@ contains
    pure subroutine measure_event(measurer, event, measures)
       !> Gets what it tells
       type(step_measurer_t), intent(inout) :: measurer
-      !> The event
       type(event_t), intent(in) :: event
       !> Gets the rebound that ends
       type(run_measures_t), intent(inout) :: measures

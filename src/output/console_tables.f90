@@ -49,7 +49,6 @@ contains
 
    !> Section, damping and tip mass.
    function beam_in_words(scene) result(words)
-      !> The scene
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
@@ -98,7 +97,6 @@ contains
 
    !> Method and length of the run.
    function motion_in_words(scene) result(words)
-      !> The scene
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
@@ -134,7 +132,6 @@ contains
    subroutine print_frequency_table(unit, table)
       !> Where to
       integer, intent(in) :: unit
-      !> The table
       type(frequency_table_t), intent(in) :: table
 
       type(frequency_table_t) :: part
@@ -163,7 +160,6 @@ contains
    subroutine print_column(unit, table)
       !> Where to
       integer, intent(in) :: unit
-      !> The table
       type(frequency_table_t), intent(in) :: table
 
       character(column_width) :: cells(3)
@@ -195,7 +191,6 @@ contains
    subroutine print_columns(unit, table)
       !> Where to
       integer, intent(in) :: unit
-      !> The table
       type(frequency_table_t), intent(in) :: table
 
       character(column_width) :: cells(size(table%columns) + 1)
@@ -242,7 +237,6 @@ contains
    subroutine print_heading(unit, columns, heading, has_exact)
       !> Where to
       integer, intent(in) :: unit
-      !> The columns
       type(frequency_column_t), intent(in) :: columns(:)
       !> What the numbers are
       character(*), intent(in) :: heading
@@ -368,7 +362,6 @@ contains
 
    !> An error in percent: four decimals, or an exponent where these would hide it.
    pure function error_text(error) result(text)
-      !> The error
       real(wp), intent(in) :: error
       character(:), allocatable :: text
 
@@ -384,7 +377,6 @@ contains
 
    !> A number with so many decimals; with an exponent if it is too large for that.
    pure function fixed(value, decimals) result(text)
-      !> The number
       real(wp), intent(in) :: value
       !> Digits behind the point
       integer, intent(in) :: decimals
@@ -404,7 +396,6 @@ contains
 
    !> A number of the input, without the digits that converting units leaves at the end.
    pure function rounded(value) result(text)
-      !> The number
       real(wp), intent(in) :: value
       character(:), allocatable :: text
 
@@ -418,7 +409,6 @@ contains
 
    !> A text at the right of a column.
    pure function adjust_right(text) result(cell)
-      !> The text
       character(*), intent(in) :: text
       character(column_width) :: cell
 

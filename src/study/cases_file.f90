@@ -24,7 +24,6 @@ contains
       !> Folder of the results
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
-      !> Its cases
       type(case_t), intent(in) :: cases(:)
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error

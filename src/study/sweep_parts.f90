@@ -191,7 +191,6 @@ contains
       character(*), intent(in) :: text
       !> Number of the part
       integer, intent(in) :: number
-      !> Its rows
       type(part_rows_t), intent(in) :: part
       !> Why it could not be written
       type(failure_t), allocatable, intent(out) :: error
@@ -250,7 +249,6 @@ contains
       character(*), intent(in) :: text
       !> Number of the part
       integer, intent(in) :: number
-      !> Its rows
       type(part_rows_t), intent(out) :: part
       !> False: it cannot be read, or belongs to another plan
       logical, intent(out) :: is_good

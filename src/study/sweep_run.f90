@@ -145,7 +145,6 @@ contains
       type(runner_t), intent(inout) :: runner
       type(plan_t), intent(in) :: plan
       integer, intent(in) :: number
-      !> Its rows
       type(part_rows_t), intent(out) :: part
       !> What the threads share
       type(shared_t), intent(inout) :: shared
