@@ -3,6 +3,7 @@ module scene_checks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_funptr, c_null_funptr
    use beam_model, only: beam_model_t
+   use echo_types, only: echo_t
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
@@ -13,7 +14,7 @@ module scene_checks
    use newmark_stability, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
-   use scene_draft, only: draft_t, drop, mend, put, save_text, text_of
+   use scene_draft, only: draft_t, drop, has_name, mend, put, save_text, text_of
    use scene_drawing, only: place_of_parameter
    use scene_names, only: name_t
    use scene_reader, only: parse_scene, read_scene
@@ -459,6 +460,7 @@ contains
          single = draft
          call drop(single, 'sweep', '')
          call drop(single, 'best', '')
+         call give_ratios(names, whole%echo, single)
          do k = 1, size(whole%sweep%swept)
             associate (parameter => whole%sweep%swept(k)%parameter)
                column = read_reals(file, 'sweep/'//trim(parameter%name))
@@ -515,6 +517,29 @@ contains
          call put(draft, group, name, to_text(value))
       end if
    end subroutine put_parameter
+
+   !> Ratios instead of units, which a swept parameter would contradict, or change the ratios of.
+   subroutine give_ratios(names, echo, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> What the draft came to
+      type(echo_t), intent(in) :: echo(:)
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group, name, ratio
+      integer :: i, k
+
+      do i = 1, size(names)
+         group = trim(names(i)%group)
+         name = trim(names(i)%name)
+         ratio = trim(names(i)%instead_of)
+         if (.not. names(i)%is_physical .or. .not. has_name(draft, group, name)) cycle
+         call drop(draft, group, name)
+         do k = 1, size(echo)
+            if (echo(k)%group == group .and. echo(k)%name == ratio) call put(draft, group, ratio, to_text(echo(k)%number(1)))
+         end do
+      end do
+   end subroutine give_ratios
 
    !> Where the file of a single run holds a measure; empty: nowhere.
    function path_of_measure(file, measure) result(path)

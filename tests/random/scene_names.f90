@@ -30,6 +30,7 @@ module scene_names
       real(wp) :: default = 0.0_wp
       !> It stands for another name, in physical units
       logical :: is_physical = .false.
+      character(32) :: instead_of = ''
    end type name_t
 
 contains
@@ -40,7 +41,7 @@ contains
       type(name_t), allocatable, intent(out) :: names(:)
 
       type(reference_t), allocatable :: entries(:)
-      integer :: i
+      integer :: i, place
 
       call list_names(entries)
       allocate (names(size(entries)))
@@ -52,7 +53,11 @@ contains
             if (name%kind /= kind_number) cycle
             name%has_default = .not. name%is_list .and. verify(entry%default, '0123456789.e-') == 0 .and. entry%default /= ''
             if (name%has_default) read (entry%default, *) name%default
-            name%is_physical = index(entry%meaning, 'instead of') > 0 .and. name%most > 1.0e10_wp
+            place = index(entry%meaning, 'instead of ')
+            name%is_physical = place > 0 .and. name%most > 1.0e10_wp
+            if (place == 0) cycle
+            place = place + len('instead of ')
+            name%instead_of = entry%meaning(place:place + index(entry%meaning(place:)//';', ';') - 2)
          end associate
       end do
    end subroutine get_names
