@@ -594,11 +594,14 @@ contains
       character(*), parameter :: lists(*) = [character(24) :: 'events/tau', 'events/energy_change', &
          'response/eta_stop', &
          'response/contact_force', 'energy/strain', 'measures/peak']
+      ! what is small beside the preload has lost digits to it: lengths once, energies twice
+      integer, parameter :: powers(size(lists)) = [0, 2, 1, 1, 2, 1]
       type(draft_t) :: single
       type(scene_t) :: alone
       type(failure_t), allocatable :: error
       character(:), allocatable :: parameter
       real(wp), allocatable :: here(:), there(:)
+      real(wp) :: tolerance
       integer :: i, k
 
       do i = 1, size(scene%cases%values)
@@ -621,8 +624,11 @@ contains
             if (size(here) /= size(there)) then
                complaint = complaint//'case '//to_text(i)//': '//trim(lists(k))//' is longer or shorter alone; '
             else if (size(here) > 0) then
+               tolerance = 1.0e-10_wp
+               ! Newmark's reaction is made of forces of the shortest element, and those of rounding
+               if (lists(k) == 'response/contact_force' .and. alone%response%method /= method_exact) tolerance = 1.0e-5_wp
                call limit('case '//to_text(i)//' alone: '//trim(lists(k))//' differs by', maxval(abs(here - there)), &
-                  1.0e-10_wp*max(1.0_wp, maxval(abs(there))), complaint)
+                  tolerance*max((1.0_wp + abs(alone%stop%preload))**powers(k), maxval(abs(there))), complaint)
             end if
          end do
          call look_closely(alone, folder//'/single.h5', tally, complaint)
