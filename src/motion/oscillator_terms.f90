@@ -1,7 +1,8 @@
 !> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical
 !> damping are taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, term_curvature, term_rate, term_value
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, term_columns, term_curvature, term_rate, &
+      term_value
    use damped_oscillators, only: greatest_exponent, lanes, oscillators_t
    use kinds, only: wp
    implicit none (type, external)
@@ -25,7 +26,7 @@ contains
       !> Columns as in `certified_search`, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)
 
-      real(wp) :: a, jerk, snap, magnitude
+      real(wp) :: a, jerk, snap, magnitude, block(lanes, term_columns)
       integer :: b, i
 
       associate (square => oscillators%lane_square, inverse_square => oscillators%inverse_square, &
@@ -33,22 +34,11 @@ contains
          two_zeta => oscillators%two_zeta, oscillating => oscillators%oscillating)
          do b = 0, lanes*(blocks - 1), lanes
             if (oscillating > b) then
-               !$omp simd private(a, jerk, snap, magnitude)
-               do i = b + 1, b + lanes
-                  a = -square(i)*(z(i) + two_zeta*v(i))
-                  jerk = -square(i)*(v(i) + two_zeta*a)
-                  snap = -square(i)*(a + two_zeta*jerk)
-                  terms(i, term_value) = weight(i)*z(i)
-                  terms(i, term_rate) = weight(i)*v(i)
-                  terms(i, term_curvature) = weight(i)*a
-                  magnitude = abs(weight(i))
-                  terms(i, bound_value) = magnitude*oscillating_bound(z(i), v(i), inverse_square(i), decay(i), &
-                     inverse_spread(i))
-                  terms(i, bound_curvature) = magnitude*oscillating_bound(a, jerk, inverse_square(i), decay(i), &
-                     inverse_spread(i))
-                  terms(i, bound_jerk) = magnitude*oscillating_bound(jerk, snap, inverse_square(i), decay(i), &
-                     inverse_spread(i))
-               end do
+               ! in arrays of its own a vector stays in registers: the components' descriptors are not read again
+               call oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
+                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, weight(b + 1:b + lanes), &
+                  z(b + 1:b + lanes), v(b + 1:b + lanes), block)
+               terms(b + 1:b + lanes, :) = block
             end if
             if (oscillating >= b + lanes) cycle
             !$omp simd private(a, jerk, snap, magnitude)
@@ -70,6 +60,36 @@ contains
          end do
       end associate
    end subroutine bound_terms
+
+   !> The same of one vector of underdamped modes.
+   pure subroutine oscillating_terms(square, inverse_square, decay, inverse_spread, two_zeta, weight, z, v, terms)
+      !> The oscillators
+      real(wp), dimension(lanes), intent(in) :: square, inverse_square, decay, inverse_spread
+      real(wp), intent(in) :: two_zeta
+      real(wp), intent(in) :: weight(lanes)
+      !> State now
+      real(wp), dimension(lanes), intent(in) :: z, v
+      !> Columns as in `certified_search`
+      real(wp), intent(out) :: terms(lanes, term_columns)
+
+      real(wp) :: a, jerk, snap, magnitude
+      integer :: i
+
+      !$omp simd private(a, jerk, snap, magnitude)
+      do i = 1, lanes
+         a = -square(i)*(z(i) + two_zeta*v(i))
+         jerk = -square(i)*(v(i) + two_zeta*a)
+         snap = -square(i)*(a + two_zeta*jerk)
+         terms(i, term_value) = weight(i)*z(i)
+         terms(i, term_rate) = weight(i)*v(i)
+         terms(i, term_curvature) = weight(i)*a
+         magnitude = abs(weight(i))
+         terms(i, bound_value) = magnitude*oscillating_bound(z(i), v(i), inverse_square(i), decay(i), inverse_spread(i))
+         terms(i, bound_curvature) = magnitude*oscillating_bound(a, jerk, inverse_square(i), decay(i), &
+            inverse_spread(i))
+         terms(i, bound_jerk) = magnitude*oscillating_bound(jerk, snap, inverse_square(i), decay(i), inverse_spread(i))
+      end do
+   end subroutine oscillating_terms
 
    !> Bound on |z| from now on, underdamped.
    elemental function oscillating_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
