@@ -59,14 +59,14 @@ contains
    !> Go to the next point, unless the zero has been found.
    elemental subroutine go_to(bracket, proposal)
       type(bracket_t), intent(inout) :: bracket
-      !> Taken where it lies in the bracket, else the middle; absent: the middle
+      !> Taken where it lies inside the bracket, so that each look shrinks that, else the middle; absent: the middle
       real(wp), intent(in), optional :: proposal
 
       real(wp) :: next
 
       next = 0.5_wp*(bracket%low + bracket%high)
       if (present(proposal)) then
-         if (proposal >= bracket%low .and. proposal <= bracket%high) next = proposal
+         if (proposal > bracket%low .and. proposal < bracket%high) next = proposal
       end if
       bracket%is_found = bracket%is_found .or. abs(next - bracket%point) <= &
          max(bracket%least_step*abs(bracket%point), bracket%neighbours*spacing(bracket%point))
