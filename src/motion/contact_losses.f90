@@ -36,7 +36,6 @@ contains
       type(contact_losses_t), intent(out) :: losses
 
       complex(wp), allocatable :: rate(:, :)
-      complex(wp) :: branch(modes%count)
       real(wp) :: factor
       integer :: m, n
 
@@ -44,7 +43,6 @@ contains
          allocate (losses%beam_plain(k, k), losses%beam_conjugate(k, k), losses%stop_plain(k, k), &
             losses%stop_conjugate(k, k), rate(beam%count, k))
       end associate
-      branch = branch_forces(beam, modes)
       factor = 0.0_wp
       associate (spring => modes%spring)
          if (spring%branch_stiffness > 0.0_wp) factor = spring%relaxation_rate/spring%branch_stiffness
@@ -57,39 +55,11 @@ contains
          do m = 1, modes%count
             losses%beam_plain(m, n) = sum(rate(:, m)*rate(:, n))
             losses%beam_conjugate(m, n) = sum(rate(:, m)*conjg(rate(:, n)))
-            losses%stop_plain(m, n) = factor*branch(m)*branch(n)
-            losses%stop_conjugate(m, n) = factor*branch(m)*conjg(branch(n))
+            losses%stop_plain(m, n) = factor*modes%branch_value(m)*modes%branch_value(n)
+            losses%stop_conjugate(m, n) = factor*modes%branch_value(m)*conjg(modes%branch_value(n))
          end do
       end do
    end subroutine make_contact_losses
-
-   !> P2 per unit of P at each exponent: P - k u, and u = -y_c where the static part is left out.
-   pure function branch_forces(beam, modes) result(branch)
-      !> The beam in its free modes
-      type(modal_beam_t), intent(in) :: beam
-      !> Exponents and shapes
-      type(contact_modes_t), intent(in) :: modes
-      complex(wp) :: branch(modes%count)
-
-      complex(wp) :: own
-      real(wp) :: noise
-      integer :: m
-
-      associate (spring => modes%spring)
-         branch = 1.0_wp + spring%stiffness*modes%stop_value
-         if (spring%branch_stiffness <= 0.0_wp) return
-         ! at a root the same without cancellation, from the branch's own equation
-         do m = 1, modes%count
-            associate (s => modes%exponent(m))
-               if (size_of(s + spring%relaxation_rate) < 0.1_wp*spring%relaxation_rate) cycle
-               own = -spring%branch_stiffness*s/(s + spring%relaxation_rate)*modes%stop_value(m)
-               noise = 64.0_wp*epsilon(1.0_wp)*(1.0_wp &
-                  + spring%stiffness*sum(size_of(beam%stop_value*modes%shape(:, m))))
-               if (size_of(own - branch(m)) < noise) branch(m) = own
-            end associate
-         end do
-      end associate
-   end function branch_forces
 
    !> Dissipated from the start of a contact up to a time, integrated in closed form.
    pure subroutine losses_until(beam, modes, losses, amplitude, q0, v0, t, lost)

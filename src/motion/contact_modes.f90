@@ -41,6 +41,8 @@ module contact_modes
       !> Stop point and tip per unit of P, [count]
       complex(wp), allocatable :: stop_value(:)
       complex(wp), allocatable :: tip_value(:)
+      !> Force in the branch per unit of P, [count]
+      complex(wp), allocatable :: branch_value(:)
       !> The tip in the static shape of P = 1
       real(wp) :: static_tip = 0.0_wp
       !> Condition of each exponent: 1 for well separated ones, infinite where two coalesce, [count]
@@ -91,7 +93,7 @@ contains
       modes%count = size(keep)
       allocate (modes%exponent(modes%count), modes%weight(modes%count), modes%derivative(modes%count))
       allocate (modes%condition(modes%count), modes%shape(beam%count, modes%count))
-      allocate (modes%stop_value(modes%count), modes%tip_value(modes%count))
+      allocate (modes%stop_value(modes%count), modes%tip_value(modes%count), modes%branch_value(modes%count))
       modes%exponent(:) = s(keep)
       modes%weight = merge(2.0_wp, 1.0_wp, aimag(modes%exponent) > 0.0_wp)
       modes%shape = (0.0_wp, 0.0_wp)
@@ -106,6 +108,7 @@ contains
          modes%derivative(m) = slope
          modes%stop_value(m) = stop_value_at_root(problem, s(keep(m)), distance(problem%poles), &
             beam%stop_value*modes%shape(:, m))
+         modes%branch_value(m) = branch_value_at_root(problem, s(keep(m)), distance(problem%poles), modes%stop_value(m))
          modes%tip_value(m) = sum(beam%tip_value*modes%shape(:, m))
          if (beam%stop_is_tip) modes%tip_value(m) = modes%stop_value(m)
       end do
@@ -141,6 +144,27 @@ contains
       end if
       if (magnitude*size_of(stop_value) < size_of(total)*sum(size_of(terms))) stop_value = -relaxed/total
    end function stop_value_at_root
+
+   !> Force in the branch per unit of P at an exponent, P - k u, or what the branch itself says, where less cancels.
+   pure function branch_value_at_root(problem, s, from_branch, stop_value) result(branch_value)
+      !> The secular function
+      type(secular_t), intent(in) :: problem
+      !> The exponent
+      complex(wp), intent(in) :: s
+      !> Its distance from the pole of the branch, if there is one
+      complex(wp), intent(in) :: from_branch
+      !> The stop point per unit of P
+      complex(wp), intent(in) :: stop_value
+      complex(wp) :: branch_value
+
+      branch_value = (0.0_wp, 0.0_wp)
+      if (.not. problem%has_branch) return
+      if (problem%branch_stiffness*size_of(s) < problem%stiffness*size_of(from_branch)) then
+         branch_value = -problem%branch_stiffness*s/from_branch*stop_value
+      else
+         branch_value = 1.0_wp + problem%stiffness*stop_value
+      end if
+   end function branch_value_at_root
 
    !> Two exponents that nearly coalesce have large amplitudes that cancel. Their sum is the integral of the Laplace
    !> transform over a circle around both, where nothing is large: by the trapezoidal rule, which converges
@@ -202,6 +226,7 @@ contains
          circles%condition(place) = modes%condition(m)
          circles%shape(:, place) = modes%shape(:, m)
          circles%stop_value(place) = modes%stop_value(m)
+         circles%branch_value(place) = modes%branch_value(m)
          circles%tip_value(place) = modes%tip_value(m)
       end do
       associate (all => circles%count)
@@ -212,6 +237,7 @@ contains
          modes%condition = circles%condition(:all)
          modes%shape = circles%shape(:, :all)
          modes%stop_value = circles%stop_value(:all)
+         modes%branch_value = circles%branch_value(:all)
          modes%tip_value = circles%tip_value(:all)
       end associate
    end subroutine replace_clusters
@@ -250,6 +276,9 @@ contains
             circles%shape(active(i), place) = beam%stop_value(active(i))/(distance(2*i - 1)*distance(2*i))
          end do
          circles%stop_value(place) = sum(beam%stop_value*circles%shape(:, place))
+         ! off the roots the branch's own equation does not hold
+         circles%branch_value(place) = 0.0_wp
+         if (problem%has_branch) circles%branch_value(place) = 1.0_wp + problem%stiffness*circles%stop_value(place)
          circles%tip_value(place) = sum(beam%tip_value*circles%shape(:, place))
       end associate
    end subroutine add_node
@@ -263,7 +292,7 @@ contains
       integer, intent(in) :: most
 
       allocate (modes%exponent(most), modes%weight(most), modes%derivative(most), modes%condition(most))
-      allocate (modes%shape(free, most), modes%stop_value(most), modes%tip_value(most))
+      allocate (modes%shape(free, most), modes%stop_value(most), modes%tip_value(most), modes%branch_value(most))
       modes%shape = (0.0_wp, 0.0_wp)
    end subroutine make_room
 

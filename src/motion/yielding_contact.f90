@@ -207,8 +207,6 @@ contains
       type(asked_t), intent(in) :: asked
       type(sample_t), intent(inout) :: sample
 
-      real(wp) :: force
-
       call next_terms(self, time, step, asked%energy)
       associate (modes => self%modes, static_force => self%force%offset, history => sample%history)
          if (asked%history(eta_stop)) history(eta_stop) = &
@@ -216,31 +214,46 @@ contains
          if (asked%history(eta_tip)) history(eta_tip) = &
             static_force*modes%static_tip - self%surface + sum(real(modes%tip_value*self%term, wp))
          if (asked%history(velocity_stop)) history(velocity_stop) = sum(real(self%rate_value*self%term, wp))
-         if (.not. (asked%history(force_stop) .or. asked%energy)) return
-         force = static_force + sum(real(self%term, wp))
-         history(force_stop) = self%force_scale*force
-         if (asked%energy) call take_energy(self, time, force, sample)
+         if (asked%history(force_stop)) history(force_stop) = &
+            self%force_scale*(static_force + sum(real(self%term, wp)))
       end associate
+      if (asked%energy) call take_energy(self, time, sample)
    end subroutine take_sample
 
    !> Its energies.
-   subroutine take_energy(self, time, force, sample)
+   subroutine take_energy(self, time, sample)
       type(yielding_contact_t), intent(in) :: self
       !> Since the start of the contact
       real(wp), intent(in) :: time
-      !> P
-      real(wp), intent(in) :: force
       type(sample_t), intent(inout) :: sample
 
       real(wp), dimension(self%beam%count) :: q, v
-      real(wp) :: depth
 
       call self%go_to(time, q, v)
-      depth = self%surface - sum(self%beam%stop_value*q)
       sample%beam_energy = modal_energy(self%beam%oscillators, q, v)
-      sample%stop_energy = self%spring%energy(depth, force - self%spring%stiffness*depth)
+      sample%stop_energy = stop_energy(self, self%term)
       sample%lost = self%lost
    end subroutine take_energy
+
+   !> How far the stop is indented. From the displacements of a beam on a hard stop it would be a rounding error.
+   pure function indentation(self, term) result(depth)
+      type(yielding_contact_t), intent(in) :: self
+      !> Those of P at the instant, [count]
+      complex(wp), intent(in) :: term(:)
+      real(wp) :: depth
+
+      depth = self%force%offset/self%spring%stiffness - sum(real(self%modes%stop_value*term, wp))
+   end function indentation
+
+   !> Energy of the stop.
+   pure function stop_energy(self, term) result(energy)
+      type(yielding_contact_t), intent(in) :: self
+      !> Those of P at the instant, [count]
+      complex(wp), intent(in) :: term(:)
+      real(wp) :: energy
+
+      energy = self%spring%energy(indentation(self, term), sum(real(self%modes%branch_value*term, wp)))
+   end function stop_energy
 
    !> Go to a sample: from the one before by one factor a term, or from the closed form when that is due.
    subroutine next_terms(self, time, step, with_losses)
@@ -277,19 +290,15 @@ contains
       real(wp) :: energy
 
       real(wp), dimension(self%beam%count) :: q, v
-      real(wp) :: depth, force
 
       call self%go_to(time, q, v)
-      depth = self%surface - sum(self%beam%stop_value*q)
-      force = self%force%offset + sum(real(self%force%amplitude*exp(self%force%exponent*time), wp))
-      energy = 0.5_wp*sum(v**2 + self%beam%oscillators%square*q**2) &
-         + self%spring%energy(depth, force - self%spring%stiffness*depth)
+      energy = sum(modal_energy(self%beam%oscillators, q, v)) &
+         + stop_energy(self, self%force%amplitude*exp(self%force%exponent*time))
    end function energy_at
 
    !> Bring the motion to the separation, where P = k u + P2 = 0.
    !>
-   !> The indentation comes from the exponentials, as from the displacements it would be a rounding error where the stop
-   !> is hard, and the displacements follow it.
+   !> The displacements follow the indentation.
    subroutine finish(self, motion)
       class(yielding_contact_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -303,8 +312,7 @@ contains
             ledger%dissipated_stop = ledger%dissipated_stop + lost(2)
          end if
          call self%go_to(length, motion%q, motion%v)
-         depth = self%force%offset/self%spring%stiffness &
-            - sum(real(self%force%amplitude*modes%stop_value*exp(modes%exponent*length), wp))
+         depth = indentation(self, self%force%amplitude*exp(modes%exponent*length))
          if (self%spring%branch_stiffness > 0.0_wp) then
             call indent(self, -self%spring%stiffness*max(depth, 0.0_wp))
          else
