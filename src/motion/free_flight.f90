@@ -206,7 +206,6 @@ contains
          if (rises .or. sum(self%beam%stop_value*self%gap%z) - stop%surface < -quiet_level) then
             call keep_loud(measurer, self%eta, motion%tau, length)
          end if
-         measurer%has_met = .true.
          measurer%lost_stop = measurer%lost_stop - stop%energy*expm1(-stop%energy_rate*length)
          if (is_last) then
             at_end = self%energy_at(length)

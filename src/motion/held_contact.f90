@@ -305,7 +305,6 @@ contains
 
       associate (measurer => motion%measurer, pinned => self%pinned, length => self%search%time)
          if (.not. measurer%is_wanted) return
-         measurer%has_met = .true.
          early = early_part(measurer%tally, motion%tau, length)
          early_impulse = 0.0_wp
          if (early > 0.0_wp) then

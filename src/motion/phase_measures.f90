@@ -24,8 +24,6 @@ module phase_measures
       type(run_measures_t) :: measures
       !> Energy lost in the stop
       real(wp) :: lost_stop = 0.0_wp
-      !> The stop point has met the stop
-      logical :: has_met = .false.
       !> The last phase in which |eta_c| exceeds the quiet level: start, length, eta_c; unallocated: there is none
       real(wp) :: loud_start = 0.0_wp
       real(wp) :: loud_length = 0.0_wp
@@ -58,8 +56,8 @@ contains
       if (measurer%is_wanted) call take_impulse(measurer%tally, tau, impulse)
    end subroutine measure_impulse
 
-   !> Does a flight rise above the quiet level? After the first meeting with the stop it is a rebound then, unless it
-   !> still rises to its highest point as the run ends.
+   !> Does a flight rise above the quiet level? If the run does not start with it, it is a rebound then, unless it still
+   !> rises to its highest point as the run ends.
    subroutine measure_rise(measurer, eta, from, length, to_the_end, greatest, rises)
       !> Gets the rebound
       type(measurer_t), intent(inout) :: measurer
@@ -74,14 +72,15 @@ contains
       real(wp), intent(in) :: greatest
       logical, intent(out) :: rises
 
-      logical :: keeps_peak, still_rises
+      logical :: keeps_peak, still_rises, is_first
       real(wp) :: peak, time
 
+      is_first = from <= 0.0_wp
       keeps_peak = measurer%measures%rebounds < measurer%most_peaks
-      if (.not. measurer%has_met .or. .not. (keeps_peak .or. to_the_end)) then
+      if (is_first .or. .not. (keeps_peak .or. to_the_end)) then
          rises = greatest > quiet_level
          if (.not. rises) rises = exceeds(eta, length, quiet_level)
-         if (rises .and. measurer%has_met) call add_rebound(measurer%measures)
+         if (rises .and. .not. is_first) call add_rebound(measurer%measures)
          return
       end if
       call greatest_value(eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, still_rises, peak, &

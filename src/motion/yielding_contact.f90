@@ -335,7 +335,6 @@ contains
 
       associate (measurer => motion%measurer, force => self%force, length => self%search%time)
          if (.not. measurer%is_wanted) return
-         measurer%has_met = .true.
          call measure_force(measurer%tally, force, length, self%search%greatest)
          impulse = force%offset*length &
             + sum(real(force%amplitude*integral(force%exponent, length, exp(force%exponent*length)), wp))
