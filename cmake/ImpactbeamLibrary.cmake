@@ -15,10 +15,12 @@ target_compile_options(impactbeam_flags INTERFACE
   $<$<BOOL:${IMPACTBEAM_WERROR}>:-Werror>
   $<$<AND:$<CONFIG:Release>,$<BOOL:${IMPACTBEAM_NATIVE}>>:-march=native>
   $<$<CONFIG:Debug>:-Og> $<$<CONFIG:Debug>:-g>
-  $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fcheck=all>
+  $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fcheck=all,no-array-temps>
   $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fbacktrace>
   $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-ffpe-trap=invalid,zero,overflow>
-  $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fsanitize=address,undefined>)
+  $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fsanitize=address,undefined>
+  # gfortran takes the difference of an unallocated array's bounds before it sees that there are none
+  $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fno-sanitize=signed-integer-overflow>)
 target_link_options(impactbeam_flags INTERFACE
   $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-fsanitize=address,undefined>)
 

@@ -177,7 +177,10 @@ contains
       integer :: trouble
       logical :: has_unit
 
-      job = job_t(folder, threads, quiet, 0, program%name//': '//scene%name)
+      job%folder = folder
+      job%threads = threads
+      job%quiet = quiet
+      job%label = program%name//': '//scene%name
       call open_text(job%unit, error)
       has_unit = .not. allocated(error)
       ! what cannot be written is better known before a long run than after it

@@ -388,9 +388,11 @@ contains
       !> Set when it cannot be read
       type(failure_t), allocatable, intent(out) :: error
 
+      type(argument_t) :: files(1)
       type(scene_t), allocatable :: scenes(:)
 
-      call read_scenes(program_t(name='impactbeam-benchmark'), [argument_t(file)], scenes, error)
+      files(1)%text = file
+      call read_scenes(program_t(name='impactbeam-benchmark'), files, scenes, error)
    end subroutine read_again
 
    !> The modes of the beam in contact, of all its free modes.
