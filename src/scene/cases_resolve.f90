@@ -1,6 +1,7 @@
 !> What must fit together in the group &cases of a scene file.
 module cases_resolve
    use kinds, only: wp
+   use lost_units, only: refuse_lost_units
    use name_parameters, only: chosen_parameter
    use name_table, only: table_t
    use number_text, only: to_text
@@ -9,10 +10,6 @@ module cases_resolve
    implicit none (type, external)
    private
    public :: resolve_cases
-
-   !> Ratios that &cases vary, and quantities that would no longer be what the file gives.
-   character(*), parameter :: spoilt(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
-      'stiffness_ratio', 'damper'], [2, 2])
 
 contains
 
@@ -44,25 +41,12 @@ contains
       !> As &cases calls it
       character(*), intent(in) :: parameter
 
-      integer :: place, i, k
-      logical :: is_lost
+      integer :: place
 
       place = chosen_parameter(table, table%find_group('cases'), 'parameter')
-      associate (chosen => table%entries(place))
-         if (.not. table%counts(place)) call input%complain('cases', 'parameter', &
-            parameter//' goes with '//table%phrase(place, from_elsewhere=.true.))
-         do i = 1, table%entry_count
-            associate (other => table%entries(i))
-               if (other%group /= chosen%group .or. .not. other%is_given) cycle
-               is_lost = other%name%instead_of == chosen%name%name
-               do k = 1, size(spoilt, 2)
-                  is_lost = is_lost .or. (spoilt(1, k) == chosen%name%name .and. spoilt(2, k) == other%name%name)
-               end do
-               if (is_lost) call input%complain(trim(table%groups(other%group)%name), trim(other%name%name), &
-                  "does not go with &cases parameter = '"//parameter//"'")
-            end associate
-         end do
-      end associate
+      if (.not. table%counts(place)) call input%complain('cases', 'parameter', &
+         parameter//' goes with '//table%phrase(place, from_elsewhere=.true.))
+      call refuse_lost_units(input, table, place, "&cases parameter = '"//parameter//"'")
    end subroutine check_parameter
 
    !> No height may be less than 0.

@@ -75,7 +75,7 @@ contains
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
       if (input%has_problem()) return
-      call resolve_sweep(input, scene)
+      call resolve_sweep(input, table, scene)
       if (input%has_problem()) return
       call resolve_cases(input, table, scene)
       if (input%has_problem()) return

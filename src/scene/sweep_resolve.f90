@@ -1,12 +1,14 @@
 !> What must fit together in the group &sweep of a scene file.
 module sweep_resolve
    use kinds, only: i8, wp
+   use lost_units, only: refuse_lost_units
+   use name_table, only: table_t
    use number_text, only: to_text
    use scene_groups, only: most_cases
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, place_of, swept_t, &
-      values_given
+   use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
+      swept_t, values_given
    implicit none (type, external)
    private
    public :: resolve_sweep
@@ -14,8 +16,10 @@ module sweep_resolve
 contains
 
    !> What is given must fit together; problems go into the input.
-   subroutine resolve_sweep(input, scene)
+   subroutine resolve_sweep(input, table, scene)
       type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
       !> Read and resolved but for the sweep
       type(scene_t), intent(inout) :: scene
 
@@ -31,6 +35,12 @@ contains
             'varies nothing; give a parameter a list or a range, such as zeta = 0.01, 0.02')
          return
       end if
+      do k = 1, size(scene%sweep%swept)
+         associate (swept => scene%sweep%swept(k))
+            if (is_swept(swept)) call refuse_lost_units(input, table, place_in(table, swept%parameter), &
+               '&sweep '//given_name(swept))
+         end associate
+      end do
       if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) then
          call input%complain('sweep', 'design', 'needs count, the number of cases')
       end if
@@ -173,6 +183,15 @@ contains
          end if
       end associate
    end subroutine check_duration
+
+   !> Place of the entry of a parameter in its own group.
+   pure function place_in(table, parameter) result(place)
+      type(table_t), intent(in) :: table
+      type(parameter_t), intent(in) :: parameter
+      integer :: place
+
+      place = table%find(table%find_group(trim(parameter%group)), trim(parameter%name_in_group))
+   end function place_in
 
    !> The name under which the values of a parameter stand.
    pure function given_name(swept) result(given)
