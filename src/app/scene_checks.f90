@@ -5,10 +5,10 @@ module scene_checks
    use motion_run, only: check_motion
    use number_text, only: to_text
    use run_settings, only: method_newmark
-   use scene_beam_model, only: model_of, run_of
+   use scene_beam_model, only: motion_model_of, run_of
    use scene_parameters, only: set_parameter
    use scene_reader, only: complain_of_scene
-   use scene_types, only: scene_t
+   use scene_types, only: mass_redistributed, scene_t
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)
    private
@@ -27,7 +27,8 @@ contains
       type(scene_t) :: one
       integer :: i
 
-      if (.not. scene%wants_response .or. scene%response%method /= method_newmark) return
+      if (.not. scene%wants_response) return
+      if (scene%response%method /= method_newmark .and. scene%mesh%mass /= mass_redistributed) return
       if (scene%wants_sweep) then
          if (any(is_swept(scene%sweep%swept) .and. changes_step(scene%sweep%swept%parameter))) return
       end if
@@ -63,9 +64,12 @@ contains
 
       type(failure_t), allocatable :: trouble
 
-      if (is_new_beam) call model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
+      if (is_new_beam) call motion_model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
       if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
-      if (allocated(trouble)) then
+      if (.not. allocated(trouble)) return
+      if (index(trouble%message, 'mass = ') == 1) then
+         call complain_of_scene(scene, 'mesh', ['mass'], subject//trouble%message, error)
+      else
          call complain_of_scene(scene, 'response', [character(9) :: 'step', 'step_time'], &
             subject//trouble%message, error)
       end if

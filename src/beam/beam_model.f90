@@ -6,6 +6,7 @@ module beam_model
    use beam_section, only: section_t
    use failures, only: failure_t
    use kinds, only: wp
+   use redistributed_mass, only: continuation_at_stop, continuation_t, redistribute
    use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
    implicit none (type, external)
    private
@@ -23,18 +24,25 @@ module beam_model
       !> Displacements of the stop point and of the tip
       integer :: stop_dof = 0
       integer :: tip_dof = 0
+      !> The inertia of the stop's node belongs to its neighbours, and its displacement is continued so
+      logical :: is_redistributed = .false.
+      type(continuation_t) :: continuation
+      !> Nothing is left there: no point mass either
+      logical :: has_massless_node = .false.
    end type beam_model_t
 
 contains
 
    !> Assemble K and M.
-   pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model)
+   pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model, is_redistributed)
       !> The section along the beam
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> mu, >= 0
       real(wp), intent(in) :: tip_mass_ratio
       type(beam_model_t), intent(out) :: model
+      !> Give the inertia of the stop's node to its neighbours; default false
+      logical, intent(in), optional :: is_redistributed
 
       integer :: dofs(4), element, i
       integer, allocatable :: first_row(:)
@@ -44,10 +52,18 @@ contains
       model%tip_mass_ratio = tip_mass_ratio
       model%stop_dof = 2*mesh%stop_node - 1
       model%tip_dof = 2*mesh%elements - 1
+      if (present(is_redistributed)) model%is_redistributed = is_redistributed
       allocate (first_row(2*mesh%elements))
       do i = 1, mesh%elements
          first_row(2*i - 1:2*i) = max(1, 2*i - 3)
       end do
+      if (model%is_redistributed) then
+         model%continuation = continuation_at_stop(mesh)
+         model%has_massless_node = .not. (mesh%stop_node == mesh%elements .and. tip_mass_ratio > 0.0_wp)
+         associate (first => max(1, 2*mesh%stop_node - 5), last => min(2*mesh%stop_node + 2, 2*mesh%elements))
+            first_row(first:last) = min(first_row(first:last), first)
+         end associate
+      end if
       call make_skyline(model%stiffness, first_row)
       call make_skyline(model%mass, first_row)
       do element = 1, mesh%elements
@@ -58,6 +74,7 @@ contains
          call add_element(model%mass, dofs, &
             element_mass(section, mesh%length(element), mesh%tip_distance(element)))
       end do
+      if (model%is_redistributed) call redistribute(section, mesh, model%continuation, model%mass)
       call add_to_diagonal(model%mass, model%tip_dof, tip_mass_ratio)
    end subroutine make_beam_model
 

@@ -12,7 +12,7 @@ module motion_tasks
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t
-   use scene_beam_model, only: model_of, run_of
+   use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: contender_average, contender_exact, contender_linear, precision_settings_t, scene_t, &
       solver_dsygv, solver_lanczos, solver_natural
    use timed_tasks, only: timed_task_t
@@ -68,13 +68,13 @@ contains
       associate (scene => self%scene)
          select case (self%what)
          case (task_assembly)
-            call model_of(scene, self%elements, self%ratio, self%model, error)
+            call motion_model_of(scene, self%elements, self%ratio, self%model, error)
          case (task_modes)
             call find_free_modes(self%model, self%modes, error, with_support=.true.)
          case (task_motion)
             call run_motion(self%model, run_of_task(self), self%response, error, self%modes)
          case (task_few_modes)
-            call model_of(scene, self%elements, self%ratio, self%model, error)
+            call motion_model_of(scene, self%elements, self%ratio, self%model, error)
             if (allocated(error)) return
             call lanczos_modes(self%model, min(self%count, self%elements), self%lambda, modes, error)
          case (task_solver)

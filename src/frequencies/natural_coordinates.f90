@@ -10,14 +10,14 @@
 !> These are the same K, M and elements as the assembled matrices', the same quadrature, only other
 !> coordinates. Units: E Ibar = rho Abar = L = 1.
 module natural_coordinates
-   use beam_element, only: gauss_rule, section_pieces
+   use beam_element, only: gauss_rule, hermite_curvature, hermite_shape, section_pieces
    use beam_mesh, only: mesh_t
    use beam_section, only: area, area_degree, inertia, inertia_degree, section_t
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
-   public :: flexibility_matrix, nodal_flexibility
+   public :: flexibility_matrix, nodal_flexibility, coordinates_of_node, row_shape
 
    real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
    real(wp), parameter :: one_third = 1.0_wp/3.0_wp
@@ -259,5 +259,46 @@ contains
          unit(column) = 0.0_wp
       end do
    end function nodal_flexibility
+
+   !> The coordinates of a motion that moves one node by 1 and nothing else, [2 n]. Its strain energy is q.q/2.
+   pure function coordinates_of_node(natural, node) result(q)
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      integer, intent(in) :: node
+      real(wp) :: q(2*natural%elements)
+
+      real(wp) :: ends(4, 2)
+      integer :: element, dof
+
+      q = 0.0_wp
+      do element = node, min(node + 1, natural%elements)
+         dof = merge(3, 1, element == node)
+         associate (length => natural%length(element), inverse => natural%inverse(:, element))
+            ends(:, 1) = hermite_curvature(0.0_wp, length)
+            ends(:, 2) = hermite_curvature(1.0_wp, length)
+            q(2*element) = ends(dof, 2)/inverse(3)
+            q(2*element - 1) = (ends(dof, 1) - inverse(2)*q(2*element))/inverse(1)
+         end associate
+      end do
+   end function coordinates_of_node
+
+   !> What the rows of B are where one node moves by 1 and nothing else, the tip's own row left out, [rows].
+   pure function row_shape(natural, node) result(shape)
+      !> The beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      integer, intent(in) :: node
+      real(wp) :: shape(natural%rows)
+
+      real(wp) :: values(4)
+      integer :: element, row
+
+      shape = 0.0_wp
+      do element = node, min(node + 1, natural%elements)
+         do row = natural%last_row(element - 1) + 1, natural%last_row(element)
+            values = hermite_shape(natural%point(row), natural%length(element))
+            shape(row) = natural%root_mass(row)*values(merge(3, 1, element == node))
+         end do
+      end do
+   end function row_shape
 
 end module natural_coordinates

@@ -11,8 +11,8 @@ module natural_solver
    use kinds, only: wp
    use lapack_interfaces, only: dgejsv, dgemm, dpotrf, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs
-   use natural_coordinates, only: flexibility_matrix, make_natural_beam, natural_beam_t, &
-      nodal_flexibility
+   use natural_coordinates, only: coordinates_of_node, flexibility_matrix, make_natural_beam, natural_beam_t, &
+      nodal_flexibility, row_shape
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
@@ -42,6 +42,10 @@ contains
    end subroutine natural_lambda
 
    !> The first lambda_i of the mesh, ascending, and the mode shapes.
+   !>
+   !> A massless node at the stop has no mode of its own: the motion that moves it alone has strain energy, but no
+   !> kinetic energy. It is orthogonal in K to all modes, and is taken out as in `natural_pinned_modes`; its
+   !> coordinates are those of two elements, so no accuracy is lost.
    subroutine natural_modes(model, count, lambda, modes, error)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
@@ -54,16 +58,21 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(natural_beam_t) :: natural
-      real(wp), allocatable :: singular(:), vectors(:, :)
+      real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
 
       call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
-      call check_count(count, 2*natural%elements, error)
+      call check_count(count, 2*natural%elements - merge(1, 0, model%has_massless_node), error)
       if (allocated(error)) return
-      call right_singular_vectors(flexibility_matrix(natural), .true., singular, vectors, error)
+      allocate (flexibility, source=flexibility_matrix(natural))
+      allocate (nodal, source=nodal_flexibility(natural))
+      if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
+      if (model%has_massless_node) then
+         call drop_axis(coordinates_of_node(natural, model%mesh%stop_node), flexibility, nodal)
+      end if
+      call right_singular_vectors(flexibility, .true., singular, vectors, error)
       if (allocated(error)) return
       allocate (lambda, source=1.0_wp/sqrt(singular(:count)))
-      call shapes_from_vectors(model%mass, nodal_flexibility(natural), singular(:count), vectors(:, :count), modes, &
-         error)
+      call shapes_from_vectors(model%mass, nodal, singular(:count), vectors(:, :count), modes, error)
       if (allocated(error)) return
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine natural_modes
@@ -87,20 +96,15 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(natural_beam_t) :: natural
-      real(wp), allocatable :: axis(:), flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
-      integer :: pivot, sign_dof
+      real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
+      integer :: sign_dof
 
       call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
       call check_count(count, 2*natural%elements - 1, error)
       if (allocated(error)) return
       allocate (flexibility, source=flexibility_matrix(natural))
       allocate (nodal, source=nodal_flexibility(natural))
-      allocate (axis, source=nodal(model%stop_dof, :))
-      pivot = maxloc(abs(axis), dim=1)
-      axis(pivot) = axis(pivot) + sign(norm2(axis), axis(pivot))
-      axis = axis/norm2(axis)
-      call reflect_and_drop(flexibility, axis, pivot)
-      call reflect_and_drop(nodal, axis, pivot)
+      call drop_axis(nodal(model%stop_dof, :), flexibility, nodal)
       nodal(model%stop_dof, :) = 0.0_wp
 
       call right_singular_vectors(flexibility, .true., singular, vectors, error)
@@ -111,6 +115,50 @@ contains
       sign_dof = merge(model%tip_dof + 1, model%tip_dof, model%stop_dof == model%tip_dof)
       call fix_mode_signs(sign_dof, modes)
    end subroutine natural_pinned_modes
+
+   !> The rows of B with the displacement of the stop's node continued from the other coordinates.
+   pure subroutine continue_displacement(model, natural, nodal, flexibility)
+      type(beam_model_t), intent(in) :: model
+      !> The same beam in its curvatures
+      type(natural_beam_t), intent(in) :: natural
+      !> N, y and dy/dx of the nodes under each coordinate, [2 n, 2 n]
+      real(wp), intent(in) :: nodal(:, :)
+      !> B, [rows, 2 n]
+      real(wp), intent(inout) :: flexibility(:, :)
+
+      real(wp) :: change(size(nodal, 2)), shape(natural%rows)
+      integer :: i
+
+      change = -nodal(model%stop_dof, :)
+      associate (continuation => model%continuation)
+         do i = 1, size(continuation%dof)
+            if (continuation%dof(i) > 0) change = change + continuation%weight(i)*nodal(continuation%dof(i), :)
+         end do
+      end associate
+      shape = row_shape(natural, model%mesh%stop_node)
+      do i = 1, size(change)
+         flexibility(:, i) = flexibility(:, i) + shape*change(i)
+      end do
+   end subroutine continue_displacement
+
+   !> Turn an axis of the coordinates into one of their own, and leave that out.
+   pure subroutine drop_axis(direction, flexibility, nodal)
+      !> The axis
+      real(wp), intent(in) :: direction(:)
+      !> Matrices with a column a coordinate; one fewer on return
+      real(wp), allocatable, intent(inout) :: flexibility(:, :)
+      real(wp), allocatable, intent(inout) :: nodal(:, :)
+
+      real(wp) :: axis(size(direction))
+      integer :: pivot
+
+      pivot = maxloc(abs(direction), dim=1)
+      axis = direction
+      axis(pivot) = axis(pivot) + sign(norm2(axis), axis(pivot))
+      axis = axis/norm2(axis)
+      call reflect_and_drop(flexibility, axis, pivot)
+      call reflect_and_drop(nodal, axis, pivot)
+   end subroutine drop_axis
 
    !> matrix (I - 2 a a^T) without its column `pivot`.
    pure subroutine reflect_and_drop(matrix, axis, pivot)

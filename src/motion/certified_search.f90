@@ -109,7 +109,7 @@ module certified_search
          real(wp), intent(out) :: slope
       end subroutine evaluate_interface
 
-      !> offset + factor times a derivative of the signal, from an instant on; without a surface that relaxes.
+      !> offset + factor times a derivative of the signal, from an instant on.
       subroutine view_interface(self, from, factor, offset, order, part)
          import :: viewed_signal_t, wp
          implicit none (type, external)

@@ -91,7 +91,7 @@ contains
       all = size(modes%lambda)
       associate (b => modes%mode(modes%stop_dof, :), tolerance => settings%response%mode_tolerance)
          check%kept = modes_that_matter(modes%square, b, 1.0_wp + settings%stop%preload, tolerance, &
-            is_rigid(settings%stop))
+            is_rigid(settings%stop) .and. modes%node_flexibility <= 0.0_wp)
          if (check%kept == all) return
          trial = trial_settings(settings, modes%lambda(1))
          do
@@ -116,7 +116,8 @@ contains
 
    !> Run from rest, the stop point pulled to eta = 1 by a point force, to the end.
    !>
-   !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are.
+   !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are. A massless
+   !> node at the stop comes back from it at once where nothing damps it.
    subroutine run_in_modes(modes, kept, settings, response, error)
       !> The modes of the free beam, which other runs may share
       type(free_modes_t), target, intent(in) :: modes
@@ -136,13 +137,15 @@ contains
       integer :: i, samples
 
       call make_modal_beam(modes%square(:kept), modes%mode(modes%stop_dof, :kept), modes%mode(modes%tip_dof, :kept), &
-         settings%zeta, beam)
+         settings%zeta, beam, modes%node_flexibility)
       samples = count_samples(settings%response%duration, settings%response%step)
       call open_records(modes%elements, settings%output, samples, settings%response%step, response)
       call make_recorder(samples, settings%response%step, beam%count, response, motion%recorder)
       allocate (start, source=(1.0_wp + settings%stop%preload)*beam%stop_value &
          /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
+      if (settings%zeta > 0.0_wp) response%initial_energy = response%initial_energy &
+         + 0.5_wp*beam%node_flexibility*((1.0_wp + settings%stop%preload)/beam%flexibility)**2
       call start_measures(settings, response%initial_energy, motion%measurer)
       call make_contact(beam, modes, settings, contact)
       call run_phases(beam, contact, start, settings%response, motion, response, error)
@@ -159,6 +162,10 @@ contains
             response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_v)
             response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_v)
          end do
+         associate (node => modes%stop_dof/2 + 1)
+            response%shape_displacement(node, :) = response%shape_displacement(node, :) + recorder%shape_node(1, :)
+            response%shape_velocity(node, :) = response%shape_velocity(node, :) + recorder%shape_node(2, :)
+         end associate
       end associate
       response%shape_displacement(0, :) = -settings%stop%preload
    end subroutine run_in_modes

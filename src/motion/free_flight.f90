@@ -60,6 +60,10 @@ contains
       self%gap%start_order = self%stop%start_order
       self%gap%surface = self%stop%depth
       self%gap%rate = self%stop%rate
+      if (self%stop%is_rigid) then
+         self%eta%surface = self%stop%depth
+         self%eta%rate = self%stop%rate
+      end if
       call self%sampler%restart()
       if (motion%recorder%asked%energy) self%start_energy = sum(modal_energy(self%beam%oscillators, motion%q, motion%v))
    end subroutine begin
@@ -97,14 +101,28 @@ contains
    end subroutine judge_hop
 
    !> Free modal state at a time in the flight.
-   subroutine go_to(self, time, q, v)
+   subroutine go_to(self, time, q, v, node)
       class(flight_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: v(:)
+      real(wp), optional, intent(out) :: node(2)
 
+      if (present(node)) node = node_of(self, time)
       call propagate(self%beam%oscillators, time, self%gap%z, self%gap%v, q, v)
    end subroutine go_to
+
+   !> Displacement and velocity of a massless node at the stop, besides those of the modes there.
+   pure function node_of(self, time) result(node)
+      type(flight_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: node(2)
+
+      node = 0.0_wp
+      associate (stop => self%stop)
+         if (stop%is_rigid) node = [1.0_wp, -stop%rate]*stop%depth*exp(-stop%rate*time)
+      end associate
+   end function node_of
 
    !> The next sample.
    subroutine take_sample(self, time, step, asked, sample)
@@ -114,16 +132,25 @@ contains
       type(asked_t), intent(in) :: asked
       type(sample_t), intent(inout) :: sample
 
+      real(wp) :: node(2)
+
       call next_sample(self%sampler, self%beam%oscillators, self%gap%z, self%gap%v, step, time)
+      node = node_of(self, time)
       associate (beam => self%beam, stop => self%stop, z => self%sampler%z, v => self%sampler%v)
-         if (asked%history(eta_stop)) sample%history(eta_stop) = sum(beam%stop_value*z) - stop%surface
-         if (asked%history(eta_tip)) sample%history(eta_tip) = sum(beam%tip_value*z) - stop%surface
-         if (asked%history(velocity_stop)) sample%history(velocity_stop) = sum(beam%stop_value*v)
+         if (asked%history(eta_stop)) sample%history(eta_stop) = sum(beam%stop_value*z) - stop%surface + node(1)
+         if (asked%history(eta_tip)) sample%history(eta_tip) = sum(beam%tip_value*z) - stop%surface &
+            + merge(node(1), 0.0_wp, beam%stop_is_tip)
+         if (asked%history(velocity_stop)) sample%history(velocity_stop) = sum(beam%stop_value*v) + node(2)
          if (.not. asked%energy) return
          sample%beam_energy = modal_energy(beam%oscillators, z, v)
          sample%stop_energy = stop%energy*exp(-stop%energy_rate*time)
          ! what a damped mode loses is what its damping takes: 2 zeta W^2 v^2 integrated
          sample%lost = [self%start_energy - sum(sample%beam_energy), stop%energy - sample%stop_energy]
+         if (.not. stop%is_rigid) return
+         ! the node belongs to the beam
+         sample%lost = [sum(sample%lost), 0.0_wp]
+         sample%beam_energy(2) = sample%beam_energy(2) + sample%stop_energy
+         sample%stop_energy = 0.0_wp
       end associate
    end subroutine take_sample
 
@@ -156,16 +183,25 @@ contains
       class(flight_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
+      real(wp) :: lost
+
       call self%go_to(self%search%time, motion%q, motion%v)
       associate (ledger => motion%recorder%ledger, stop => self%stop)
          if (motion%recorder%asked%energy) then
             ledger%dissipated_beam = ledger%dissipated_beam + self%start_energy &
                - sum(modal_energy(self%beam%oscillators, motion%q, motion%v))
-            ledger%dissipated_stop = ledger%dissipated_stop + stop%energy*(1.0_wp &
-               - exp(-stop%energy_rate*self%search%time))
+            lost = stop%energy*(1.0_wp - exp(-stop%energy_rate*self%search%time))
+            if (stop%is_rigid) then
+               ledger%dissipated_beam = ledger%dissipated_beam + lost
+            else
+               ledger%dissipated_stop = ledger%dissipated_stop + lost
+            end if
          end if
       end associate
-      if (self%stop%is_rigid) call raise_to_surface(self%stop%surface, motion)
+      ! a massless node is where it is held
+      if (self%stop%is_rigid .and. self%beam%node_flexibility <= 0.0_wp) then
+         call raise_to_surface(self%stop%surface, motion)
+      end if
    end subroutine finish
 
    !> A flight that rounding let dip below the surface ends on it: a static shape brings the stop point back, as that
@@ -200,13 +236,16 @@ contains
          if (.not. measurer%is_wanted) return
          self%eta%z = self%gap%z
          self%eta%v = self%gap%v
-         call measure_rise(measurer, self%eta, motion%tau, length, is_last, self%search%greatest - stop%depth, rises)
+         call measure_rise(measurer, self%eta, motion%tau, length, is_last, &
+            self%search%greatest - merge(0.0_wp, stop%depth, stop%is_rigid), rises)
          if (rises) call end_episode(measurer%tally)
          ! over a surface that is still indented it may stay below; no deeper than at its start
          if (rises .or. sum(self%beam%stop_value*self%gap%z) - stop%surface < -quiet_level) then
             call keep_loud(measurer, self%eta, motion%tau, length)
          end if
-         measurer%lost_stop = measurer%lost_stop - stop%energy*expm1(-stop%energy_rate*length)
+         if (.not. stop%is_rigid) then
+            measurer%lost_stop = measurer%lost_stop - stop%energy*expm1(-stop%energy_rate*length)
+         end if
          if (is_last) then
             at_end = self%energy_at(length)
          else

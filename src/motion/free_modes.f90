@@ -23,6 +23,8 @@ module free_modes
       real(wp), allocatable :: square(:)
       !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]
       real(wp), allocatable :: mode(:, :)
+      !> Of a massless node at the stop: how far a unit force on it moves it, all else held; 0: it has mass
+      real(wp) :: node_flexibility = 0.0_wp
       !> (M phi_i)_c: what the nodal reading of an impulse needs, [modes]
       real(wp), allocatable :: nodal_mass(:)
       !> The beam held at the stop point, all modes kept; made on request, else each run makes its own
@@ -43,13 +45,17 @@ contains
       type(modal_beam_t) :: beam
       real(wp), allocatable :: unit(:), mass_column(:)
 
-      call natural_modes(model, model%stiffness%order, modes%lambda, modes%mode, error)
+      call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, &
+         modes%mode, error)
       if (allocated(error)) return
       modes%elements = model%mesh%elements
       modes%stop_dof = model%stop_dof
       modes%tip_dof = model%tip_dof
       allocate (modes%square, source=(modes%lambda/lambda1)**4)
       allocate (unit(model%mass%order), mass_column(model%mass%order))
+      if (model%has_massless_node) then
+         modes%node_flexibility = lambda1**4/model%stiffness%values(model%stiffness%diagonal(model%stop_dof))
+      end if
       unit = 0.0_wp
       unit(model%stop_dof) = 1.0_wp
       call multiply(model%mass, unit, mass_column)
@@ -57,7 +63,8 @@ contains
       modes%nodal_mass(:) = matmul(mass_column, modes%mode)
       if (.not. present(with_support)) return
       if (.not. with_support) return
-      call make_modal_beam(modes%square, modes%mode(modes%stop_dof, :), modes%mode(modes%tip_dof, :), 0.0_wp, beam)
+      call make_modal_beam(modes%square, modes%mode(modes%stop_dof, :), modes%mode(modes%tip_dof, :), 0.0_wp, beam, &
+         modes%node_flexibility)
       call make_support(beam, modes%support)
    end subroutine find_free_modes
 

@@ -68,7 +68,26 @@ contains
       contact%restitution = settings%stop%restitution
       contact%tolerance = settings%response%hop_tolerance
       if (settings%stop%impulse == impulse_nodal) allocate (contact%nodal_mass, source=modes%nodal_mass(:beam%count))
+      if (settings%zeta > 0.0_wp) then
+         call leave_node(contact, beam%node_flexibility*(1.0_wp + settings%stop%preload)/beam%flexibility)
+      end if
    end subroutine make_held_contact
+
+   !> A massless node is let go: force and damping of its spring balance, and it comes back to where the modes would
+   !> have it; at once where nothing damps it.
+   pure subroutine leave_node(self, displacement)
+      type(held_contact_t), intent(inout) :: self
+      !> From there
+      real(wp), intent(in) :: displacement
+
+      associate (beam => self%beam, two_zeta => self%beam%oscillators%two_zeta)
+         if (beam%node_flexibility <= 0.0_wp .or. two_zeta <= 0.0_wp) return
+         self%depth = displacement
+         self%rate = 1.0_wp/two_zeta
+         self%energy = 0.5_wp*displacement**2/beam%node_flexibility
+         self%energy_rate = 2.0_wp*self%rate
+      end associate
+   end subroutine leave_node
 
    !> The run starts on the surface.
    subroutine start(self, motion, response)
@@ -76,7 +95,11 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      call capture(self, motion, response)
+      if (self%beam%node_flexibility > 0.0_wp) then
+         call hold_node(self, motion, response)
+      else
+         call capture(self, motion, response)
+      end if
       self%hop_tolerance = 0.0_wp
    end subroutine start
 
@@ -87,7 +110,9 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      if (flight%outcome == found_zero) then
+      if (self%beam%node_flexibility > 0.0_wp) then
+         call hold_node(self, motion, response)
+      else if (flight%outcome == found_zero) then
          call rebound(self, motion, response)
       else if (flight%outcome == found_never_left .and. self%start_order > 1) then
          ! from rest: what would lift it is lost in the rounding error of the displacement, so it is pressed
@@ -128,6 +153,27 @@ contains
       self%start_order = 1
       if (.not. event%velocity_after > 0.0_wp) call capture(self, motion, response)
    end subroutine rebound
+
+   !> A massless node is held at once: there is no impact.
+   subroutine hold_node(self, motion, response)
+      type(held_contact_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      type(event_t) :: event
+
+      event = event_at(motion, event_capture, self%surface)
+      ! the modes are so far from the surface, and the node comes back to them
+      event%velocity_before = event%velocity_before + self%rate*event%eta
+      event%eta = 0.0_wp
+      event%velocity_after = 0.0_wp
+      self%is_closed = .true.
+      self%start_order = 0
+      self%depth = 0.0_wp
+      self%energy = 0.0_wp
+      call append_event(response, event)
+      call measure_impulse(motion%measurer, motion%tau, event%impulse)
+   end subroutine hold_node
 
    !> Bring the stop point to rest and, if it is pressed against the stop, hold it.
    subroutine capture(self, motion, response, is_pressed)
@@ -202,7 +248,8 @@ contains
             self%static_energy = 0.5_wp*self%surface**2*pinned%static_force
             allocate (self%p_end(pinned%count), self%rate_end(pinned%count))
          end if
-         self%p = to_pinned(pinned, self%beam%oscillators%square, motion%q - self%surface*pinned%static)
+         self%p = to_pinned(pinned, self%beam%oscillators%square, self%beam%stop_value, &
+            motion%q - self%surface*pinned%static)
          self%rate_p = matmul(motion%v, pinned%mode)
          ! p + 2 zeta p' swings like p itself
          self%reaction%z = self%p + two_zeta*self%rate_p
@@ -229,17 +276,23 @@ contains
    end subroutine find_end
 
    !> Free modal state at a time in the contact.
-   subroutine go_to(self, time, q, v)
+   subroutine go_to(self, time, q, v, node)
       class(held_contact_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: v(:)
+      real(wp), optional, intent(out) :: node(2)
 
       real(wp), dimension(self%pinned%count) :: p, rate_p
 
       call propagate(self%pinned%oscillators, time, self%p, self%rate_p, p, rate_p)
       q = self%surface*self%pinned%static + matmul(self%pinned%mode, p)
       v = matmul(self%pinned%mode, rate_p)
+      if (.not. present(node)) return
+      node = 0.0_wp
+      if (self%beam%node_flexibility > 0.0_wp) then
+         node = [self%surface - sum(self%beam%stop_value*q), -sum(self%beam%stop_value*v)]
+      end if
    end subroutine go_to
 
    !> The next sample.
@@ -340,8 +393,12 @@ contains
 
       call append_event(response, event_t(tau=motion%tau, kind=event_release))
       self%is_closed = .false.
-      self%start_order = 3
       self%hop_tolerance = 0.0_wp
+      self%start_order = 3
+      if (self%beam%node_flexibility <= 0.0_wp) return
+      ! its own damping lets the node go smoothly, without it the node leaves at the modes' velocity
+      self%start_order = merge(2, 1, self%beam%oscillators%two_zeta > 0.0_wp)
+      call leave_node(self, self%surface - sum(self%beam%stop_value*motion%q))
    end subroutine follow
 
 end module held_contact

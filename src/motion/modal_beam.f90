@@ -22,8 +22,10 @@ module modal_beam
       real(wp), allocatable :: tip_value(:)
       !> sum b_i^2 = (M^-1)_cc: one over the mass that takes part in an impact
       real(wp) :: mobility = 0.0_wp
-      !> sum b_i^2/W_i^2 = (K^-1)_cc
+      !> (K^-1)_cc = sum b_i^2/W_i^2, and the node's own
       real(wp) :: flexibility = 0.0_wp
+      !> A massless node at the stop hangs on the modes by a spring of this flexibility; 0: there is none
+      real(wp) :: node_flexibility = 0.0_wp
    end type modal_beam_t
 
    !> The beam held at the stop point, as a constraint on the free modes; damping has no part in it.
@@ -47,7 +49,7 @@ module modal_beam
 
    !> The same, with its pinned modes as oscillators.
    type, extends(support_t) :: pinned_beam_t
-      !> Number of pinned modes, one less than free ones
+      !> Number of pinned modes: one less than free ones, or as many where a massless node is held
       integer :: count = 0
       type(oscillators_t) :: oscillators
    end type pinned_beam_t
@@ -58,7 +60,7 @@ module modal_beam
 contains
 
    !> Free modes for the motion.
-   pure subroutine make_modal_beam(square, stop_value, tip_value, zeta, beam)
+   pure subroutine make_modal_beam(square, stop_value, tip_value, zeta, beam, node_flexibility)
       !> W_i^2, ascending
       real(wp), intent(in) :: square(:)
       !> Mass-normalised modes at the stop point and at the tip, rho Abar L = 1
@@ -68,14 +70,17 @@ contains
       real(wp), intent(in) :: zeta
       !> The beam in its modes
       type(modal_beam_t), intent(out) :: beam
+      !> That of a massless node at the stop; default 0, it has mass
+      real(wp), intent(in), optional :: node_flexibility
 
+      if (present(node_flexibility)) beam%node_flexibility = node_flexibility
       beam%count = size(square)
       call make_oscillators(square, zeta, beam%oscillators)
       allocate (beam%stop_value, source=stop_value)
       allocate (beam%tip_value, source=tip_value)
       beam%stop_is_tip = all(abs(stop_value - tip_value) <= 0.0_wp)
       beam%mobility = sum(stop_value**2)
-      beam%flexibility = sum(stop_value**2/beam%oscillators%square)
+      beam%flexibility = sum(stop_value**2/beam%oscillators%square) + beam%node_flexibility
    end subroutine make_modal_beam
 
    !> Modes of the beam held at the stop point.
@@ -85,6 +90,8 @@ contains
    !> r b_i/(W_i^2 - w^2), r their reaction (Dowell, J. Appl. Mech. 46 (1979) 206: free vibrations of a
    !> linear structure with constraints). A root is sought as its distance from the nearer pole, so
    !> that no difference W_i^2 - w^2 cancels. A mode with a node at the stop (b_i vanishes) is its own pinned mode.
+   !> Where the stop holds a massless node the flexibility f of its spring is added to the sum, and there is one more
+   !> root, above all poles.
    pure subroutine make_support(beam, support)
       !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
@@ -95,13 +102,16 @@ contains
       real(wp), allocatable :: square(:)
       real(wp), allocatable :: distance(:, :), consistent(:)
       real(wp) :: norm
-      integer :: i, j, k, a, n, alone
-      integer :: order(beam%count - 1), held
+      integer :: i, j, k, a, n, alone, modes, roots
+      integer :: held
+      integer, allocatable :: order(:)
       real(wp) :: key
 
       n = beam%count
+      modes = n
+      if (beam%node_flexibility <= 0.0_wp) modes = n - 1
       support%made = .true.
-      allocate (support%mode(n, n - 1), support%reaction(n - 1), support%square(n - 1), square(n - 1))
+      allocate (support%mode(n, modes), support%reaction(modes), support%square(modes), square(modes))
       support%mode = 0.0_wp
       support%static_force = 1.0_wp/beam%flexibility
       allocate (support%static, source=beam%stop_value/beam%oscillators%square*support%static_force)
@@ -116,20 +126,21 @@ contains
             support%mode(i, j) = 1.0_wp
          end do
          alone = j
-         allocate (distance(size(active), size(active) - 1), consistent(size(active)))
-         do a = 1, size(active) - 1
-            call root_between(w2(active), b(active)**2, 0.0_wp, a, square(alone + a), distance(:, a))
+         roots = modes - alone
+         allocate (distance(size(active), roots), consistent(size(active)))
+         do a = 1, roots
+            call root_between(w2(active), b(active)**2, beam%node_flexibility, a, square(alone + a), distance(:, a))
          end do
-         call consistent_weights(w2(active), sum(b(active)**2), distance, consistent)
+         call consistent_weights(w2(active), sum(b(active)**2), beam%node_flexibility, distance, consistent)
          consistent = sign(sqrt(consistent), b(active))
-         do a = 1, size(active) - 1
+         do a = 1, roots
             norm = 1.0_wp/sqrt(sum((consistent/distance(:, a))**2))
             support%reaction(alone + a) = norm
             support%mode(active, alone + a) = norm*consistent/distance(:, a)
          end do
       end associate
-      order = [(i, i=1, n - 1)]
-      do i = 2, n - 1
+      order = [(i, i=1, modes)]
+      do i = 2, modes
          held = order(i)
          key = square(held)
          k = i - 1
@@ -179,11 +190,12 @@ contains
    !> Displacements that hold the stop point, from free modes to pinned ones. In a mode far stiffer than the others the
    !> rounding error of the sum is a great force, so where that is better the forces are summed instead: w_j^2 p_j =
    !> sum psi_ij W_i^2 q_i.
-   pure function to_pinned(pinned, free_square, q) result(p)
+   pure function to_pinned(pinned, free_square, stop_value, q) result(p)
       !> The beam held at the stop
       type(pinned_beam_t), intent(in) :: pinned
-      !> W_i^2 of the free modes, [modes]
+      !> W_i^2 and b_i of the free modes, [modes]
       real(wp), intent(in) :: free_square(:)
+      real(wp), intent(in) :: stop_value(:)
       !> Free modal coordinates, [modes]
       real(wp), intent(in) :: q(:)
       real(wp) :: p(pinned%count)
@@ -197,6 +209,8 @@ contains
       do j = 1, pinned%count
          if (sum(abs(pinned%mode(:, j)*forces)) < pinned%square(j)*sum(abs(pinned%mode(:, j)*q))) then
             p(j) = sum(pinned%mode(:, j)*forces)/pinned%square(j)
+            ! a massless node stays where it is held, the modes at its place need not
+            if (pinned%count == size(q)) p(j) = p(j) - pinned%reaction(j)*sum(stop_value*q)/pinned%square(j)
          end if
       end do
    end function to_pinned
@@ -230,11 +244,13 @@ contains
 
    !> Weights for which the computed roots are exact; they differ from the given ones by rounding only, but modes
    !> made of them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
-   pure subroutine consistent_weights(pole, total, distance, weight)
+   pure subroutine consistent_weights(pole, total, constant, distance, weight)
       !> Poles, ascending
       real(wp), intent(in) :: pole(:)
       !> Sum of the weights
       real(wp), intent(in) :: total
+      !> Constant besides the poles' terms; above 0 there is a root above the last pole
+      real(wp), intent(in) :: constant
       !> pole - root, [poles, roots]
       real(wp), intent(in) :: distance(:, :)
       !> The weights, [poles]
@@ -244,6 +260,7 @@ contains
 
       do i = 1, size(pole)
          weight(i) = total
+         if (constant > 0.0_wp) weight(i) = -constant*distance(i, size(pole))
          ! root k lies between poles k and k + 1: factor by factor, nothing overflows
          do k = 1, size(pole) - 1
             if (k < i) then

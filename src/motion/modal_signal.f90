@@ -13,7 +13,7 @@ module modal_signal
    private
    public :: modal_signal_t, make_modal_signal, zero_of_series
 
-   !> s(t) = offset + sum c_i z_i(t) + surface exp(-rate t). The last term, a surface that relaxes, is convex.
+   !> s(t) = offset + sum c_i z_i(t) + surface exp(-rate t), the last a surface that relaxes or a node without mass.
    type, extends(viewed_signal_t) :: modal_signal_t
       type(oscillators_t), pointer :: oscillators => null()
       !> What the oscillators swing about
@@ -26,7 +26,7 @@ module modal_signal
       real(wp), allocatable :: z(:), v(:)
       !> For modes far beyond critical damping the sum is over z_i + 2 zeta z_i' instead (a force)
       logical :: is_viscous = .false.
-      !> Indentation of the surface at t = 0, >= 0, and the rate at which it relaxes
+      !> Indentation of the surface at t = 0, and the rate at which it relaxes
       real(wp) :: surface = 0.0_wp
       real(wp) :: rate = 0.0_wp
    contains
@@ -72,14 +72,14 @@ contains
       if (self%is_viscous) call state_of_exponentials(self, t, z, v)
       value = self%offset + sum(self%weight*z)
       slope = sum(self%weight*v)
-      if (self%surface > 0.0_wp) then
+      if (abs(self%surface) > 0.0_wp) then
          surface = self%surface*exp(-self%rate*t)
          value = value + surface
          slope = slope - self%rate*surface
       end if
    end subroutine evaluate
 
-   !> offset + factor times a derivative of the signal, from an instant on; without a surface that relaxes.
+   !> offset + factor times a derivative of the signal, from an instant on.
    subroutine view(self, from, factor, offset, order, part)
       class(modal_signal_t), intent(in) :: self
       !> The instant
@@ -106,10 +106,13 @@ contains
          modal%z = self%z
          modal%v = self%v
       end if
+      modal%rate = self%rate
+      modal%surface = factor*self%surface*exp(-self%rate*from)
       if (order == 1) then
          rate = modal%v
          modal%v = acceleration(self%oscillators, modal%z, rate)
          modal%z = rate
+         modal%surface = -self%rate*modal%surface
       end if
       call move_alloc(modal, part)
    end subroutine view
@@ -163,7 +166,7 @@ contains
 
       is_short = .false.
       n = self%oscillators%count
-      if (self%surface > 0.0_wp .or. self%oscillators%blended < n) return
+      if (abs(self%surface) > 0.0_wp .or. self%oscillators%blended < n) return
       associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
          two_zeta => self%oscillators%two_zeta)
          low(n + 1:) = 0.0_wp
@@ -275,8 +278,9 @@ contains
          here%bound_both = here%bound
          here%bound_jerk = sum(terms(:, bound_jerk))
          surface = 0.0_wp
-         if (self%surface > 0.0_wp) then
+         if (abs(self%surface) > 0.0_wp) then
             surface = self%surface*exp(-self%rate*t)
+            here%floor = here%floor + min(surface, 0.0_wp)
             here%signal = here%signal + surface
             surface = surface*(-self%rate)**order
             here%value = here%value + surface

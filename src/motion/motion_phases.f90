@@ -62,7 +62,8 @@ module motion_phases
       logical :: is_rigid = .false.
       !> The flight that follows: order of the first derivative of the gap that does not vanish at its start
       integer :: start_order = 0
-      !> The surface is indented so far at its start, and comes back at this rate; the energy in the stop, and its rate
+      !> The surface is indented so far at its start, and comes back at this rate; the energy in the stop, and its rate.
+      !> A rigid stop is not: there it is a massless node of the beam that comes back from where it was held
       real(wp) :: depth = 0.0_wp
       real(wp) :: rate = 0.0_wp
       real(wp) :: energy = 0.0_wp
@@ -93,7 +94,7 @@ module motion_phases
       end subroutine find_end_interface
 
       !> Free modal state at a time in the phase.
-      subroutine go_to_interface(self, time, q, v)
+      subroutine go_to_interface(self, time, q, v, node)
          import :: phase_t, wp
          implicit none (type, external)
          class(phase_t), intent(in) :: self
@@ -102,6 +103,8 @@ module motion_phases
          !> State, [modes]
          real(wp), intent(out) :: q(:)
          real(wp), intent(out) :: v(:)
+         !> Displacement and velocity of a massless node at the stop, besides those of the modes there
+         real(wp), optional, intent(out) :: node(2)
       end subroutine go_to_interface
 
       !> The next sample; asked for one after the other, at equal steps.
@@ -192,14 +195,14 @@ contains
 
       type(sample_t) :: sample
       real(wp), allocatable :: q(:), v(:)
-      real(wp) :: to
+      real(wp) :: node(2), to
 
       associate (recorder => motion%recorder)
          to = motion%tau + phase%search%time
          do while (shape_due(recorder, to, is_last))
             if (.not. allocated(q)) allocate (q(size(motion%q)), v(size(motion%v)))
-            call phase%go_to(recorder%shape_tau(recorder%next_shape) - motion%tau, q, v)
-            call keep_shape(recorder, q, v)
+            call phase%go_to(recorder%shape_tau(recorder%next_shape) - motion%tau, q, v, node)
+            call keep_shape(recorder, q, v, node)
          end do
          do while (samples_before(recorder, to, is_last))
             call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, &

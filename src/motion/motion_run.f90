@@ -2,7 +2,7 @@
 module motion_run
    use beam_model, only: beam_model_t
    use exact_motion, only: exact_response
-   use failures, only: failure_t
+   use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use newmark_motion, only: check_newmark, newmark_response
    use response_types, only: response_t
@@ -26,6 +26,8 @@ contains
       !> From `find_shared_modes`; without them a run that needs modes finds its own
       type(free_modes_t), intent(in), optional :: shared
 
+      call check_node(model, settings, error)
+      if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
          call exact_response(model, settings, response, error, shared)
@@ -42,8 +44,23 @@ contains
       !> Set when it cannot start
       type(failure_t), allocatable, intent(out) :: error
 
+      call check_node(model, settings, error)
+      if (allocated(error)) return
       if (settings%response%method == method_newmark) call check_newmark(model, settings, error)
    end subroutine check_motion
+
+   !> A node without mass follows the others only in closed form, and only a rigid stop holds it.
+   subroutine check_node(model, settings, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> Set when the run cannot have one
+      type(failure_t), allocatable, intent(out) :: error
+
+      if (.not. model%has_massless_node) return
+      if (settings%response%method == method_exact .and. is_rigid(settings%stop)) return
+      call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &
+      &method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; else take 'consistent' or 'auto'")
+   end subroutine check_node
 
    !> What all runs of one beam by one method have in common; empty where that is nothing.
    subroutine find_shared_modes(model, settings, modes, error)

@@ -58,6 +58,9 @@ module newmark_stepper
       !> L of A = L D L^T by diagonals: L(i, i - k) at (i, k), and 1/D, [order + 3, 3] and [order]
       real(wp), allocatable :: lower(:, :)
       real(wp), allocatable :: reciprocal_pivot(:)
+      !> Where inertia was redistributed the slope at the tip is bound to the last node but two as well: L(order, order
+      !> - 5) and L(order, order - 4)
+      real(wp) :: lower_left(2) = 0.0_wp
       !> A^-1 e_c, padded, [-2 : order + 3], and its entry at the stop point
       real(wp), allocatable :: column(:)
       real(wp) :: column_at_stop = 0.0_wp
@@ -127,7 +130,7 @@ contains
       stepper%stiffness_diagonals = 0.0_wp
       associate (k => stepper%stiffness)
          do column = 1, k%order
-            do row = k%first_row(column), column
+            do row = max(k%first_row(column), column - band), column
                entry = k%values(k%diagonal(column) - column + row)
                stepper%stiffness_diagonals(row, column - row) = entry
                stepper%stiffness_diagonals(column, row - column) = entry
@@ -200,14 +203,19 @@ contains
          allocate (factors%lower(n + band, band), source=0.0_wp)
          allocate (factors%reciprocal_pivot(n))
          do column = 1, n
-            do row = matrix%first_row(column), column - 1
+            do row = max(matrix%first_row(column), column - band), column - 1
                factors%lower(column, column - row) = matrix%values(matrix%diagonal(column) - column + row)
             end do
             factors%reciprocal_pivot(column) = 1.0_wp/matrix%values(matrix%diagonal(column))
          end do
+         if (matrix%first_row(n) == n - 5) then
+            associate (last => matrix%diagonal(n))
+               factors%lower_left = matrix%values(last - 5:last - 4)
+            end associate
+         end if
          allocate (factors%column(1 - band:n + band), source=0.0_wp)
          factors%column(stepper%stop_dof) = 1.0_wp
-         call solve_banded(n, factors%lower, factors%reciprocal_pivot, factors%column)
+         call solve_banded(n, factors%lower, factors%lower_left, factors%reciprocal_pivot, factors%column)
          factors%column_at_stop = factors%column(stepper%stop_dof)
          if (present(stop)) factors%stop = stop%step(h)
          factors%made = .true.
@@ -229,7 +237,8 @@ contains
          call predict(stepper%order, h, stepper%double_zeta, &
             old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
          call negative_product(stepper%order, stepper%stiffness_diagonals, stepper%work, new%acceleration)
-         call solve_banded(stepper%order, factors%lower, factors%reciprocal_pivot, new%acceleration)
+         call solve_banded(stepper%order, factors%lower, factors%lower_left, factors%reciprocal_pivot, &
+            new%acceleration)
       end associate
    end subroutine predict_step
 
@@ -284,11 +293,13 @@ contains
    end subroutine negative_product
 
    !> Solve L D L^T x = b. The entry just computed is used last, which keeps the chain of dependent operations short.
-   pure subroutine solve_banded(order, lower, reciprocal_pivot, x)
+   pure subroutine solve_banded(order, lower, lower_left, reciprocal_pivot, x)
       !> Number of degrees of freedom
       integer, intent(in) :: order
       !> L(i, i - k) at (i, k), zero where there is none
       real(wp), intent(in) :: lower(order + band, band)
+      !> L(order, order - 5) and L(order, order - 4)
+      real(wp), intent(in) :: lower_left(2)
       !> 1/D
       real(wp), intent(in) :: reciprocal_pivot(order)
       !> b; x on return
@@ -299,9 +310,11 @@ contains
       do i = 1, order
          x(i) = ((x(i) - lower(i, 3)*x(i - 3)) - lower(i, 2)*x(i - 2)) - lower(i, 1)*x(i - 1)
       end do
+      if (order > 5) x(order) = x(order) - (lower_left(1)*x(order - 5) + lower_left(2)*x(order - 4))
       do i = 1, order
          x(i) = x(i)*reciprocal_pivot(i)
       end do
+      if (order > 5) x(order - 5:order - 4) = x(order - 5:order - 4) - lower_left*x(order)
       do i = order, 1, -1
          x(i) = ((x(i) - lower(i + 3, 3)*x(i + 3)) - lower(i + 2, 2)*x(i + 2)) - lower(i + 1, 1)*x(i + 1)
       end do

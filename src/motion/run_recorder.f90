@@ -46,10 +46,11 @@ module run_recorder
       !> Samples in all, sample 0 at tau = 0, and the next one to keep
       integer :: last = -1
       integer :: next = 0
-      !> Instants at which the whole beam is kept, the next of them, and its modal states there, [modes, instants]
+      !> Instants at which the whole beam is kept, the next of them, and its modal states there, [modes, instants], and
+      !> displacement and velocity of a massless node, [2, instants]
       real(wp), allocatable :: shape_tau(:)
       integer :: next_shape = 1
-      real(wp), allocatable :: shape_z(:, :), shape_v(:, :)
+      real(wp), allocatable :: shape_z(:, :), shape_v(:, :), shape_node(:, :)
    end type recorder_t
 
 contains
@@ -117,7 +118,10 @@ contains
       if (allocated(response%tau)) recorder%last = samples
       if (.not. allocated(response%shape_tau)) return
       allocate (recorder%shape_tau, source=response%shape_tau)
-      allocate (recorder%shape_z(modes, size(response%shape_tau)), recorder%shape_v(modes, size(response%shape_tau)))
+      associate (instants => size(response%shape_tau))
+         allocate (recorder%shape_z(modes, instants), recorder%shape_v(modes, instants))
+         allocate (recorder%shape_node(2, instants))
+      end associate
    end subroutine make_recorder
 
    !> Instant of the next sample; huge when all are kept.
@@ -156,13 +160,16 @@ contains
       due = to_the_end .or. recorder%shape_tau(recorder%next_shape) < to
    end function shape_due
 
-   !> Keep the modal state at the next of these instants.
-   pure subroutine keep_shape(recorder, q, v)
+   !> Keep the state at the next of these instants.
+   pure subroutine keep_shape(recorder, q, v, node)
       type(recorder_t), intent(inout) :: recorder
       !> State in the free modes, [modes]
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
+      !> That of a massless node besides
+      real(wp), intent(in) :: node(2)
 
+      recorder%shape_node(:, recorder%next_shape) = node
       recorder%shape_z(:, recorder%next_shape) = q
       recorder%shape_v(:, recorder%next_shape) = v
       recorder%next_shape = recorder%next_shape + 1

@@ -190,12 +190,14 @@ contains
    end subroutine find_end
 
    !> Free modal state at a time in the contact.
-   subroutine go_to(self, time, q, v)
+   subroutine go_to(self, time, q, v, node)
       class(yielding_contact_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: v(:)
+      real(wp), optional, intent(out) :: node(2)
 
+      if (present(node)) node = 0.0_wp
       call contact_state(self%beam, self%modes, self%force%offset, self%amplitude, self%q, self%v, time, q, v)
    end subroutine go_to
 

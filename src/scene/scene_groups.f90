@@ -10,8 +10,8 @@ module scene_groups
    use name_table, only: group_t, name_t, need_t, sweep_t, table_t
    use programs, only: program_any, program_benchmark, program_motion, program_paper
    use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, impulse_names, law_names, &
-      mesh_settings_t, method_names, name_length, output_settings_t, precision_settings_t, reference_names, &
-      response_settings_t, scene_t, solver_names, statements_settings_t, stop_settings_t
+      mass_names, mesh_settings_t, method_names, name_length, output_settings_t, precision_settings_t, &
+      reference_names, response_settings_t, scene_t, solver_names, statements_settings_t, stop_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
    use value_rules, only: range_t
    implicit none (type, external)
@@ -209,6 +209,8 @@ contains
          sweep=sweep_t(1, is_of_beam=.true.)))
       call table%bind(mesh%ratio, name_t('ratio', 'length of an element over that of the next towards the tip', &
          ratio_range, sweep=sweep_t(2, is_of_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
+      call table%bind(mesh%mass, name_t('mass', 'mass matrix of motion; redistributed: impacts act on point masses'), &
+         mass_names)
    end subroutine list_mesh
 
    subroutine list_stop(table, stop, physical)

@@ -20,6 +20,7 @@ module scene_types
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
    public :: reference_exact, reference_none, name_length
    public :: law_names, impulse_names, method_names, solver_names, reference_names
+   public :: mass_consistent, mass_redistributed, mass_auto, mass_names
    public :: contender_exact, contender_average, contender_linear, contender_explicit, contender_names
 
    !> Height varies linearly from root to tip (uniform if both are equal).
@@ -38,6 +39,11 @@ module scene_types
    !> `natural` or `lanczos`, whichever is faster.
    integer, parameter :: solver_auto = 4
 
+   !> What moves the inertia of the stop's node: all its motion, that of its neighbours, whichever errs less.
+   integer, parameter :: mass_consistent = 1
+   integer, parameter :: mass_redistributed = 2
+   integer, parameter :: mass_auto = 3
+
    !> No reference values.
    integer, parameter :: reference_none = 1
    !> The exact frequencies from the determinants.
@@ -51,6 +57,7 @@ module scene_types
 
    !> The constants above as users write them: solver_names(solver_dsygv) and so on.
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
+   character(*), parameter :: mass_names(3) = [character(name_length) :: 'consistent', 'redistributed', 'auto']
    character(*), parameter :: contender_names(4) = [character(name_length) :: &
       'exact', 'average_acceleration', 'linear_acceleration', 'explicit']
    character(*), parameter :: reference_names(2) = [character(name_length) :: 'none', 'exact']
@@ -84,6 +91,8 @@ module scene_types
       integer :: elements = 8
       !> Ratio of neighbouring lengths l_i / l_(i+1); > 1 puts the long element at the clamp
       real(wp) :: ratio = 1.0_wp
+      !> One of the `mass_` constants: the mass matrix of motion
+      integer :: mass = mass_consistent
    end type mesh_settings_t
 
    !> &frequencies: a table of lambda for every solver and every mesh

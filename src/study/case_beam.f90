@@ -5,7 +5,7 @@ module case_beam
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use motion_run, only: find_shared_modes
-   use scene_beam_model, only: model_of, run_of
+   use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
    implicit none (type, external)
    private
@@ -38,7 +38,7 @@ contains
       end if
       allocate (beam%values, source=values)
       if (allocated(beam%trouble)) deallocate (beam%trouble)
-      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, beam%model, beam%trouble)
+      call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, beam%model, beam%trouble)
       if (.not. allocated(beam%trouble)) call find_shared_modes(beam%model, run_of(scene), beam%modes, beam%trouble)
    end subroutine find_case_beam
 

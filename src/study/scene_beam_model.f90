@@ -5,11 +5,14 @@ module scene_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
    use failures, only: failure_t
    use kinds, only: wp
-   use run_settings, only: run_settings_t
-   use scene_types, only: beam_settings_t, scene_t, shape_height_table, shape_section_table
+   use redistributed_mass, only: errs_less
+   use run_settings, only: impulse_momentum, run_settings_t
+   use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
+      shape_section_table
+   use stop_laws, only: is_rigid
    implicit none (type, external)
    private
-   public :: section_of, model_of, run_of
+   public :: section_of, model_of, motion_model_of, run_of
 
 contains
 
@@ -44,6 +47,28 @@ contains
       if (allocated(error)) return
       call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model)
    end subroutine model_of
+
+   !> The beam of a scene's runs.
+   pure subroutine motion_model_of(scene, elements, ratio, model, error)
+      type(scene_t), intent(in) :: scene
+      !> Mesh
+      integer, intent(in) :: elements
+      real(wp), intent(in) :: ratio
+      type(beam_model_t), intent(out) :: model
+      !> Set when the mesh cannot be made
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(mesh_t) :: mesh
+      logical :: is_redistributed
+
+      call make_mesh(elements, ratio, scene%stop%position, mesh, error)
+      if (allocated(error)) return
+      is_redistributed = scene%mesh%mass == mass_redistributed
+      if (scene%mesh%mass == mass_auto .and. is_rigid(scene%stop) .and. scene%stop%impulse == impulse_momentum) then
+         is_redistributed = errs_less(section_of(scene%beam), mesh, scene%tip_mass_ratio)
+      end if
+      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, is_redistributed)
+   end subroutine motion_model_of
 
    !> The run that a scene describes.
    pure function run_of(scene) result(settings)

@@ -10,7 +10,7 @@ module single_study
    use response_types, only: response_t
    use results_file, only: write_results
    use run_settings, only: run_settings_t
-   use scene_beam_model, only: model_of, run_of
+   use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
    use study_job, only: job_t
    implicit none (type, external)
@@ -67,7 +67,7 @@ contains
          if (allocated(error)) return
       end if
       if (.not. scene%wants_response) return
-      call model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+      call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
       if (allocated(error)) return
       allocate (response)
       settings = run_of(scene)

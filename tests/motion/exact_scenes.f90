@@ -19,7 +19,7 @@ module exact_scenes
 contains
 
    !> A beam on equal or graded elements.
-   function model_for(elements, taper, tip_mass, position, ratio) result(model)
+   function model_for(elements, taper, tip_mass, position, ratio, is_redistributed) result(model)
       !> Number of elements
       integer, intent(in) :: elements
       !> s, mu, Lc/L
@@ -28,6 +28,8 @@ contains
       real(wp), intent(in) :: position
       !> Length of an element over that of the next towards the tip; default 1
       real(wp), intent(in), optional :: ratio
+      !> Give the inertia of the stop's node to its neighbours; default false
+      logical, intent(in), optional :: is_redistributed
       type(beam_model_t) :: model
 
       type(mesh_t) :: mesh
@@ -37,7 +39,8 @@ contains
       grading = 1.0_wp
       if (present(ratio)) grading = ratio
       call make_mesh(elements, grading, position, mesh, error)
-      call make_beam_model(tapered_section(1.0_wp + taper, 1.0_wp - taper), mesh, tip_mass, model)
+      call make_beam_model(tapered_section(1.0_wp + taper, 1.0_wp - taper), mesh, tip_mass, model, &
+         is_redistributed)
    end function model_for
 
    !> Its modes.
