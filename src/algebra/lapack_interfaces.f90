@@ -1,6 +1,7 @@
 !> Explicit interfaces of the LAPACK and BLAS routines that the program calls, and what their `info` means.
 module lapack_interfaces
    use kinds, only: wp
+   use number_text, only: to_text
    implicit none (type, external)
    private
    public :: dsygv, dgejsv, dpotrf, dstevd, dgemm, dgemv, dtrsm, lapack_message
@@ -87,21 +88,15 @@ contains
       integer, intent(in) :: order
       character(:), allocatable :: message
 
-      character(12) :: number
-
       if (info < 0) then
-         write (number, '(i0)') -info
-         message = routine//' was called with an illegal value of argument '//trim(number)
+         message = routine//' was called with an illegal value of argument '//to_text(-info)
       else if (info > order .and. routine == 'DSYGV') then
-         write (number, '(i0)') info - order
-         message = 'DSYGV: the mass matrix is not positive definite (leading minor '//trim(number)//')'
+         message = 'DSYGV: the mass matrix is not positive definite (leading minor '//to_text(info - order)//')'
       else if (routine == 'DPOTRF') then
-         write (number, '(i0)') info
-         message = 'the mesh is too uneven: shape '//trim(number)// &
+         message = 'the mesh is too uneven: shape '//to_text(info)// &
             ' of its modes is not independent of those before it in double precision (DPOTRF)'
       else
-         write (number, '(i0)') info
-         message = routine//' did not converge (info = '//trim(number)//')'
+         message = routine//' did not converge (info = '//to_text(info)//')'
       end if
    end function lapack_message
 

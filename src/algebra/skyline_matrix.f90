@@ -7,6 +7,7 @@ module skyline_matrix
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
+   use number_text, only: to_text
    implicit none (type, external)
    private
    public :: skyline_t, make_skyline, add_element, add_to_diagonal, combine, multiply
@@ -133,7 +134,6 @@ contains
       integer :: column, row, first, offset, row_offset, k
       real(wp) :: original, total, factor, pivot
       logical :: demand_positive, acceptable
-      character(12) :: row_text
 
       demand_positive = .true.
       if (present(positive)) demand_positive = positive
@@ -161,9 +161,8 @@ contains
          if (acceptable) acceptable = abs(pivot) > 4.0_wp*epsilon(1.0_wp)*abs(original)
          if (acceptable .and. demand_positive) acceptable = pivot > 0.0_wp
          if (.not. acceptable) then
-            write (row_text, '(i0)') column
             call fail(error, status_run_failed, 'the matrix cannot be factorised: its pivot in row '// &
-               trim(row_text)//' is zero to working precision, negative or not finite')
+               to_text(column)//' is zero to working precision, negative or not finite')
             return
          end if
          matrix%values(offset + column) = pivot

@@ -6,18 +6,16 @@ module memory_needs
    use kinds, only: wp
    use machine_memory, only: free_addresses, free_memory, in_bytes
    use number_text, only: to_text
+   use value_rules, only: most_numbers
    implicit none (type, external)
    private
-   public :: need_t, check_need, add_need, refuse_need, add_modes, add_samples, so_many, overhead, bytes_of_number, &
-      most_samples
+   public :: need_t, check_need, add_need, refuse_need, add_modes, add_samples, so_many, overhead, bytes_of_number
 
    real(wp), parameter :: bytes_of_number = 8.0_wp
    !> Libraries and small things.
    real(wp), parameter :: overhead = 1.6e7_wp
    !> LAPACK numbers the work space of the modes, 2 (2 n)^2 + 12 n, in 31 bits.
    integer, parameter :: most_dense = 16383
-   !> So many samples can be numbered, and looked at.
-   real(wp), parameter :: most_samples = 1.0e8_wp
 
    type :: need_t
       !> Bytes in all
@@ -114,9 +112,9 @@ contains
       character(*), intent(in) :: advice
       type(need_t), intent(inout) :: need
 
-      if (samples > most_samples) then
+      if (samples > most_numbers) then
          call refuse_need(need, group//' has '//so_many(samples)//' samples in a run, more than '// &
-            so_many(most_samples), advice)
+            so_many(most_numbers), advice)
       else
          call add_need(need, real(numbers, wp)*bytes_of_number*samples, 'runs of '//so_many(samples)//' samples', &
             advice)

@@ -8,8 +8,7 @@ module program_run
    use file_system, only: make_folder
    use memory_needs, only: check_need, need_t
    use process, only: open_text, prepare_process, print_text, text_of
-   use program_identity, only: program_version
-   use programs, only: program_called
+   use program_identity, only: name_of_program, program_version
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
    use scene_checks, only: check_scene
@@ -24,7 +23,8 @@ module program_run
 
    !> What a program is.
    type :: program_t
-      character(:), allocatable :: name
+      !> One of the `program_` constants
+      integer :: number = 0
       !> A line of its help
       character(:), allocatable :: purpose
       procedure(needs_interface), pointer, nopass :: needs_of => null()
@@ -91,7 +91,7 @@ contains
          if (allocated(error)) call report(program, error%message, error%status, status)
          return
       end if
-      call read_scenes(program, command%scenes, scenes, error)
+      call read_scenes(program%number, command%scenes, scenes, error)
       if (.not. allocated(error)) call check_needs(program, scenes, command%threads, error)
       if (allocated(error)) then
          call report(program, error%message, error%status, status)
@@ -109,7 +109,8 @@ contains
 
    !> Read and check all scenes before any of them runs.
    subroutine read_scenes(program, files, scenes, error)
-      type(program_t), intent(in) :: program
+      !> One of the `program_` constants: scenes of others are wrong
+      integer, intent(in) :: program
       !> Names of the files
       type(argument_t), intent(in) :: files(:)
       !> In the order of the files
@@ -121,7 +122,7 @@ contains
 
       allocate (scenes(size(files)))
       do i = 1, size(files)
-         call read_scene(files(i)%text, scenes(i), error, program_called(program%name))
+         call read_scene(files(i)%text, scenes(i), error, program)
          if (.not. allocated(error)) call check_scene(scenes(i), error)
          if (allocated(error)) return
          do j = 1, i - 1
@@ -180,7 +181,7 @@ contains
       job%folder = folder
       job%threads = threads
       job%quiet = quiet
-      job%label = program%name//': '//scene%name
+      job%label = name_of_program(program%number)//': '//scene%name
       call open_text(job%unit, error)
       has_unit = .not. allocated(error)
       ! what cannot be written is better known before a long run than after it
@@ -213,10 +214,10 @@ contains
 
       if (.not. is_first_rank()) return
       text = ''
-      if (command%wants_version) text = text//program%name//' '//program_version//next
-      if (command%wants_help) text = text//usage(program%name, program%purpose)//next
+      if (command%wants_version) text = text//name_of_program(program%number)//' '//program_version//next
+      if (command%wants_help) text = text//usage(name_of_program(program%number), program%purpose)//next
       if (command%wants_names) then
-         call reference_table(names, program_called(program%name))
+         call reference_table(names, program%number)
          text = text//names//next
       end if
       call print_text(text, error)
@@ -242,7 +243,7 @@ contains
       !> Status so far
       integer, intent(inout) :: status
 
-      if (is_first_rank()) write (error_unit, '(a)') program%name//': '//message
+      if (is_first_rank()) write (error_unit, '(a)') name_of_program(program%number)//': '//message
       status = max(status, found)
    end subroutine report
 

@@ -68,9 +68,9 @@ contains
       if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
       if (.not. allocated(trouble)) return
       if (index(trouble%message, 'mass = ') == 1) then
-         call complain_of_scene(scene, 'mesh', ['mass'], subject//trouble%message, error)
+         call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
       else
-         call complain_of_scene(scene, 'response', [character(9) :: 'step', 'step_time'], &
+         call complain_of_scene(scene, 'response', 'step step_time', &
             subject//trouble%message, error)
       end if
    end subroutine check_run

@@ -1,12 +1,11 @@
 !> What a scene of the program `impactbeam` needs of the machine.
 module scene_needs
    use auto_solver, only: lanczos_is_faster
-   use frequency_study, only: default_count, meshes_and_solvers
    use kinds, only: wp
    use measure_list, only: measure_count
-   use memory_needs, only: add_modes, add_need, bytes_of_number, most_samples, need_t, overhead, refuse_need, so_many
+   use memory_needs, only: add_modes, add_need, bytes_of_number, need_t, overhead, so_many
    use number_text, only: to_text
-   use scene_types, only: law_restitution, method_exact, scene_t, solver_auto, solver_dsygv, solver_lanczos
+   use scene_types, only: default_mode_count, method_exact, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use sweep_settings, only: is_swept, place_of, values_given
    use sweep_study, only: cases_of, threads_for
    implicit none (type, external)
@@ -39,27 +38,26 @@ contains
       type(need_t), intent(inout) :: need
 
       type(need_t) :: column, greatest
-      integer, allocatable :: elements(:), solvers(:)
-      real(wp), allocatable :: ratios(:)
       integer :: i, j, modes
 
-      call meshes_and_solvers(scene, elements, ratios, solvers)
       modes = scene%frequencies%count
-      if (modes == 0) modes = default_count
-      do i = 1, size(elements)
-         do j = 1, size(solvers)
-            column = need_t()
-            call add_column(solvers(j), elements(i), modes, .false., column)
-            if (i == 1 .and. scene%output%mode_shapes > 0) then
-               call add_column(solvers(1), elements(1), scene%output%mode_shapes, .true., column)
-            end if
-            if (allocated(column%refusal)) then
-               need = column
-               return
-            end if
-            if (column%bytes > greatest%bytes) greatest = column
+      if (modes == 0) modes = default_mode_count
+      associate (elements => scene%frequencies%mesh_elements, solvers => scene%frequencies%solver)
+         do i = 1, size(elements)
+            do j = 1, size(solvers)
+               column = need_t()
+               call add_column(solvers(j), elements(i), modes, .false., column)
+               if (i == 1 .and. scene%output%mode_shapes > 0) then
+                  call add_column(solvers(1), elements(1), scene%output%mode_shapes, .true., column)
+               end if
+               if (allocated(column%refusal)) then
+                  need = column
+                  return
+               end if
+               if (column%bytes > greatest%bytes) greatest = column
+            end do
          end do
-      end do
+      end associate
       if (allocated(greatest%purpose)) call add_need(need, greatest%bytes - overhead, greatest%purpose, greatest%advice)
    end subroutine add_frequencies
 
@@ -120,11 +118,6 @@ contains
          if (output%energy) histories = histories + 8
          if (histories > 0) histories = histories + 1
          samples = scene%response%duration/scene%response%step
-         if (samples > most_samples) then
-            call refuse_need(need, '&response has '//so_many(samples)//' samples, more than '//so_many(most_samples), &
-               'give it a shorter duration or a longer step')
-            return
-         end if
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
             //so_many(runs*samples)//' samples', &
             'give &response a longer step, or &output fewer histories')

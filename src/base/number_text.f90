@@ -4,7 +4,7 @@ module number_text
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: to_text
+   public :: to_text, rounded
 
    !> `to_text(value)`: an integer or a real in words, without blanks.
    interface to_text
@@ -68,6 +68,19 @@ contains
       text = placed(digits, exponent)
       if (value < 0.0_wp) text = '-'//text
    end function real_to_text
+
+   !> Six digits at most, without those that converting units leaves at the end.
+   pure function rounded(value) result(text)
+      real(wp), intent(in) :: value
+      character(:), allocatable :: text
+
+      character(24) :: buffer
+      real(wp) :: short
+
+      write (buffer, '(es24.5e3)') value
+      read (buffer, *) short
+      text = to_text(short)
+   end function rounded
 
    !> The digits d, ddd times ten to the exponent, with a decimal point or an exponent as is shorter.
    pure function placed(digits, exponent) result(text)

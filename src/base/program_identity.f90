@@ -1,11 +1,31 @@
-!> What the programs of this project call themselves in the files they write.
+!> The programs of the project, each of which takes the groups of scene files that concern it.
 module program_identity
    implicit none (type, external)
    private
-   public :: program_name, program_version
+   public :: program_name, program_version, name_of_program
+   public :: program_motion, program_paper, program_benchmark, program_any
 
-   !> Attribute `program` of their files
+   !> Attribute `program` of the files that they write
    character(*), parameter :: program_name = 'impactbeam'
    character(*), parameter :: program_version = '0.1.0'
+
+   !> Runs, frequencies, sweeps, cases; the statements of the paper; run time against error. A sum of them is several.
+   integer, parameter :: program_motion = 1
+   integer, parameter :: program_paper = 2
+   integer, parameter :: program_benchmark = 4
+   integer, parameter :: program_any = program_motion + program_paper + program_benchmark
+
+contains
+
+   !> What the user types for it; of several, the first.
+   pure function name_of_program(program) result(name)
+      !> One of the `program_` constants, or a sum of them
+      integer, intent(in) :: program
+      character(:), allocatable :: name
+
+      name = program_name
+      if (iand(program, program_motion) > 0) return
+      name = name//trim(merge('-paper    ', '-benchmark', iand(program, program_paper) > 0))
+   end function name_of_program
 
 end module program_identity

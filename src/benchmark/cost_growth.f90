@@ -2,7 +2,7 @@
 !> modes kept.
 module cost_growth
    use failures, only: failure_t
-   use kinds, only: i8, wp
+   use kinds, only: wp
    use machine_facts, only: forget_peak_memory, peak_memory
    use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_few_modes, task_modes, &
       task_motion, task_run, task_t

@@ -1,12 +1,13 @@
 !> impactbeam-benchmark: run time against error.
 program impactbeam_benchmark
    use benchmark_run, only: needs_of_precision, run_precision_scene
+   use program_identity, only: program_benchmark
    use program_run, only: program_t, run_program
    implicit none (type, external)
 
    integer :: status
 
-   call run_program(program_t('impactbeam-benchmark', 'Measures run time against error: scenes with &precision.', &
+   call run_program(program_t(program_benchmark, 'Measures run time against error: scenes with &precision.', &
       needs_of_precision, run_precision_scene), status)
    if (status /= 0) stop status, quiet=.true.
 end program impactbeam_benchmark

@@ -1,20 +1,16 @@
 !> What the study times: a run by any method, or one of its parts.
 module motion_tasks
-   use auto_solver, only: auto_lambda
    use beam_model, only: beam_model_t
-   use dsygv_solver, only: dsygv_lambda
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
+   use frequency_study, only: solve_modes
    use kinds, only: wp
-   use lanczos_solver, only: lanczos_lambda, lanczos_modes
+   use lanczos_solver, only: lanczos_modes
    use motion_run, only: run_motion
-   use natural_solver, only: natural_lambda
    use response_types, only: response_t
-   use run_settings, only: run_settings_t
    use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t
    use scene_beam_model, only: motion_model_of, run_of
-   use scene_types, only: contender_average, contender_exact, contender_linear, precision_settings_t, scene_t, &
-      solver_dsygv, solver_lanczos, solver_natural
+   use scene_types, only: contender_average, contender_exact, contender_linear, precision_settings_t, scene_t
    use timed_tasks, only: timed_task_t
    implicit none (type, external)
    private
@@ -76,9 +72,9 @@ contains
          case (task_few_modes)
             call motion_model_of(scene, self%elements, self%ratio, self%model, error)
             if (allocated(error)) return
-            call lanczos_modes(self%model, min(self%count, self%elements), self%lambda, modes, error)
+            call lanczos_modes(self%model, min(self%count, self%elements), self%lambda, error, modes)
          case (task_solver)
-            call solve(self, error)
+            call solve_modes(self%model, self%solver, self%count, self%lambda, error)
          case default
             call run_motion(self%model, run_of_task(self), self%response, error)
          end select
@@ -94,25 +90,6 @@ contains
       settings%response = self%settings
       settings%output = self%output
    end function run_of_task
-
-   !> Frequencies by one solver.
-   subroutine solve(self, error)
-      !> The task; its lambda are set
-      type(task_t), intent(inout) :: self
-      !> Set when the solver fails
-      type(failure_t), allocatable, intent(out) :: error
-
-      select case (self%solver)
-      case (solver_dsygv)
-         call dsygv_lambda(self%model, self%count, self%lambda, error)
-      case (solver_natural)
-         call natural_lambda(self%model, self%count, self%lambda, error)
-      case (solver_lanczos)
-         call lanczos_lambda(self%model, min(self%count, self%model%mesh%elements), self%lambda, error)
-      case default
-         call auto_lambda(self%model, self%count, self%lambda, error)
-      end select
-   end subroutine solve
 
    !> Settings of a run by one of the methods compared. Newmark's tolerances are those of the paper at the paper's step,
    !> 0.01, and fall with its square as the method's error does.

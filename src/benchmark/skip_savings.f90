@@ -1,7 +1,6 @@
 !> What a scene saves by what it does not need: the same thing done without each skip and with it, how long both take,
 !> and how far their answers differ.
 module skip_savings
-   use beam_model, only: beam_model_t
    use command_line, only: argument_t
    use contact_modes, only: contact_modes_t, make_contact_modes
    use failures, only: failure_t
@@ -13,7 +12,8 @@ module skip_savings
    use motion_tasks, only: no_output, settings_for, task_assembly, task_modes, task_motion, task_run, task_t
    use number_text, only: to_text
    use precision_types, only: saving_t
-   use program_run, only: program_t, read_scenes
+   use program_identity, only: program_benchmark
+   use program_run, only: read_scenes
    use response_types, only: response_t
    use results_file, only: write_results
    use scene_types, only: contender_exact, law_three_element, output_settings_t, response_settings_t, scene_t, &
@@ -392,7 +392,7 @@ contains
       type(scene_t), allocatable :: scenes(:)
 
       files(1)%text = file
-      call read_scenes(program_t(name='impactbeam-benchmark'), files, scenes, error)
+      call read_scenes(program_benchmark, files, scenes, error)
    end subroutine read_again
 
    !> The modes of the beam in contact, of all its free modes.

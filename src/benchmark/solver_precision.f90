@@ -2,11 +2,9 @@
 module solver_precision
    use exact_frequencies, only: exact_lambda
    use failures, only: failure_t
-   use frequency_study, only: has_exact_frequencies
    use kinds, only: wp
    use motion_tasks, only: task_assembly, task_solver, task_t
    use precision_types, only: precision_t, solver_entry_t
-   use scene_beam_model, only: section_of
    use scene_types, only: reference_exact, scene_t, solver_names
    use timed_tasks, only: measure_time
    implicit none (type, external)
@@ -33,8 +31,7 @@ contains
       associate (asked => scene%frequencies)
          count = asked%count
          if (count == 0) count = default_count
-         if (asked%reference == reference_exact .and. has_exact_frequencies(section_of(scene%beam), &
-            scene%tip_mass_ratio)) then
+         if (asked%reference == reference_exact) then
             call exact_lambda(count, (scene%beam%height_root - scene%beam%height_tip) &
                /(scene%beam%height_root + scene%beam%height_tip), scene%tip_mass_ratio, exact, error)
             if (allocated(error)) return

@@ -53,22 +53,12 @@ contains
       real(wp), intent(in) :: x
       real(wp) :: value
 
-      real(wp) :: before
-      real(wp) :: next
-      integer :: order
-
       call keep_gsl_from_aborting()
       if (n < 2 .or. x < recurrence_from*real(max(1, n - 2), wp)) then
          value = gsl_sf_bessel_In_scaled(int(n, c_int), x)
-         return
+      else
+         value = recurrence(n, -x, gsl_sf_bessel_In_scaled(0_c_int, x), gsl_sf_bessel_In_scaled(1_c_int, x))
       end if
-      before = gsl_sf_bessel_In_scaled(0_c_int, x)
-      value = gsl_sf_bessel_In_scaled(1_c_int, x)
-      do order = 1, n - 1
-         next = before - 2.0_wp*real(order, wp)/x*value
-         before = value
-         value = next
-      end do
    end function bessel_i_scaled
 
    !> exp(x) K_n(x). K_2, K_3 ... from K_0 and K_1: the recurrence adds positive terms, while GSL
@@ -80,20 +70,34 @@ contains
       real(wp), intent(in) :: x
       real(wp) :: value
 
-      real(wp) :: before
-      real(wp) :: next
+      call keep_gsl_from_aborting()
+      if (n < 2) then
+         value = gsl_sf_bessel_Kn_scaled(int(n, c_int), x)
+      else
+         value = recurrence(n, x, gsl_sf_bessel_Kn_scaled(0_c_int, x), gsl_sf_bessel_Kn_scaled(1_c_int, x))
+      end if
+   end function bessel_k_scaled
+
+   !> K_n(x) from K_0 and K_1; I_n(-x) from I_0 and I_1.
+   pure function recurrence(n, x, zeroth, first) result(value)
+      !> Order, >= 1
+      integer, intent(in) :: n
+      real(wp), intent(in) :: x
+      real(wp), intent(in) :: zeroth
+      real(wp), intent(in) :: first
+      real(wp) :: value
+
+      real(wp) :: before, next
       integer :: order
 
-      call keep_gsl_from_aborting()
-      value = gsl_sf_bessel_Kn_scaled(int(min(n, 1), c_int), x)
-      if (n < 2) return
-      before = gsl_sf_bessel_Kn_scaled(0_c_int, x)
+      before = zeroth
+      value = first
       do order = 1, n - 1
          next = before + 2.0_wp*real(order, wp)/x*value
          before = value
          value = next
       end do
-   end function bessel_k_scaled
+   end function recurrence
 
    !> exp(-x) I_n(x) = 1/pi int_0^pi exp(x (cos t - 1)) cos(n t) dt (DLMF 10.32.3) by the trapezoidal
    !> rule, which converges exponentially: the integrand is periodic.
@@ -105,10 +109,8 @@ contains
       real(qp) :: value
 
       real(qp), parameter :: pi_quad = acos(-1.0_qp)
-      real(qp) :: exponent
-      real(qp) :: weight
-      integer(i8) :: intervals
-      integer(i8) :: k
+      real(qp) :: exponent, weight
+      integer(i8) :: intervals, k
 
       intervals = max(48_i8, ceiling(10.0_qp*sqrt(x), i8)) + int(n, i8)
       value = 0.5_qp
@@ -132,9 +134,7 @@ contains
       real(qp), intent(in) :: x
       real(qp) :: value
 
-      real(qp) :: exponent
-      real(qp) :: step
-      real(qp) :: t
+      real(qp) :: exponent, step, t
       integer :: k
 
       step = min(0.1_qp, 0.4_qp/sqrt(x))

@@ -12,15 +12,15 @@ module dsygv_solver
    use skyline_matrix, only: to_dense
    implicit none (type, external)
    private
-   public :: dsygv_lambda, dsygv_modes
+   public :: dsygv_modes
 
    !> Relative error of lambda_1 from which on the eigenvalues are refused.
    real(wp), parameter :: tolerated = 0.01_wp
 
 contains
 
-   !> The first lambda_i of the mesh, ascending; no vectors are computed.
-   subroutine dsygv_lambda(model, count, lambda, error)
+   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for.
+   subroutine dsygv_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
       integer, intent(in) :: count
@@ -28,52 +28,16 @@ contains
       real(wp), allocatable, intent(out) :: lambda(:)
       !> Set when DSYGV fails or its eigenvalues have lost all digits
       type(failure_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: vectors(:, :)
-
-      call solve_dense(model, count, 'N', lambda, vectors, error)
-   end subroutine dsygv_lambda
-
-   !> The first lambda_i of the mesh, ascending, and the mode shapes.
-   subroutine dsygv_modes(model, count, lambda, modes, error)
-      type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most 2 n
-      integer, intent(in) :: count
-      !> lambda_i, [count]
-      real(wp), allocatable, intent(out) :: lambda(:)
       !> Shapes as columns, unit modal mass, positive tip, [2 n, count]
-      real(wp), allocatable, intent(out) :: modes(:, :)
-      !> Set when DSYGV fails or its eigenvalues have lost all digits
-      type(failure_t), allocatable, intent(out) :: error
+      real(wp), allocatable, intent(out), optional :: modes(:, :)
 
-      real(wp), allocatable :: vectors(:, :)
-
-      call solve_dense(model, count, 'V', lambda, vectors, error)
-      if (allocated(error)) return
-      ! DSYGV's vectors have x^T M x = 1 already.
-      allocate (modes, source=vectors(:, :count))
-      call fix_mode_signs(model%tip_dof, modes)
-   end subroutine dsygv_modes
-
-   !> DSYGV on dense copies.
-   subroutine solve_dense(model, count, job, lambda, vectors, error)
-      type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most 2 n
-      integer, intent(in) :: count
-      !> 'V': with vectors, 'N': without
-      character, intent(in) :: job
-      !> lambda_i, [count]
-      real(wp), allocatable, intent(out) :: lambda(:)
-      !> Eigenvectors as columns if asked for, [2 n, 2 n]
-      real(wp), allocatable, intent(out) :: vectors(:, :)
-      !> Set when DSYGV fails or its eigenvalues have lost all digits
-      type(failure_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: eigenvalue(:), mass(:, :), work(:)
+      real(wp), allocatable :: eigenvalue(:), mass(:, :), vectors(:, :), work(:)
+      character :: job
       real(wp) :: work_size(1)
       integer :: info, order
 
       order = model%stiffness%order
+      job = merge('V', 'N', present(modes))
       if (count < 0 .or. count > order) then
          call fail(error, status_run_failed, 'DSYGV: more modes asked for than the mesh has')
          return
@@ -95,20 +59,26 @@ contains
             'rounding has taken over, use another solver')
          return
       end if
-      if (job == 'V') then
+      if (present(modes)) then
          if (.not. all(abs(vectors(:, :count)) <= huge(1.0_wp))) then
             call fail(error, status_run_failed, 'DSYGV: a mode shape of this mesh is not finite; use another solver')
             return
          end if
       end if
       allocate (lambda, source=sqrt(sqrt(eigenvalue(:count))))
-      if (count == 0) return
-      if (.not. abs(lambda(1)/lowest_lambda(model) - 1.0_wp) <= tolerated) then
-         deallocate (lambda)
-         call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
-            'rounding, use another solver')
+      if (count > 0) then
+         if (.not. abs(lambda(1)/lowest_lambda(model) - 1.0_wp) <= tolerated) then
+            deallocate (lambda)
+            call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
+               'rounding, use another solver')
+            return
+         end if
       end if
-   end subroutine solve_dense
+      if (.not. present(modes)) return
+      ! DSYGV's vectors have x^T M x = 1 already
+      allocate (modes, source=vectors(:, :count))
+      call fix_mode_signs(model%tip_dof, modes)
+   end subroutine dsygv_modes
 
    !> lambda_1 to a few digits by power iteration in element curvatures, where nothing cancels.
    pure function lowest_lambda(model) result(lambda)

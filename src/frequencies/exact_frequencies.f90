@@ -54,10 +54,7 @@ contains
       !> Unallocated: done
       type(failure_t), allocatable, intent(out) :: error
 
-      real(qp) :: free_roots(count)
-      real(qp) :: held_roots(count)
-      real(qp) :: lower
-      real(qp) :: root
+      real(qp) :: free_roots(count), held_roots(count), lower, root
       integer :: i
 
       if (.not. (taper > -1.0_wp .and. taper <= 1.0_wp)) then
@@ -112,12 +109,7 @@ contains
       !> Unallocated: done
       type(failure_t), allocatable, intent(out) :: error
 
-      real(qp) :: distance
-      real(qp) :: left
-      real(qp) :: right
-      real(qp) :: step
-      real(qp) :: value_left
-      real(qp) :: value_right
+      real(qp) :: distance, left, right, step, value_left, value_right
       integer :: found
 
       distance = asymptotic_distance(problem%taper)
@@ -166,8 +158,7 @@ contains
       real(wp), intent(in) :: taper
       real(qp) :: compliance
 
-      real(qp) :: ratio
-      real(qp) :: s
+      real(qp) :: ratio, s
 
       s = real(taper, qp)
       if (abs(s) < 1.0e-3_qp) then
@@ -205,8 +196,7 @@ contains
       real(qp), intent(in) :: lambda
       real(qp) :: value
 
-      real(qp) :: decay
-      real(qp) :: held
+      real(qp) :: decay, held
 
       decay = exp(-lambda)
       held = 0.5_qp*(cos(lambda)*(1.0_qp - decay**2) - sin(lambda)*(1.0_qp + decay**2))
@@ -238,15 +228,7 @@ contains
       real(qp), intent(in) :: lambda
       real(qp) :: value
 
-      real(qp) :: matrix(4, 4)
-      real(qp) :: clamp(4, 2)
-      real(qp) :: tip(4, 3)
-      real(qp) :: scale_root
-      real(qp) :: scale_tip
-      real(qp) :: shear
-      real(qp) :: taper
-      real(qp) :: x_root
-      real(qp) :: x_tip
+      real(qp) :: matrix(4, 4), clamp(4, 2), tip(4, 3), scale_root, scale_tip, shear, taper, x_root, x_tip
       logical :: all_digits
       integer :: n
 
@@ -344,13 +326,7 @@ contains
 
       real(qp), parameter :: tolerance = 1.0e-19_qp
       integer, parameter :: limit = 300
-      real(qp) :: x(3)
-      real(qp) :: f(3)
-      real(qp) :: point
-      real(qp) :: value
-      real(qp) :: share
-      real(qp) :: ratio_x
-      real(qp) :: ratio_f
+      real(qp) :: x(3), f(3), point, value, share, ratio_x, ratio_f
       integer :: iteration
 
       ! x(1) is the newest point, x(2) the other end of the bracket, x(3) the point before.

@@ -13,8 +13,6 @@ module frequency_types
       real(wp) :: ratio = 1.0_wp
       !> lambda_i, [modes found]
       real(wp), allocatable :: lambda(:)
-      !> Seconds that the solve took
-      real(wp) :: seconds = 0.0_wp
       !> Why the solver gave no values; unallocated: it did
       character(:), allocatable :: failure
    end type frequency_column_t

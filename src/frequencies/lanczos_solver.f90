@@ -17,10 +17,11 @@ module lanczos_solver
    use lapack_interfaces, only: dgemm, dgemv, dpotrf, dstevd, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs, sign_changes
    use natural_coordinates, only: deflect, deflect_transposed, make_natural_beam, natural_beam_t, nodal_displacements
+   use number_text, only: to_text
    use skyline_matrix, only: combine, factorise, negative_pivots, skyline_t
    implicit none (type, external)
    private
-   public :: lanczos_lambda, lanczos_modes
+   public :: lanczos_modes
 
    !> Relative residual at which a mode has converged, by the estimate from the tridiagonal matrix.
    real(wp), parameter :: convergence = 1.0e-11_wp
@@ -34,8 +35,8 @@ module lanczos_solver
 
 contains
 
-   !> The first lambda_i of the mesh, ascending.
-   subroutine lanczos_lambda(model, count, lambda, error)
+   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for.
+   subroutine lanczos_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most n
       integer, intent(in) :: count
@@ -43,23 +44,8 @@ contains
       real(wp), allocatable, intent(out) :: lambda(:)
       !> Set when a mode does not converge, or one is missed
       type(failure_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: modes(:, :)
-
-      call lanczos_modes(model, count, lambda, modes, error)
-   end subroutine lanczos_lambda
-
-   !> The first lambda_i of the mesh, ascending, and the mode shapes.
-   subroutine lanczos_modes(model, count, lambda, modes, error)
-      type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most n
-      integer, intent(in) :: count
-      !> lambda_i, [count]
-      real(wp), allocatable, intent(out) :: lambda(:)
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
-      real(wp), allocatable, intent(out) :: modes(:, :)
-      !> Set when a mode does not converge, or one is missed
-      type(failure_t), allocatable, intent(out) :: error
+      real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       type(natural_beam_t) :: natural
       real(wp), allocatable :: deflection(:, :), vectors(:, :)
@@ -84,8 +70,7 @@ contains
       call check_residuals(natural, lambda, vectors, deflection, error)
       if (allocated(error)) return
       call check_none_missed(model, lambda, deflection, error)
-      if (allocated(error)) return
-
+      if (allocated(error) .or. .not. present(modes)) return
       allocate (modes(2*natural%elements, count))
       do mode = 1, count
          call nodal_displacements(natural, vectors(:, mode), modes(:, mode))
@@ -350,7 +335,6 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: shifted
-      character(80) :: numbers
       integer :: below, mode
       logical :: complete
 
@@ -366,8 +350,8 @@ contains
       if (allocated(error)) return
       below = negative_pivots(shifted)
       if (below == size(lambda)) return
-      write (numbers, '(i0,a,i0,a)') size(lambda), ' modes were found where ', below, ' are'
-      call fail(error, status_run_failed, 'Lanczos: '//trim(numbers)//'; use the natural solver')
+      call fail(error, status_run_failed, 'Lanczos: '//to_text(size(lambda))//' modes were found where ' &
+         //to_text(below)//' are; use the natural solver')
    end subroutine check_none_missed
 
 end module lanczos_solver

@@ -16,46 +16,25 @@ module natural_solver
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
-   public :: natural_lambda, natural_modes, natural_pinned_modes
+   public :: natural_modes, natural_pinned_modes
 
 contains
 
-   !> The first lambda_i of the mesh, ascending; no shapes are computed.
-   subroutine natural_lambda(model, count, lambda, error)
-      type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most 2 n
-      integer, intent(in) :: count
-      !> lambda_i, [count]
-      real(wp), allocatable, intent(out) :: lambda(:)
-      !> Set when more modes are asked for than there are, or DGEJSV does not converge
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(natural_beam_t) :: natural
-      real(wp), allocatable :: singular(:), vectors(:, :)
-
-      call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
-      call check_count(count, 2*natural%elements, error)
-      if (allocated(error)) return
-      call right_singular_vectors(flexibility_matrix(natural), .false., singular, vectors, error)
-      if (allocated(error)) return
-      allocate (lambda, source=1.0_wp/sqrt(singular(:count)))
-   end subroutine natural_lambda
-
-   !> The first lambda_i of the mesh, ascending, and the mode shapes.
+   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for.
    !>
    !> A massless node at the stop has no mode of its own: the motion that moves it alone has strain energy, but no
    !> kinetic energy. It is orthogonal in K to all modes, and is taken out as in `natural_pinned_modes`; its
    !> coordinates are those of two elements, so no accuracy is lost.
-   subroutine natural_modes(model, count, lambda, modes, error)
+   subroutine natural_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
       integer, intent(in) :: count
       !> lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
-      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
-      real(wp), allocatable, intent(out) :: modes(:, :)
       !> Set when more modes are asked for than there are, or DGEJSV does not converge
       type(failure_t), allocatable, intent(out) :: error
+      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
+      real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       type(natural_beam_t) :: natural
       real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
@@ -64,14 +43,15 @@ contains
       call check_count(count, 2*natural%elements - merge(1, 0, model%has_massless_node), error)
       if (allocated(error)) return
       allocate (flexibility, source=flexibility_matrix(natural))
-      allocate (nodal, source=nodal_flexibility(natural))
+      if (present(modes) .or. model%is_redistributed) allocate (nodal, source=nodal_flexibility(natural))
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
       if (model%has_massless_node) then
          call drop_axis(coordinates_of_node(natural, model%mesh%stop_node), flexibility, nodal)
       end if
-      call right_singular_vectors(flexibility, .true., singular, vectors, error)
+      call right_singular_vectors(flexibility, present(modes), singular, vectors, error)
       if (allocated(error)) return
       allocate (lambda, source=1.0_wp/sqrt(singular(:count)))
+      if (.not. present(modes)) return
       call shapes_from_vectors(model%mass, nodal, singular(:count), vectors(:, :count), modes, error)
       if (allocated(error)) return
       call fix_mode_signs(model%tip_dof, modes)

@@ -45,8 +45,8 @@ contains
       type(modal_beam_t) :: beam
       real(wp), allocatable :: unit(:), mass_column(:)
 
-      call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, &
-         modes%mode, error)
+      call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, error, &
+         modes%mode)
       if (allocated(error)) return
       modes%elements = model%mesh%elements
       modes%stop_dof = model%stop_dof

@@ -10,7 +10,7 @@ module run_measures
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
-      quiet_energy, quiet_level, response_t, run_measures_t
+      quiet_energy, response_t, run_measures_t
    use run_settings, only: stop_settings_t
    use stop_laws, only: make_yielding_stop
    use yielding_stop, only: yielding_stop_t

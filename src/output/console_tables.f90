@@ -4,13 +4,13 @@ module console_tables
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use response_types, only: mode_check_t, run_measures_t
    use run_measures, only: row_of
    use scene_types, only: impulse_names, law_names, law_restitution, method_names, method_newmark, scene_t, shape_taper
    implicit none (type, external)
    private
-   public :: print_model, print_first_frequencies, print_frequency_table, print_measures, print_modes
+   public :: print_model, print_frequency_table, print_measures, print_modes
 
    !> Width of the labels at the left, and of a column of numbers.
    integer, parameter :: label_width = 20
@@ -107,24 +107,6 @@ contains
          words = words//', d tau = '//rounded(response%step)//', to tau = '//rounded(response%duration)
       end associate
    end function motion_in_words
-
-   !> The first frequencies, in one line.
-   subroutine print_first_frequencies(unit, lambda)
-      !> Where to
-      integer, intent(in) :: unit
-      !> lambda_i from the first on
-      real(wp), intent(in) :: lambda(:)
-
-      character(:), allocatable :: words
-      integer :: i
-
-      words = ''
-      do i = 1, size(lambda)
-         if (i > 1) words = words//', '
-         words = words//fixed(lambda(i), 6)
-      end do
-      call print_line(unit, 'lambda', words)
-   end subroutine print_first_frequencies
 
    !> A table of frequencies: a row for each mode, a column for each mesh and solver, '-' where a mesh
    !> has no such mode; and the same for the errors, where exact values are known. A table of one column
@@ -393,19 +375,6 @@ contains
       write (buffer, layout) value
       text = trim(adjustl(buffer))
    end function fixed
-
-   !> A number of the input, without the digits that converting units leaves at the end.
-   pure function rounded(value) result(text)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      character(32) :: buffer
-      real(wp) :: back
-
-      write (buffer, '(es24.5e3)') value
-      read (buffer, *) back
-      text = to_text(back)
-   end function rounded
 
    !> A text at the right of a column.
    pure function adjust_right(text) result(cell)

@@ -3,11 +3,11 @@ module frequency_statements
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
    use beam_section, only: tapered_section
-   use dsygv_solver, only: dsygv_lambda
+   use dsygv_solver, only: dsygv_modes
    use exact_frequencies, only: exact_lambda
    use failures, only: failure_t
    use kinds, only: lambda1, wp
-   use natural_solver, only: natural_lambda
+   use natural_solver, only: natural_modes
    use paper_cases, only: way_count
    use statement_types, only: add_statement, listed, number, statements_t
    implicit none (type, external)
@@ -67,7 +67,7 @@ contains
       lowest = min(minval(eight), minval(sixteen))
       call model_of_wedge(16, 1.2_wp, model, error)
       if (allocated(error)) return
-      call dsygv_lambda(model, 3, lambda, error)
+      call dsygv_modes(model, 3, lambda, error)
       if (allocated(error)) return
       printed = lambda(3)
       call add(list, '1e', 'All values lie somewhat above the exact ones.', &
@@ -76,7 +76,7 @@ contains
          number(printed, 5), 'the printed 7.743 lies below the exact value: a slip, see tests/regression/slips.txt')
       call model_of_wedge(8, 1.2_wp, model, error)
       if (allocated(error)) return
-      call dsygv_lambda(model, 2, lambda, error)
+      call dsygv_modes(model, 2, lambda, error)
       if (allocated(error)) return
       product = (lambda(2)/lambda1)**2
       call add(list, '1f', 'The actual frequency follows from lambda_i and omega1 by a product.', &
@@ -137,7 +137,7 @@ contains
 
       call model_of_wedge(elements, ratio, model, error)
       if (allocated(error)) return
-      call natural_lambda(model, size(exact), lambda, error)
+      call natural_modes(model, size(exact), lambda, error)
       if (allocated(error)) return
       errors = lambda/exact - 1.0_wp
    end subroutine relative_errors

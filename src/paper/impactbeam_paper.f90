@@ -1,12 +1,13 @@
 !> impactbeam-paper: what the paper says, judged.
 program impactbeam_paper
    use paper_run, only: needs_of_statements, run_statements
+   use program_identity, only: program_paper
    use program_run, only: program_t, run_program
    implicit none (type, external)
 
    integer :: status
 
-   call run_program(program_t('impactbeam-paper', 'Judges what the paper says: scenes with &statements.', &
+   call run_program(program_t(program_paper, 'Judges what the paper says: scenes with &statements.', &
       needs_of_statements, run_statements), status)
    if (status /= 0) stop status, quiet=.true.
 end program impactbeam_paper

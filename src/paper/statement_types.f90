@@ -1,7 +1,7 @@
 !> A statement of the paper, what was measured of it in every way of computing, and the verdict.
 module statement_types
    use kinds, only: wp
-   use paper_cases, only: coarse, coarse_nodal, fine, fine_nodal, paper_momentum, paper_nodal, way_count
+   use paper_cases, only: coarse, coarse_nodal, fine, paper_momentum, paper_nodal, way_count
    use paper_outcomes, only: definition_count
    implicit none (type, external)
    private

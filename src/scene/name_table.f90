@@ -6,7 +6,7 @@
 !> sweeps and cases work on the table alone.
 module name_table
    use kinds, only: wp
-   use programs, only: program_motion
+   use program_identity, only: program_motion
    use scene_types, only: name_length
    use value_rules, only: range_t
    implicit none (type, external)

@@ -7,10 +7,8 @@ module scene_beam
    use scene_types, only: beam_settings_t, shape_height_table, shape_section_table, shape_taper
    implicit none (type, external)
    private
-   public :: resolve_beam, mean_section, set_taper
+   public :: resolve_beam, mean_section, set_taper, smallest_tip
 
-   !> The paper's mean height over length.
-   real(wp), parameter :: default_height_ratio = 0.075_wp
    !> A tip less high than this in terms of the root, but not 0, is neither a taper nor a wedge in rounded numbers.
    real(wp), parameter :: smallest_tip = 1.0e-9_wp
 
@@ -65,7 +63,7 @@ contains
       has_root = input%has('beam', 'height_root')
       if (has_root) then
          if (.not. input%has('beam', 'height_tip')) beam%height_tip = beam%height_root
-      else if (input%has('beam', 'taper') .or. input%has('beam', 'mean_height_ratio')) then
+      else
          if (abs(physical%taper) > 2.0_wp*physical%mean_height_ratio) then
             call input%complain('beam', 'taper', 'must be at most twice mean_height_ratio = ' &
                //to_text(physical%mean_height_ratio)//' in size (a full wedge)')
@@ -73,9 +71,6 @@ contains
          end if
          beam%height_root = beam%length*(physical%mean_height_ratio + 0.5_wp*physical%taper)
          beam%height_tip = beam%length*(physical%mean_height_ratio - 0.5_wp*physical%taper)
-      else
-         beam%height_root = default_height_ratio*beam%length
-         beam%height_tip = beam%height_root
       end if
       if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
          call input%complain('beam', trim(merge('height_root', 'taper      ', has_root)), &

@@ -8,7 +8,7 @@ module scene_groups
    use measure_list, only: measure_status, measure_table
    use name_parameters, only: list_parameters, parameter_of
    use name_table, only: group_t, name_t, need_t, sweep_t, table_t
-   use programs, only: program_any, program_benchmark, program_motion, program_paper
+   use program_identity, only: program_any, program_benchmark, program_motion, program_paper
    use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, impulse_names, law_names, &
       mass_names, mesh_settings_t, method_names, name_length, output_settings_t, precision_settings_t, &
       reference_names, response_settings_t, scene_t, solver_names, statements_settings_t, stop_settings_t

@@ -4,14 +4,14 @@ module scene_input
    use kinds, only: i8, wp
    use name_hints, only: group_hint, item_hint
    use name_parameters, only: chosen_parameter
-   use name_table, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, table_t
+   use name_table, only: entry_t, is_among, kind_logical, kind_number, kind_text, kind_whole, kind_word, table_t
    use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
-   use programs, only: name_of_program, program_any
+   use program_identity, only: name_of_program, program_any
    use scene_types, only: name_length
    use value_rules, only: contains_value, one_of, range_t, range_text
    implicit none (type, external)
@@ -373,11 +373,13 @@ contains
    end function has
 
    !> Report a problem with a name, or with its group or the whole file where that is absent.
+   !>
+   !> Of several names for one quantity the first that the file has is told.
    subroutine complain(input, group, name, problem, occurrence)
       class(scene_input_t), intent(inout) :: input
       !> The group, or nothing
       character(*), intent(in) :: group
-      !> The name, or nothing
+      !> The name, or several with blanks between them, or nothing
       character(*), intent(in) :: name
       character(*), intent(in) :: problem
       !> Which of the groups of this name; absent: the first
@@ -390,12 +392,12 @@ contains
          call input%report(0, problem)
          return
       end if
-      item = find_item(input%namelist, place, name)
-      if (item > 0) then
+      do item = input%namelist%groups(place)%first_item, input%namelist%groups(place)%last_item
+         if (.not. is_among(item_name(input%namelist, item), name)) cycle
          call input%reject(item, 0, problem)
-      else
-         call input%report(input%namelist%groups(place)%first, '&'//group//': '//problem)
-      end if
+         return
+      end do
+      call input%report(input%namelist%groups(place)%first, '&'//group//': '//problem)
    end subroutine complain
 
    !> Is there a problem so far?

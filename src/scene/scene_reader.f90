@@ -4,7 +4,7 @@ module scene_reader
    use name_table, only: table_t
    use namelist_text, only: namelist_t, parse_namelist
    use number_text, only: to_text
-   use programs, only: program_any
+   use program_identity, only: program_any
    use scene_echo, only: make_echo
    use scene_groups, only: list_scene, physical_t
    use scene_input, only: scene_input_t
@@ -81,11 +81,11 @@ contains
    end subroutine parse_scene
 
    !> A problem of a scene that was read without one, told where it stands in the file.
-   subroutine complain_of_scene(scene, group, names, problem, error)
+   subroutine complain_of_scene(scene, group, name, problem, error)
       type(scene_t), intent(in) :: scene
       character(*), intent(in) :: group
-      !> Names for the quantity; the first that the file has is told
-      character(*), intent(in) :: names(:)
+      !> The name, or several for one quantity with blanks between them
+      character(*), intent(in) :: name
       character(*), intent(in) :: problem
       !> The problem with file, line, group, name and value
       type(failure_t), allocatable, intent(inout) :: error
@@ -93,14 +93,11 @@ contains
       type(scene_input_t) :: input
       type(namelist_t) :: namelist
       character(:), allocatable :: message
-      integer :: line, i
+      integer :: line
 
       call parse_namelist(scene%text, namelist, line, message)
       call input%start(scene%file, namelist)
-      do i = 1, size(names) - 1
-         if (input%has(group, trim(names(i)))) exit
-      end do
-      call input%complain(group, trim(names(i)), problem)
+      call input%complain(group, name, problem)
       call input%get_problem(message)
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene

@@ -1,9 +1,8 @@
 !> Every name that a scene file may have, for the user to read.
 module scene_reference
-   use kinds, only: wp
    use name_table, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, table_t
    use number_text, only: to_text
-   use programs, only: program_any
+   use program_identity, only: program_any
    use scene_echo, only: words_of
    use scene_groups, only: list_scene, physical_t
    use scene_types, only: scene_t

@@ -6,17 +6,17 @@ module scene_resolve
    use name_table, only: table_t
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
-   use programs, only: name_of_program, program_benchmark, program_motion, program_paper
+   use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use scene_beam, only: mean_section, resolve_beam
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_rules, only: check_rules
-   use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
-      frequency_settings_t, law_three_element, mesh_settings_t, output_settings_t, precision_settings_t, &
-      reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, solver_auto, &
-      solver_dsygv, solver_lanczos, solver_names, solver_natural
+   use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, &
+      contender_linear, default_mode_count, frequency_settings_t, law_three_element, mesh_settings_t, &
+      precision_settings_t, reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, &
+      solver_auto, solver_dsygv, solver_lanczos, solver_names, solver_natural
    use sweep_resolve, only: resolve_sweep
-   use value_rules, only: contains_value, range_t, range_text
+   use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text
    implicit none (type, external)
    private
    public :: resolve_scene
@@ -29,12 +29,8 @@ module scene_resolve
    !> Most bytes of a file's name that can name results: with what is hung to it it stays below 255.
    integer, parameter :: longest_stem = 200
 
-   !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
-   real(wp), parameter :: largest_spread = 1.0e12_wp
-   !> The same in a table of frequencies alone, whose solvers work with lengths and distances to the tip.
+   !> `largest_spread` in a table of frequencies alone, whose solvers work with lengths and distances to the tip.
    real(wp), parameter :: largest_spread_table = 1.0e30_wp
-   !> Most numbers of one kind in the results: 0.8 GB.
-   real(wp), parameter :: most_numbers = 1.0e8_wp
    !> Most elements for a solver with full matrices.
    integer, parameter :: most_elements_full = 5000
    !> Most elements for which `natural` is the default, 0.03 s; beyond that it is `auto`.
@@ -252,10 +248,10 @@ contains
       if (input%has_problem()) return
 
       if (response%step > response%duration) then
-         call input%complain('response', given_name(input, 'response', 'step', 'step_time'), 'step ' &
+         call input%complain('response', 'step step_time', 'step ' &
             //to_text(response%step)//' is longer than duration '//to_text(response%duration)//' (tau)')
       else if (response%duration/response%step > most_numbers) then
-         call input%complain('response', given_name(input, 'response', 'step', 'step_time'), &
+         call input%complain('response', 'step step_time', &
             'duration over step is '//to_text(response%duration/response%step) &
             //' samples: must be at most '//to_text(most_numbers)//' to fit into memory')
       end if
@@ -263,20 +259,6 @@ contains
          call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
       end if
    end subroutine resolve_response
-
-   !> The second name if the file has that one, else the first.
-   function given_name(input, group, first, second) result(name)
-      type(scene_input_t), intent(in) :: input
-      !> Group of both
-      character(*), intent(in) :: group
-      !> The two names
-      character(*), intent(in) :: first
-      character(*), intent(in) :: second
-      character(:), allocatable :: name
-
-      name = first
-      if (input%has(group, second)) name = second
-   end function given_name
 
    !> &frequencies
    subroutine resolve_frequencies(input, scene)
@@ -427,7 +409,7 @@ contains
       if (.not. scene%wants_frequencies) return
       modes = 2*scene%frequencies%mesh_elements(1)
       if (scene%frequencies%count > 0) modes = min(modes, scene%frequencies%count)
-      if (scene%frequencies%count == 0) modes = min(modes, 12)
+      if (scene%frequencies%count == 0) modes = min(modes, default_mode_count)
       if (scene%output%mode_shapes > modes) then
          call input%complain('output', 'mode_shapes', 'must be at most the number of modes of the first mesh, ' &
             //to_text(modes))

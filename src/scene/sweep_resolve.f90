@@ -4,11 +4,13 @@ module sweep_resolve
    use lost_units, only: refuse_lost_units
    use name_table, only: table_t
    use number_text, only: to_text
+   use scene_beam, only: smallest_tip
    use scene_groups, only: most_cases
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
       swept_t, values_given
+   use value_rules, only: largest_spread, most_numbers
    implicit none (type, external)
    private
    public :: resolve_sweep
@@ -38,7 +40,7 @@ contains
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
             if (is_swept(swept)) call refuse_lost_units(input, table, place_in(table, swept%parameter), &
-               '&sweep '//given_name(swept))
+               '&sweep '//names_of(swept))
          end associate
       end do
       if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) then
@@ -64,7 +66,7 @@ contains
       has_range = allocated(swept%range)
       has_log = allocated(swept%log_range)
       if (count([has_list, has_range, has_log]) > 1) then
-         call input%complain('sweep', given_name(swept), &
+         call input%complain('sweep', names_of(swept), &
             'give one of '//name//', '//name//'_range and '//name//'_log_range')
          return
       end if
@@ -82,10 +84,10 @@ contains
       select case (design)
       case (design_grid)
          if ((has_range .or. has_log) .and. swept%points == 0) call input%complain('sweep', &
-            given_name(swept), 'needs '//name//'_points too')
+            names_of(swept), 'needs '//name//'_points too')
       case (design_paired)
          if (has_range .or. has_log) call input%complain('sweep', &
-            given_name(swept), "design = 'paired' takes lists: give "//name)
+            names_of(swept), "design = 'paired' takes lists: give "//name)
       case (design_latin_hypercube)
          if (has_list) call input%complain('sweep', name, "design = 'latin_hypercube' takes ranges")
          if (swept%points > 0) call input%complain('sweep', name//'_points', &
@@ -141,8 +143,6 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      real(wp), parameter :: largest_spread = 1.0e12_wp
-      real(wp), parameter :: smallest_tip = 1.0e-9_wp
       real(wp), allocatable :: values(:)
       real(wp) :: elements, mean, decades
       integer :: i
@@ -157,7 +157,7 @@ contains
       do i = 1, size(values)
          if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - smallest_tip)) cycle
          if (abs(values(i) - 2.0_wp*mean) <= 4.0_wp*epsilon(mean)*mean) cycle
-         call input%complain('sweep', given_name(scene%sweep%swept(place_of('taper', scene%sweep%swept))), 'taper = ' &
+         call input%complain('sweep', names_of(scene%sweep%swept(place_of('taper', scene%sweep%swept))), 'taper = ' &
             //to_text(values(i))//': the height at the clamp must not vanish, at the tip it must be 0 or at least ' &
             //to_text(smallest_tip)//' of that; so at most '//to_text(2.0_wp*mean)//' in size (a full wedge)')
          return
@@ -172,14 +172,12 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      real(wp), parameter :: most_samples = 1.0e8_wp
-
       associate (duration => scene%sweep%swept(place_of('duration', scene%sweep%swept)))
          if (any(values_given(duration) < scene%response%step)) then
-            call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
+            call input%complain('sweep', names_of(duration), 'must not be shorter than the step ' &
                //to_text(scene%response%step))
-         else if (any(values_given(duration) > most_samples*scene%response%step)) then
-            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(most_samples)//' steps')
+         else if (any(values_given(duration) > most_numbers*scene%response%step)) then
+            call input%complain('sweep', names_of(duration), 'must be at most '//to_text(most_numbers)//' steps')
          end if
       end associate
    end subroutine check_duration
@@ -193,17 +191,14 @@ contains
       place = table%find(table%find_group(trim(parameter%group)), trim(parameter%name_in_group))
    end function place_in
 
-   !> The name under which the values of a parameter stand.
-   pure function given_name(swept) result(given)
+   !> The names under which the values of a parameter may stand.
+   pure function names_of(swept) result(names)
       type(swept_t), intent(in) :: swept
-      character(:), allocatable :: given
+      character(:), allocatable :: names
 
-      given = trim(swept%parameter%name)
-      if (allocated(swept%range)) then
-         given = given//'_range'
-      else if (allocated(swept%log_range)) then
-         given = given//'_log_range'
-      end if
-   end function given_name
+      associate (name => swept%parameter%name)
+         names = trim(name)//' '//trim(name)//'_range '//trim(name)//'_log_range'
+      end associate
+   end function names_of
 
 end module sweep_resolve

@@ -4,7 +4,12 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of
+   public :: range_t, contains_value, range_text, one_of, largest_spread, most_numbers
+
+   !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
+   real(wp), parameter :: largest_spread = 1.0e12_wp
+   !> Most numbers of one kind in the results: 0.8 GB.
+   real(wp), parameter :: most_numbers = 1.0e8_wp
 
    !> Numbers from `least`, which itself may be left out, to `most`.
    type :: range_t

@@ -18,7 +18,7 @@ module scene_types
    public :: law_restitution, law_three_element, impulse_momentum, impulse_nodal
    public :: method_exact, method_newmark
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
-   public :: reference_exact, reference_none, name_length
+   public :: reference_exact, reference_none, default_mode_count, name_length
    public :: law_names, impulse_names, method_names, solver_names, reference_names
    public :: mass_consistent, mass_redistributed, mass_auto, mass_names
    public :: contender_exact, contender_average, contender_linear, contender_explicit, contender_names
@@ -48,6 +48,9 @@ module scene_types
    integer, parameter :: reference_none = 1
    !> The exact frequencies from the determinants.
    integer, parameter :: reference_exact = 2
+
+   !> Modes of a table of frequencies whose scene gives no number.
+   integer, parameter :: default_mode_count = 12
 
    !> What &precision compares: `exact`, and Newmark with beta = 1/4, 1/6 and 0.
    integer, parameter :: contender_exact = 1
@@ -97,11 +100,11 @@ module scene_types
 
    !> &frequencies: a table of lambda for every solver and every mesh
    type :: frequency_settings_t
-      !> Number of modes; 0: as many as the mesh has, up to 12
+      !> Number of modes; 0: as many as the mesh has, up to `default_mode_count`
       integer :: count = 0
-      !> `solver_` constants, one or more
+      !> `solver_` constants, one or more; the reader fills what the file does not give
       integer, allocatable :: solver(:)
-      !> Meshes of the table: elements and ratios, pairwise; the mesh of &mesh if not given
+      !> Meshes of the table: elements and ratios, pairwise
       integer, allocatable :: mesh_elements(:)
       real(wp), allocatable :: mesh_ratios(:)
       !> `reference_exact` or `reference_none`

@@ -5,6 +5,7 @@ module sweep_run
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count
+   use program_identity, only: program_name
    use scene_types, only: scene_t
    use sweep_case, only: run_case, runner_t, start_runner
    use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
@@ -97,7 +98,7 @@ contains
             if (is_missing(i)) cycle
             call read_part(path, plan, text, i, part, is_good)
             is_missing(i) = .not. is_good
-            if (.not. is_good) write (error_unit, '(a)') 'impactbeam: '//label//": '"//path//'/'//part_name(i)// &
+            if (.not. is_good) write (error_unit, '(a)') program_name//': '//label//": '"//path//'/'//part_name(i)// &
                "' was spoilt since it was written; its cases are computed again"
          end do
       end if

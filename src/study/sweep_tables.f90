@@ -2,7 +2,7 @@
 module sweep_tables
    use kinds, only: wp
    use measure_list, only: measure_table
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use scene_types, only: scene_t
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
@@ -124,19 +124,6 @@ contains
             cell(rounded(refined%rows(column, last)))
       end associate
    end subroutine print_refined
-
-   !> Six digits.
-   function rounded(value) result(text)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      character(24) :: buffer
-      real(wp) :: short
-
-      write (buffer, '(es24.5e3)') value
-      read (buffer, *) short
-      text = to_text(short)
-   end function rounded
 
    !> A text at the right of a column.
    pure function cell(text) result(padded)

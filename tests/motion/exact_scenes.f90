@@ -54,7 +54,7 @@ contains
       type(failure_t), allocatable :: error
       real(wp), allocatable :: lambda(:), modes(:, :)
 
-      call natural_modes(model, model%stiffness%order, lambda, modes, error)
+      call natural_modes(model, model%stiffness%order, lambda, error, modes)
       call make_modal_beam((lambda/lambda1)**4, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
    end function modal_beam_for
 

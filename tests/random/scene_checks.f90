@@ -18,6 +18,7 @@ module scene_checks
    use scene_drawing, only: place_of_parameter
    use scene_names, only: name_t
    use scene_reader, only: parse_scene, read_scene
+   use program_identity, only: program_benchmark, program_motion, program_paper
    use program_run, only: program_t, run_scene
    use scene_needs, only: needs_of_scene
    use scene_run, only: run_motion_scene
@@ -112,9 +113,9 @@ contains
 
       type(program_t) :: program
 
-      program = program_t('impactbeam', '', needs_of_scene, run_motion_scene)
-      if (scene%wants_statements) program = program_t('impactbeam-paper', '', needs_of_statements, run_statements)
-      if (scene%wants_precision) program = program_t('impactbeam-benchmark', '', needs_of_precision, run_precision_scene)
+      program = program_t(program_motion, '', needs_of_scene, run_motion_scene)
+      if (scene%wants_statements) program = program_t(program_paper, '', needs_of_statements, run_statements)
+      if (scene%wants_precision) program = program_t(program_benchmark, '', needs_of_precision, run_precision_scene)
       call run_scene(program, scene, folder, 1, .true., error)
    end subroutine run_one
 

@@ -1,22 +1,27 @@
-!> The processes that share a sweep, by MPI. The first one hands out the parts, between its own cases; the others ask.
+!> The processes that share a sweep, by MPI; without it there is one. The first one hands out the parts, between its own
+!> cases; the others ask.
 module sweep_ranks
+#ifdef IMPACTBEAM_MPI
    use, intrinsic :: iso_fortran_env, only: error_unit
    use mpi_f08, only: mpi_allreduce, mpi_any_source, mpi_barrier, mpi_comm_rank, mpi_comm_size, mpi_comm_world, &
       mpi_finalize, mpi_in_place, mpi_init_thread, mpi_integer, mpi_iprobe, mpi_max, mpi_recv, mpi_send, &
       mpi_status, mpi_status_ignore, mpi_thread_serialized, mpi_probe
+#endif
    use number_text, only: to_text
    implicit none (type, external)
    private
    public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, &
       next_of_deal, serve_deal, abandon_deal, finish_deal, ranks_in_words
 
+#ifdef IMPACTBEAM_MPI
    integer, parameter :: tag_question = 1
    integer, parameter :: tag_answer = 2
+   logical, protected :: is_started = .false.
+#endif
 
    !> Number of this process, and of all; set once at the start.
    integer, protected :: this_rank = 0
    integer, protected :: all_ranks = 1
-   logical, protected :: is_started = .false.
 
    !> Hands out the numbers of a list, each once.
    type :: deal_t
@@ -32,6 +37,7 @@ contains
 
    !> Begin, if the program was started by MPI's launcher.
    subroutine start_ranks()
+#ifdef IMPACTBEAM_MPI
       integer :: provided
 
       is_started = any([is_set('OMPI_COMM_WORLD_SIZE'), is_set('PMI_SIZE'), is_set('PMIX_RANK'), is_set('PMI_RANK')])
@@ -42,22 +48,14 @@ contains
       if (provided >= mpi_thread_serialized) return
       if (this_rank == 0) write (error_unit, &
          '(a)') 'impactbeam: this MPI does not let threads take turns; give --threads 1'
+#endif
    end subroutine start_ranks
-
-   !> Is an environment variable set?
-   function is_set(name) result(answer)
-      character(*), intent(in) :: name
-      logical :: answer
-
-      integer :: length, status
-
-      call get_environment_variable(name, length=length, status=status)
-      answer = status == 0 .and. length > 0
-   end function is_set
 
    !> End.
    subroutine stop_ranks()
+#ifdef IMPACTBEAM_MPI
       if (is_started) call mpi_finalize()
+#endif
    end subroutine stop_ranks
 
    !> Number of this process, from 0.
@@ -89,7 +87,9 @@ contains
       integer, intent(in) :: value
 
       greatest_of_all = value
+#ifdef IMPACTBEAM_MPI
       if (all_ranks > 1) call mpi_allreduce(mpi_in_place, greatest_of_all, 1, mpi_integer, mpi_max, mpi_comm_world)
+#endif
    end function greatest_of_all
 
    !> Begin to hand out.
@@ -113,10 +113,13 @@ contains
       if (this_rank == 0) then
          call serve_deal(deal)
          call take(deal, number)
-      else
+      end if
+#ifdef IMPACTBEAM_MPI
+      if (this_rank > 0) then
          call mpi_send(number, 1, mpi_integer, 0, tag_question, mpi_comm_world)
          call mpi_recv(number, 1, mpi_integer, 0, tag_answer, mpi_comm_world, mpi_status_ignore)
       end if
+#endif
       deal%is_over = number == 0
    end subroutine next_of_deal
 
@@ -136,16 +139,60 @@ contains
    subroutine serve_deal(deal)
       type(deal_t), intent(inout) :: deal
 
+#ifdef IMPACTBEAM_MPI
       type(mpi_status) :: status
       logical :: is_asked
 
-      if (this_rank /= 0) return
+#endif
+      if (this_rank /= 0 .or. deal%asking == 0) return
+#ifdef IMPACTBEAM_MPI
       do while (deal%asking > 0)
          call mpi_iprobe(mpi_any_source, tag_question, mpi_comm_world, is_asked, status)
          if (.not. is_asked) return
          call answer(deal, status%mpi_source)
       end do
+#endif
    end subroutine serve_deal
+
+   !> Hand out no more, if this is the first process.
+   pure subroutine abandon_deal(deal)
+      type(deal_t), intent(inout) :: deal
+
+      deal%given = size(deal%list)
+   end subroutine abandon_deal
+
+   !> Wait until all processes have nothing more to do.
+   subroutine finish_deal(deal)
+      type(deal_t), intent(inout) :: deal
+
+#ifdef IMPACTBEAM_MPI
+      type(mpi_status) :: status
+      integer :: number
+
+      ! a process that stops early takes the rest of what it is given without doing it
+      do while (this_rank /= 0 .and. .not. deal%is_over)
+         call next_of_deal(deal, number)
+      end do
+      do while (this_rank == 0 .and. deal%asking > 0)
+         call mpi_probe(mpi_any_source, tag_question, mpi_comm_world, status)
+         call answer(deal, status%mpi_source)
+      end do
+      if (all_ranks > 1) call mpi_barrier(mpi_comm_world)
+#endif
+      deal%is_over = .true.
+   end subroutine finish_deal
+
+#ifdef IMPACTBEAM_MPI
+   !> Is an environment variable set?
+   function is_set(name) result(answer)
+      character(*), intent(in) :: name
+      logical :: answer
+
+      integer :: length, status
+
+      call get_environment_variable(name, length=length, status=status)
+      answer = status == 0 .and. length > 0
+   end function is_set
 
    !> Answer one question.
    subroutine answer(deal, source)
@@ -160,31 +207,6 @@ contains
       call mpi_send(number, 1, mpi_integer, source, tag_answer, mpi_comm_world)
       if (number == 0) deal%asking = deal%asking - 1
    end subroutine answer
-
-   !> Hand out no more, if this is the first process.
-   pure subroutine abandon_deal(deal)
-      type(deal_t), intent(inout) :: deal
-
-      deal%given = size(deal%list)
-   end subroutine abandon_deal
-
-   !> Wait until all processes have nothing more to do.
-   subroutine finish_deal(deal)
-      type(deal_t), intent(inout) :: deal
-
-      type(mpi_status) :: status
-      integer :: number
-
-      if (all_ranks == 1) return
-      ! a process that stops early takes the rest of what it is given without doing it
-      do while (this_rank /= 0 .and. .not. deal%is_over)
-         call next_of_deal(deal, number)
-      end do
-      do while (this_rank == 0 .and. deal%asking > 0)
-         call mpi_probe(mpi_any_source, tag_question, mpi_comm_world, status)
-         call answer(deal, status%mpi_source)
-      end do
-      call mpi_barrier(mpi_comm_world)
-   end subroutine finish_deal
+#endif
 
 end module sweep_ranks
