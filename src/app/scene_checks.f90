@@ -6,8 +6,7 @@ module scene_checks
    use number_text, only: to_text
    use run_settings, only: method_newmark
    use scene_beam_model, only: motion_model_of, run_of
-   use scene_parameters, only: set_parameter
-   use scene_reader, only: complain_of_scene
+   use scene_reader, only: complain_of_scene, set_parameter
    use scene_types, only: mass_redistributed, scene_t
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)

@@ -1,6 +1,6 @@
 !> impactbeam-benchmark: run time against error.
 program impactbeam_benchmark
-   use benchmark_run, only: needs_of_precision, run_precision_scene
+   use precision_study, only: needs_of_precision, run_precision_scene
    use program_identity, only: program_benchmark
    use program_run, only: program_t, run_program
    implicit none (type, external)

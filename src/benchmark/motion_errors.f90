@@ -9,7 +9,7 @@ module motion_errors
    implicit none (type, external)
    private
    public :: motion_errors_t, motion_facts_t, balance_t, make_balance, facts_of, difference_of, extrapolate, &
-      horizon_of, ledger_gap
+      horizon_of
 
    !> What a run is judged by, up to a horizon.
    type :: motion_facts_t
@@ -186,17 +186,5 @@ contains
       allocate (limit%history(samples, 2))
       limit%history(:, :) = (4.0_wp*fine%history(:2*samples - 1:2, :) - coarse%history(:samples, :))/3.0_wp
    end subroutine extrapolate
-
-   !> How far the ledger is from closing, in the energy at the start.
-   pure function ledger_gap(response) result(gap)
-      !> The run, with energies
-      type(response_t), intent(in) :: response
-      real(wp) :: gap
-
-      associate (e => response%energy)
-         gap = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop &
-            + e%dissipated_impact - e%created - response%initial_energy))/response%initial_energy
-      end associate
-   end function ledger_gap
 
 end module motion_errors

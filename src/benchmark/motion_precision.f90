@@ -3,11 +3,12 @@
 module motion_precision
    use failures, only: failure_t
    use kinds, only: wp
-   use motion_errors, only: balance_t, difference_of, extrapolate, facts_of, horizon_of, ledger_gap, make_balance, &
+   use motion_errors, only: balance_t, difference_of, extrapolate, facts_of, horizon_of, make_balance, &
       motion_facts_t
    use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_modes, task_motion, task_run, &
       task_t
    use precision_types, only: check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_step
+   use response_types, only: miss_of_energies
    use scene_types, only: contender_average, contender_exact, response_settings_t, scene_t
    use timed_tasks, only: measure_time
    implicit none (type, external)
@@ -251,7 +252,7 @@ contains
       if (.not. allocated(error)) then
          call facts_of(task%response, horizon, balance, facts)
          entry%errors = difference_of(facts, exact)
-         entry%errors%ledger = ledger_gap(task%response)
+         entry%errors%ledger = miss_of_energies(task%response)/task%response%initial_energy
          task%output = no_output()
          call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%whole, error)
       end if

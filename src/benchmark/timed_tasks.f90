@@ -2,6 +2,7 @@
 module timed_tasks
    use failures, only: failure_t
    use kinds, only: i8, wp
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: timed_task_t, timing_t, measure_time, clock_resolution
@@ -80,7 +81,7 @@ contains
          call time_runs(task, runs, seconds(i), error)
          if (allocated(error)) return
       end do
-      call sort(seconds)
+      seconds = seconds(ascending_order(seconds))
       timing%median = quantile(seconds, 0.5_wp)
       timing%lower_quartile = quantile(seconds, 0.25_wp)
       timing%upper_quartile = quantile(seconds, 0.75_wp)
@@ -110,22 +111,6 @@ contains
       call system_clock(finish)
       seconds = real(finish - start, wp)/real(rate, wp)/real(runs, wp)
    end subroutine time_runs
-
-   !> In ascending order, by insertion.
-   pure subroutine sort(values)
-      !> Few values
-      real(wp), intent(inout) :: values(:)
-
-      integer :: i, place
-      real(wp) :: value
-
-      do i = 2, size(values)
-         value = values(i)
-         place = count(values(:i - 1) <= value) + 1
-         values(place + 1:i) = values(place:i - 1)
-         values(place) = value
-      end do
-   end subroutine sort
 
    !> A quantile of sorted values, linear between them.
    pure function quantile(sorted, share) result(value)

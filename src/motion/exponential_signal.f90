@@ -6,7 +6,7 @@ module exponential_signal
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: exponential_signal_t, fastest_last
+   public :: exponential_signal_t
 
    !> s(t) = offset + sum weight Re(c exp(s t)).
    type, extends(viewed_signal_t) :: exponential_signal_t
@@ -24,27 +24,6 @@ module exponential_signal
    end type exponential_signal_t
 
 contains
-
-   !> Places of exponents by their magnitude, [count].
-   pure function fastest_last(exponent) result(place)
-      !> The exponents, [count]
-      complex(wp), intent(in) :: exponent(:)
-      integer :: place(size(exponent))
-
-      real(wp) :: speed(size(exponent))
-      integer :: i, k
-
-      speed = abs(exponent)
-      do i = 1, size(exponent)
-         k = i
-         do while (k > 1)
-            if (speed(place(k - 1)) <= speed(i)) exit
-            place(k) = place(k - 1)
-            k = k - 1
-         end do
-         place(k) = i
-      end do
-   end function fastest_last
 
    !> The signal and its slope at an instant.
    subroutine evaluate(self, t, value, slope)

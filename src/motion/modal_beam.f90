@@ -4,6 +4,7 @@ module modal_beam
    use bracketed_zero, only: bracket_t, enter, go_to
    use damped_oscillators, only: make_oscillators, oscillators_t
    use kinds, only: wp
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: modal_beam_t, make_modal_beam, support_t, make_support, pinned_beam_t, make_pinned_beam, attach_spring
@@ -102,10 +103,8 @@ contains
       real(wp), allocatable :: square(:)
       real(wp), allocatable :: distance(:, :), consistent(:)
       real(wp) :: norm
-      integer :: i, j, k, a, n, alone, modes, roots
-      integer :: held
       integer, allocatable :: order(:)
-      real(wp) :: key
+      integer :: i, j, a, n, alone, modes, roots
 
       n = beam%count
       modes = n
@@ -139,18 +138,7 @@ contains
             support%mode(active, alone + a) = norm*consistent/distance(:, a)
          end do
       end associate
-      order = [(i, i=1, modes)]
-      do i = 2, modes
-         held = order(i)
-         key = square(held)
-         k = i - 1
-         do while (k >= 1)
-            if (square(order(k)) <= key) exit
-            order(k + 1) = order(k)
-            k = k - 1
-         end do
-         order(k + 1) = held
-      end do
+      order = ascending_order(square)
       support%mode = support%mode(:, order)
       support%reaction = support%reaction(order)
       allocate (support%tip_value, source=matmul(beam%tip_value, support%mode))

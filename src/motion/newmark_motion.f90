@@ -17,7 +17,7 @@ module newmark_motion
       make_factors, make_newmark_stepper, make_start_state, predict_step, strain_energy
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
-   use response_types, only: response_t
+   use response_types, only: miss_of_energies, response_t
    use run_measures, only: start_tally
    use run_settings, only: response_settings_t, run_settings_t
    use skyline_matrix, only: multiply, skyline_t
@@ -75,11 +75,7 @@ contains
       response%ends_in_contact = run%phase /= phase_free
       response%factorisations = run%stepper%factorisations
       if (allocated(response%energy)) then
-         associate (e => response%energy)
-            miss = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop &
-               + e%dissipated_impact - e%created - response%initial_energy))
-         end associate
-         call check_ledger(run, miss, error)
+         call check_ledger(run, miss_of_energies(response), error)
          if (allocated(error)) return
       end if
       if (.not. run%keeps_measures) return

@@ -4,9 +4,10 @@ module response_records
    use kinds, only: wp
    use response_types, only: response_t
    use run_settings, only: output_settings_t
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: open_records, count_samples, samples_asked_for
+   public :: open_records, count_samples
 
 contains
 
@@ -26,7 +27,9 @@ contains
       integer :: i, shapes
 
       associate (n => samples + 1, nodes => elements)
-         if (samples_asked_for(settings)) allocate (response%tau, source=[(real(i, wp)*step, i=0, samples)])
+         if (any(settings%history) .or. settings%energy) then
+            allocate (response%tau, source=[(real(i, wp)*step, i=0, samples)])
+         end if
          do i = 1, history_count
             if (settings%history(i)) allocate (response%history(i)%values(n), source=0.0_wp)
          end do
@@ -59,38 +62,13 @@ contains
 
       if (.not. allocated(settings%shape_times) .and. settings%shape_step <= 0.0_wp) return
       allocate (listed(0))
-      if (allocated(settings%shape_times)) listed = ascending(settings%shape_times)
+      if (allocated(settings%shape_times)) listed = settings%shape_times(ascending_order(settings%shape_times))
       even = -1
       if (settings%shape_step > 0.0_wp) even = count_samples(duration, settings%shape_step)
       times = merged(listed, [(real(i, wp)*settings%shape_step, i=0, even)])
       instants = pack(times, times >= 0.0_wp .and. times <= duration .and. &
          [.true., (times(i) > times(i - 1), i=2, size(times))])
    end subroutine find_instants
-
-   !> Is anything asked for at equal steps?
-   pure function samples_asked_for(settings) result(asked)
-      !> What was asked for
-      type(output_settings_t), intent(in) :: settings
-      logical :: asked
-
-      asked = any(settings%history) .or. settings%energy
-   end function samples_asked_for
-
-   !> In ascending order, by insertion from the end: a list in order costs one look at each value.
-   pure function ascending(values) result(sorted)
-      real(wp), intent(in) :: values(:)
-      real(wp) :: sorted(size(values))
-
-      integer :: i, place
-
-      do i = 1, size(values)
-         do place = i, 2, -1
-            if (sorted(place - 1) <= values(i)) exit
-            sorted(place) = sorted(place - 1)
-         end do
-         sorted(place) = values(i)
-      end do
-   end function ascending
 
    !> Two ascending lists as one.
    pure function merged(first, second) result(values)

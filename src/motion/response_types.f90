@@ -9,9 +9,9 @@ module response_types
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: response_t, event_t, energy_t, append_event, event_name
+   public :: response_t, event_t, energy_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation
-   public :: is_contact_start, is_contact_end
+   public :: is_contact_start, is_contact_end, miss_of_energies
    public :: mode_check_t, run_measures_t, quiet_level, quiet_energy
 
    !> Model A: the stop point hits the stop and rebounds.
@@ -24,6 +24,9 @@ module response_types
    integer, parameter :: event_contact = 4
    !> Model B: contact ends.
    integer, parameter :: event_separation = 5
+   !> The constants above in words.
+   character(*), parameter :: event_names(5) = [character(10) :: 'impact', 'capture', 'release', 'contact', &
+      'separation']
 
    !> The stop point is quiet while |eta_c| stays within this; a flight that rises above it is a rebound.
    real(wp), parameter :: quiet_level = 0.02_wp
@@ -178,27 +181,17 @@ contains
       response%events(response%event_count) = event
    end subroutine append_event
 
-   !> The kind of an event in words.
-   pure function event_name(kind) result(name)
-      !> One of the `event_` constants
-      integer, intent(in) :: kind
-      character(:), allocatable :: name
+   !> How far the ledger of a run is from closing at any of its samples.
+   pure function miss_of_energies(response) result(miss)
+      !> With energies
+      type(response_t), intent(in) :: response
+      real(wp) :: miss
 
-      select case (kind)
-      case (event_impact)
-         name = 'impact'
-      case (event_capture)
-         name = 'capture'
-      case (event_release)
-         name = 'release'
-      case (event_contact)
-         name = 'contact'
-      case (event_separation)
-         name = 'separation'
-      case default
-         name = 'unknown'
-      end select
-   end function event_name
+      associate (e => response%energy)
+         miss = maxval(abs(e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop &
+            + e%dissipated_impact - e%created - response%initial_energy))
+      end associate
+   end function miss_of_energies
 
    !> Does contact that lasts begin here?
    elemental function is_contact_start(kind) result(starts)

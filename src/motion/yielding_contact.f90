@@ -5,7 +5,7 @@ module yielding_contact
    use contact_losses, only: contact_losses_t, integral, losses_of_step, losses_until, make_contact_losses
    use contact_modes, only: contact_amplitudes, contact_modes_t, contact_state, make_contact_modes
    use damped_oscillators, only: modal_energy
-   use exponential_signal, only: exponential_signal_t, fastest_last
+   use exponential_signal, only: exponential_signal_t
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
@@ -16,6 +16,7 @@ module yielding_contact
    use run_recorder, only: asked_t, charge_event, sample_t
    use run_settings, only: run_settings_t
    use signal_peaks, only: exceeds
+   use sorting, only: ascending_order
    use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
@@ -166,7 +167,7 @@ contains
             allocate (self%rate_value, source=modes%exponent*modes%stop_value)
             allocate (self%force%exponent, source=modes%exponent)
             allocate (self%force%amplitude(modes%count))
-            allocate (self%force%place, source=fastest_last(modes%exponent))
+            allocate (self%force%place, source=ascending_order(abs(modes%exponent)))
          end if
          if ((motion%recorder%asked%energy .or. motion%measurer%is_wanted) .and. .not. self%losses%made) then
             call make_contact_losses(self%beam, modes, self%losses)

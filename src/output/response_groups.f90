@@ -5,7 +5,7 @@ module response_groups
    use kinds, only: wp
    use measure_list, only: measure_table
    use measure_rows, only: write_measures_of_run
-   use response_types, only: event_name, event_separation, response_t, run_measures_t
+   use response_types, only: event_names, response_t, run_measures_t
    use run_measures, only: row_of
    use scene_units, only: in_scene_units, units_t
    implicit none (type, external)
@@ -69,15 +69,15 @@ contains
       character(:), allocatable :: meanings
       integer :: count, i
 
-      meanings = event_name(1)
-      do i = 2, event_separation
-         meanings = meanings//' '//event_name(i)
+      meanings = trim(event_names(1))
+      do i = 2, size(event_names)
+         meanings = meanings//' '//trim(event_names(i))
       end do
       count = response%event_count
       call group%add('tau', [(response%events(i)%tau, i=1, count)], '1', 'time of the event, tau', &
          is_scale=.true., in_scene_units=units%time)
       call group%add('kind', [(response%events(i)%kind, i=1, count)], '1', 'kind of the event', along='tau')
-      call group%attribute('flag_values', [(i, i=1, event_separation)], 'kind')
+      call group%attribute('flag_values', [(i, i=1, size(event_names))], 'kind')
       call group%attribute('flag_meanings', meanings, 'kind')
       call group%add('eta', [(response%events(i)%eta, i=1, count)], '1', &
          'displacement of the beam at the stop, eta', 'tau', in_scene_units=units%displacement)

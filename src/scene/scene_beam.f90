@@ -81,15 +81,15 @@ contains
       end if
    end subroutine resolve_taper
 
-   !> Another taper of a beam that tapers linearly; the mean height stays.
-   pure subroutine set_taper(beam, taper)
+   !> Another taper of a beam that tapers linearly. The mean height is given: taken from the heights it would keep a
+   !> trace of the tapers before, in the last digit.
+   pure subroutine set_taper(beam, mean, taper)
       type(beam_settings_t), intent(inout) :: beam
+      !> Mean height
+      real(wp), intent(in) :: mean
       !> alpha
       real(wp), intent(in) :: taper
 
-      real(wp) :: mean
-
-      mean = 0.5_wp*(beam%height_root + beam%height_tip)
       beam%height_root = mean + 0.5_wp*taper*beam%length
       beam%height_tip = mean - 0.5_wp*taper*beam%length
       ! a wedge in rounded numbers

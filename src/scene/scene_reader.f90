@@ -1,19 +1,22 @@
-!> A scene file read, checked and made dimensionless.
+!> A scene file read, checked and made dimensionless; what is said of a scene that was read, and what is changed in it.
 module scene_reader
    use failures, only: fail, failure_t, status_bad_input
+   use kinds, only: wp
    use name_table, only: table_t
    use namelist_text, only: namelist_t, parse_namelist
    use number_text, only: to_text
    use program_identity, only: program_any
+   use scene_beam, only: set_taper
    use scene_echo, only: make_echo
-   use scene_groups, only: list_scene, physical_t
+   use scene_groups, only: list_group, list_scene, physical_t
    use scene_input, only: scene_input_t
    use scene_resolve, only: resolve_scene
    use scene_types, only: scene_t
+   use sweep_settings, only: parameter_t
    use text_file, only: load_text
    implicit none (type, external)
    private
-   public :: read_scene, parse_scene, complain_of_scene
+   public :: read_scene, parse_scene, complain_of_scene, set_parameter
 
 contains
 
@@ -101,6 +104,20 @@ contains
       call input%get_problem(message)
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene
+
+   !> Give a scene that has been read another value of a parameter.
+   subroutine set_parameter(scene, parameter, value)
+      type(scene_t), intent(inout) :: scene
+      type(parameter_t), intent(in) :: parameter
+      real(wp), intent(in) :: value
+
+      type(table_t) :: table
+      type(physical_t) :: physical
+
+      call table%give_one(trim(parameter%name_in_group), value)
+      call list_group(trim(parameter%group), table, scene, physical)
+      if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
+   end subroutine set_parameter
 
    !> Name of a file without folders and ending.
    pure function name_of_file(file) result(name)

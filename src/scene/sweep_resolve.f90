@@ -40,7 +40,7 @@ contains
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
             if (is_swept(swept)) call refuse_lost_units(input, table, place_in(table, swept%parameter), &
-               '&sweep '//names_of(swept))
+               '&sweep '//given_name(swept))
          end associate
       end do
       if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) then
@@ -66,7 +66,7 @@ contains
       has_range = allocated(swept%range)
       has_log = allocated(swept%log_range)
       if (count([has_list, has_range, has_log]) > 1) then
-         call input%complain('sweep', names_of(swept), &
+         call input%complain('sweep', given_name(swept), &
             'give one of '//name//', '//name//'_range and '//name//'_log_range')
          return
       end if
@@ -84,10 +84,10 @@ contains
       select case (design)
       case (design_grid)
          if ((has_range .or. has_log) .and. swept%points == 0) call input%complain('sweep', &
-            names_of(swept), 'needs '//name//'_points too')
+            given_name(swept), 'needs '//name//'_points too')
       case (design_paired)
          if (has_range .or. has_log) call input%complain('sweep', &
-            names_of(swept), "design = 'paired' takes lists: give "//name)
+            given_name(swept), "design = 'paired' takes lists: give "//name)
       case (design_latin_hypercube)
          if (has_list) call input%complain('sweep', name, "design = 'latin_hypercube' takes ranges")
          if (swept%points > 0) call input%complain('sweep', name//'_points', &
@@ -157,7 +157,7 @@ contains
       do i = 1, size(values)
          if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - smallest_tip)) cycle
          if (abs(values(i) - 2.0_wp*mean) <= 4.0_wp*epsilon(mean)*mean) cycle
-         call input%complain('sweep', names_of(scene%sweep%swept(place_of('taper', scene%sweep%swept))), 'taper = ' &
+         call input%complain('sweep', given_name(scene%sweep%swept(place_of('taper', scene%sweep%swept))), 'taper = ' &
             //to_text(values(i))//': the height at the clamp must not vanish, at the tip it must be 0 or at least ' &
             //to_text(smallest_tip)//' of that; so at most '//to_text(2.0_wp*mean)//' in size (a full wedge)')
          return
@@ -174,10 +174,10 @@ contains
 
       associate (duration => scene%sweep%swept(place_of('duration', scene%sweep%swept)))
          if (any(values_given(duration) < scene%response%step)) then
-            call input%complain('sweep', names_of(duration), 'must not be shorter than the step ' &
+            call input%complain('sweep', given_name(duration), 'must not be shorter than the step ' &
                //to_text(scene%response%step))
          else if (any(values_given(duration) > most_numbers*scene%response%step)) then
-            call input%complain('sweep', names_of(duration), 'must be at most '//to_text(most_numbers)//' steps')
+            call input%complain('sweep', given_name(duration), 'must be at most '//to_text(most_numbers)//' steps')
          end if
       end associate
    end subroutine check_duration
@@ -191,14 +191,17 @@ contains
       place = table%find(table%find_group(trim(parameter%group)), trim(parameter%name_in_group))
    end function place_in
 
-   !> The names under which the values of a parameter may stand.
-   pure function names_of(swept) result(names)
+   !> The name under which the values of a parameter stand.
+   pure function given_name(swept) result(given)
       type(swept_t), intent(in) :: swept
-      character(:), allocatable :: names
+      character(:), allocatable :: given
 
-      associate (name => swept%parameter%name)
-         names = trim(name)//' '//trim(name)//'_range '//trim(name)//'_log_range'
-      end associate
-   end function names_of
+      given = trim(swept%parameter%name)
+      if (allocated(swept%range)) then
+         given = given//'_range'
+      else if (allocated(swept%log_range)) then
+         given = given//'_log_range'
+      end if
+   end function given_name
 
 end module sweep_resolve

@@ -4,7 +4,6 @@
 !> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in y_c(0) - d, times
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
-   use echo_types, only: echo_t
    use kinds, only: wp
    use run_settings, only: impulse_momentum, impulse_names, impulse_nodal, law_names, law_restitution, &
       law_three_element, &
@@ -12,7 +11,7 @@ module scene_types
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
-   public :: scene_t, beam_settings_t, mesh_settings_t, stop_settings_t, response_settings_t
+   public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, stop_settings_t, response_settings_t
    public :: frequency_settings_t, output_settings_t, scales_t, precision_settings_t, statements_settings_t
    public :: shape_taper, shape_height_table, shape_section_table
    public :: law_restitution, law_three_element, impulse_momentum, impulse_nodal
@@ -159,6 +158,19 @@ module scene_types
       !> y_c(0) - d; 0 when the scene gives only ratios
       real(wp) :: displacement = 0.0_wp
    end type scales_t
+
+   !> One name and its value: a number, a list of numbers, or words.
+   type :: echo_t
+      !> As users write them, such as 'stop' and 'preload'
+      character(:), allocatable :: group
+      character(:), allocatable :: name
+      !> Words; unallocated: the value is made of numbers
+      character(:), allocatable :: text
+      !> One element, or a list
+      real(wp), allocatable :: number(:)
+      !> The value is a list, even if of one element
+      logical :: is_list = .false.
+   end type echo_t
 
    !> One scene. A group that the file does not have is not asked for.
    type :: scene_t

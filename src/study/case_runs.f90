@@ -6,7 +6,7 @@ module case_runs
    use motion_run, only: run_motion
    use response_types, only: response_t
    use scene_beam_model, only: run_of
-   use scene_parameters, only: set_parameter
+   use scene_reader, only: set_parameter
    use scene_types, only: scene_t
    implicit none (type, external)
    private

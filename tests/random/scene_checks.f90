@@ -3,7 +3,6 @@ module scene_checks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_funptr, c_null_funptr
    use beam_model, only: beam_model_t
-   use echo_types, only: echo_t
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
@@ -23,9 +22,9 @@ module scene_checks
    use scene_needs, only: needs_of_scene
    use scene_run, only: run_motion_scene
    use single_study, only: compute_scene
-   use benchmark_run, only: needs_of_precision, run_precision_scene
+   use precision_study, only: needs_of_precision, run_precision_scene
    use paper_run, only: needs_of_statements, run_statements
-   use scene_types, only: impulse_momentum, law_restitution, method_exact, scene_t
+   use scene_types, only: echo_t, impulse_momentum, law_restitution, method_exact, scene_t
    implicit none (type, external)
    private
    public :: open_folder, settle, complaint_of, tally_t, clean_up

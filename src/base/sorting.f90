@@ -1,0 +1,27 @@
+!> The order of numbers.
+module sorting
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: ascending_order
+
+contains
+
+   !> Places of numbers from the least to the greatest; of equal ones the first stays the first. By insertion from the
+   !> end: a list that is in order costs one look at each.
+   pure function ascending_order(values) result(order)
+      real(wp), intent(in) :: values(:)
+      integer :: order(size(values))
+
+      integer :: i, place
+
+      do i = 1, size(values)
+         do place = i, 2, -1
+            if (values(order(place - 1)) <= values(i)) exit
+            order(place) = order(place - 1)
+         end do
+         order(place) = i
+      end do
+   end function ascending_order
+
+end module sorting
