@@ -175,7 +175,7 @@ contains
       call measure_impulse(motion%measurer, motion%tau, event%impulse)
    end subroutine hold_node
 
-   !> Bring the stop point to rest and, if it is pressed against the stop, hold it.
+   !> Bring the stop point to rest and, if it is pressed against the stop, hold it; else it is released at once.
    subroutine capture(self, motion, response, is_pressed)
       type(held_contact_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -196,10 +196,11 @@ contains
       end associate
       if (present(is_pressed)) self%start_order = merge(0, self%start_order, is_pressed)
       self%is_closed = self%start_order == 0
-      if (.not. self%is_closed) event%kind = event_impact
+      ! with no impulse given (eps = 0, a start at rest) and none to hold it there was no capture to speak of
       if (.not. (self%is_closed .or. abs(event%velocity_before) > 0.0_wp)) return
       call append_event(response, event)
       call measure_impulse(motion%measurer, motion%tau, event%impulse)
+      if (.not. self%is_closed) call append_event(response, event_t(tau=motion%tau, kind=event_release))
    end subroutine capture
 
    !> Which way a stop point at rest on the stop goes: the order of the first derivative of the gap that is

@@ -16,7 +16,7 @@ module response_types
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
-   !> Model A: the stop point comes to rest on the stop and is held.
+   !> Model A: the stop point comes to rest on the stop and is held, or released at once if that would have to pull.
    integer, parameter :: event_capture = 2
    !> Model A: the held stop point leaves.
    integer, parameter :: event_release = 3

@@ -270,6 +270,8 @@ contains
             else if (is_contact_end(event%kind) .and. in_contact) then
                in_contact = .false.
                limits(2, contacts) = event%tau
+               ! what lets go at once does not last
+               if (.not. event%tau > limits(1, contacts)) contacts = contacts - 1
             end if
          end associate
       end do

@@ -58,7 +58,7 @@ contains
       call make_modal_beam((lambda/lambda1)**4, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
    end function modal_beam_for
 
-   !> A run with the energy ledger.
+   !> A run with the energy ledger and measures.
    subroutine run_exact(model, zeta, stop_settings, response_settings, response, error)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
@@ -74,6 +74,7 @@ contains
       type(output_settings_t) :: output
 
       output%energy = .true.
+      output%measures = .true.
       call exact_response(model, run_settings_t(zeta, stop_settings, response_settings, output, height_ratio), &
          response, error)
    end subroutine run_exact
