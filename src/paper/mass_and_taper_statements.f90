@@ -3,8 +3,9 @@ module mass_and_taper_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
    use paper_outcomes, only: definition_count, energy_end, outcome_t, usual_end
-   use paper_series, only: ends_of, series_t
-   use statement_types, only: add_statement, add_statement_of_ends, listed, number, percent, statements_t
+   use paper_series, only: ends_of, find_soonest, series_t, soonest_of
+   use statement_types, only: add_statement, add_statement_of_ends, listed, mark_ties, number, percent, &
+      statements_t
    implicit none (type, external)
    private
    public :: judge_mass, judge_taper
@@ -103,7 +104,7 @@ contains
       integer, parameter :: none = 1, middle = 4, much = 6, wedge = 7
       real(wp), dimension(way_count) :: longer, soonest, lower, less, more
       real(wp) :: ends(size(taper%cases))
-      logical, dimension(definition_count, way_count) :: outlasts, first
+      logical, dimension(definition_count, way_count) :: outlasts, first, tied
       integer :: way, i, definition, rivals
 
       do way = 1, way_count
@@ -119,9 +120,9 @@ contains
          do definition = 1, definition_count
             ends = ends_of(taper, way, definition)
             outlasts(definition, way) = min(ends(none), ends(wedge)) > 1.05_wp*ends(middle)
-            first(definition, way) = minloc(ends, dim=1) == middle
          end do
       end do
+      call find_soonest(taper, middle, first, tied)
       ends = ends_of(taper, fine, usual_end)
       rivals = count([(minloc(taper%outcome(2:, fine)%ends(definition), dim=1) + 1 == middle, definition=1, &
          definition_count)])
@@ -132,8 +133,11 @@ contains
          listed(ends_of(taper, coarse_nodal, usual_end), 1), &
          'without taper it ends about as soon as with 0.075, in between later; much taper does last longer')
       call add_statement_of_ends(list, '8b', 'alpha = 0.075 ends soonest.', 'alpha that ends soonest', soonest, first, &
-         'ends as in 8a', 'among the tapered beams alone it is the soonest by '//number(real(rivals, wp), 0)//' of '// &
+         'ends as in 8a; on the fine mesh the soonest may be '// &
+         listed(pack(taper%value, soonest_of(taper, fine, usual_end)), 3), &
+         'among the tapered beams alone it is the soonest by '//number(real(rivals, wp), 0)//' of '// &
          number(real(definition_count, wp), 0)//' definitions; the uniform beam ends about as soon')
+      call mark_ties(list, tied)
       call add_statement(list, '8c', 'With little taper the mass near the tip keeps the displacement small.', &
          'main peak at alpha = 0.125 less that of the uniform beam, over 0', lower, lower > 0.0_wp, &
          'main peaks: '//listed([(taper%outcome(i, fine)%main_peak, i=1, size(ends))], 3)// &

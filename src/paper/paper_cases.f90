@@ -2,15 +2,16 @@
 module paper_cases
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
-   use beam_section, only: tapered_section
+   use beam_section, only: section_t, tapered_section
    use failures, only: failure_t
    use kinds, only: wp
+   use redistributed_mass, only: errs_less
    use scene_types, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, &
       method_newmark, stop_settings_t
    implicit none (type, external)
    private
    public :: case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
-   public :: way_count, coarse, fine, coarse_nodal, fine_nodal, paper_nodal, paper_momentum
+   public :: way_count, coarse, fine, coarse_nodal, fine_nodal, paper_nodal, paper_momentum, beside
 
    !> hbar/L of all figures.
    real(wp), parameter :: height_ratio = 0.075_wp
@@ -23,6 +24,9 @@ module paper_cases
    integer, parameter :: paper_nodal = 5
    integer, parameter :: paper_momentum = 6
    integer, parameter :: way_count = 6
+   !> The way that tells how well another knows a figure, by their difference: that on the other mesh; of the nodal
+   !> reading, the paper's on its own mesh, that by other steps.
+   integer, parameter :: beside(way_count) = [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
    !> One curve of a figure. What is not varied is as in the paper's first example.
    type :: case_t
@@ -51,6 +55,8 @@ module paper_cases
       integer :: method = method_exact
       !> `impulse_momentum` or `impulse_nodal`
       integer :: impulse = impulse_momentum
+      !> The mass matrix is that which errs less, not always the paper's
+      logical :: chooses_mass = .false.
    end type way_t
 
 contains
@@ -63,7 +69,7 @@ contains
       type(way_t), intent(out) :: ways(way_count)
 
       ways(coarse) = way_t('exact, coarse', coarse_elements, method_exact, impulse_momentum)
-      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum)
+      ways(fine) = way_t('exact, fine', fine_elements, method_exact, impulse_momentum, chooses_mass=.true.)
       ways(coarse_nodal) = way_t('exact, coarse, nodal', coarse_elements, method_exact, impulse_nodal)
       ways(fine_nodal) = way_t('exact, fine, nodal', fine_elements, method_exact, impulse_nodal)
       ways(paper_nodal) = way_t("paper's steps, nodal", coarse_elements, method_newmark, impulse_nodal)
@@ -71,20 +77,24 @@ contains
    end subroutine make_ways
 
    !> The assembled beam of a case.
-   pure subroutine model_of_case(this, elements, model, error)
+   pure subroutine model_of_case(this, way, model, error)
       type(case_t), intent(in) :: this
-      !> Elements of equal length
-      integer, intent(in) :: elements
+      !> Its mesh and its mass matrix
+      type(way_t), intent(in) :: way
       type(beam_model_t), intent(out) :: model
       !> Set when the mesh cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
       type(mesh_t) :: mesh
+      type(section_t) :: section
+      logical :: is_redistributed
 
-      call make_mesh(elements, 1.0_wp, this%position, mesh, error)
+      call make_mesh(way%elements, 1.0_wp, this%position, mesh, error)
       if (allocated(error)) return
-      call make_beam_model(tapered_section(height_ratio + 0.5_wp*this%taper, &
-         max(height_ratio - 0.5_wp*this%taper, 0.0_wp)), mesh, this%tip_mass, model)
+      section = tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp))
+      is_redistributed = way%chooses_mass .and. .not. this%stiffness > 0.0_wp
+      if (is_redistributed) is_redistributed = errs_less(section, mesh, this%tip_mass)
+      call make_beam_model(section, mesh, this%tip_mass, model, is_redistributed)
    end subroutine model_of_case
 
    !> The stop of a case; of the three-element stop beta = 20 and c* = 0.3 as in the paper.

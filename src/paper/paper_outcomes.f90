@@ -12,7 +12,8 @@ module paper_outcomes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, usual_end, energy_end, most_modes, never
+   public :: outcome_t, find_outcome, end_levels, end_shares, definition_count, usual_end, energy_end, &
+      most_modes, never, sample_step
 
    !> The motion has ended when |eta_c| last exceeds one of these,
    real(wp), parameter :: end_levels(3) = [0.05_wp, 0.02_wp, 0.01_wp]
@@ -25,6 +26,9 @@ module paper_outcomes
 
    !> Modes whose part is measured.
    integer, parameter :: most_modes = 8
+
+   !> Distance of the samples by which ends are told, tau; the paper's step too.
+   real(wp), parameter :: sample_step = 0.01_wp
 
    !> It has not ended within the run.
    real(wp), parameter :: never = 1.0e9_wp
@@ -88,7 +92,7 @@ contains
       type(output_settings_t) :: output
       real(wp) :: start
 
-      call model_of_case(this, way%elements, model, error)
+      call model_of_case(this, way, model, error)
       if (allocated(error)) return
       call find_free_modes(model, modes, error)
       if (allocated(error)) return
@@ -129,10 +133,11 @@ contains
 
       type(run_settings_t) :: settings
 
-      ! Newmark's beta = 1/4, d tau = 0.01 and tolerances of 1e-4 and 1e-2 are the paper's
+      ! Newmark's beta = 1/4 and tolerances of 1e-4 and 1e-2 are the paper's
       settings%zeta = this%zeta
       settings%stop = stop_of_case(this, way%impulse)
       settings%response%duration = duration
+      settings%response%step = sample_step
       settings%response%method = way%method
       settings%output = output
       settings%height_ratio = height_ratio

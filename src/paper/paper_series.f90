@@ -2,11 +2,11 @@
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: case_t, way_count, way_t
-   use paper_outcomes, only: find_outcome, outcome_t
+   use paper_cases, only: beside, case_t, way_count, way_t
+   use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
    implicit none (type, external)
    private
-   public :: series_t, make_series, compute_series, ends_of
+   public :: series_t, make_series, compute_series, ends_of, soonest_of, find_soonest
    public :: series_names, series_signs
    public :: vary_preload, vary_restitution, vary_position, vary_zeta, vary_mass, vary_taper, vary_stiffness
 
@@ -107,5 +107,42 @@ contains
 
       ends = [(series%outcome(i, way)%ends(definition), i=1, size(ends))]
    end function ends_of
+
+   !> The cases that may be the one that ends soonest. An end is known no better than to its difference from that of the
+   !> way beside, and to a sample.
+   pure function soonest_of(series, way, definition) result(may_be)
+      type(series_t), intent(in) :: series
+      integer, intent(in) :: way
+      !> Definition of the end
+      integer, intent(in) :: definition
+      logical :: may_be(size(series%cases))
+
+      integer :: first
+
+      associate (ends => ends_of(series, way, definition), others => ends_of(series, beside(way), definition))
+         first = minloc(ends, dim=1)
+         may_be = min(ends, others) < max(ends(first), others(first)) + sample_step
+      end associate
+   end function soonest_of
+
+   !> By definition of the end and way: does one case end soonest, or can it not be told from others?
+   pure subroutine find_soonest(series, number, is_first, is_tied)
+      type(series_t), intent(in) :: series
+      !> Of the case
+      integer, intent(in) :: number
+      logical, dimension(definition_count, way_count), intent(out) :: is_first
+      logical, dimension(definition_count, way_count), intent(out) :: is_tied
+
+      logical :: may_be(size(series%cases))
+      integer :: definition, way
+
+      do way = 1, way_count
+         do definition = 1, definition_count
+            may_be = soonest_of(series, way, definition)
+            is_first(definition, way) = may_be(number) .and. count(may_be) == 1
+            is_tied(definition, way) = may_be(number) .and. count(may_be) > 1
+         end do
+      end do
+   end subroutine find_soonest
 
 end module paper_series

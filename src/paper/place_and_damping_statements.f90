@@ -3,8 +3,8 @@ module place_and_damping_statements
    use kinds, only: wp
    use paper_cases, only: coarse_nodal, fine, way_count
    use paper_outcomes, only: definition_count, energy_end, usual_end
-   use paper_series, only: ends_of, series_t
-   use statement_types, only: add_statement, add_statement_of_ends, listed, order, statements_t
+   use paper_series, only: ends_of, find_soonest, series_t, soonest_of
+   use statement_types, only: add_statement, add_statement_of_ends, listed, mark_ties, order, statements_t
    implicit none (type, external)
    private
    public :: judge_position, judge_damping
@@ -18,25 +18,22 @@ contains
       !> Gets the statements
       type(statements_t), intent(inout) :: list
 
-      integer, parameter :: half = 1, seventy = 2, eighty_seven = 4
+      integer, parameter :: half = 1, seventy = 2, eighty_seven = 4, seven_eighths = 5
       !> A component is left out if it has less than this share of the energy
       real(wp), parameter :: absent = 1.0e-3_wp
       real(wp), dimension(way_count) :: third, second, soonest
       real(wp) :: ends(size(position%cases))
-      logical :: first(definition_count, way_count)
-      integer :: way, i, definition
+      logical, dimension(definition_count, way_count) :: first, tied
+      integer :: way, i
 
       do way = 1, way_count
          third(way) = max(position%outcome(half, way)%energy_share(3), &
             position%outcome(eighty_seven, way)%energy_share(3))
          second(way) = position%outcome(seventy, way)%energy_share(2)
-         do definition = 1, definition_count
-            ends = ends_of(position, way, definition)
-            first(definition, way) = abs(position%value(minloc(ends, dim=1)) - 0.875_wp) < 1.0e-6_wp
-         end do
          ends = ends_of(position, way, usual_end)
          soonest(way) = position%value(minloc(ends, dim=1))
       end do
+      call find_soonest(position, seven_eighths, first, tied)
       ends = ends_of(position, fine, usual_end)
       call add_statement(list, '5a', 'Contact at a node of mode 3 (0.50, 0.87) leaves out its component.', &
          'share of the energy in mode 3 early in the main rebound, the greater of the two, under 0.001', third, &
@@ -54,7 +51,10 @@ contains
          listed(ends_of(position, coarse_nodal, usual_end), 2)//'; energy down to 1 %: '// &
          listed(ends_of(position, fine, energy_end), 1), &
          'from 0.75 to 1 the ends lie near each other and their order changes with the definition; by energy it is '// &
-         'the tip')
+         'the tip', &
+         "on the paper's mesh by the nodal reading a tie of "// &
+         listed(pack(position%value, soonest_of(position, coarse_nodal, usual_end)), 3))
+      call mark_ties(list, tied)
    end subroutine judge_position
 
    !> 6: small damping, strong high components; the larger the damping, the sooner the end; a third of the time on the

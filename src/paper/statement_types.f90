@@ -5,8 +5,9 @@ module statement_types
    use paper_outcomes, only: definition_count
    implicit none (type, external)
    private
-   public :: statement_t, statements_t, add_statement, add_statement_of_ends
-   public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse
+   public :: statement_t, statements_t, add_statement, add_statement_of_ends, mark_ties
+   public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse, &
+      verdict_tie
    public :: order, listed, percent, number
 
    !> It holds for exact motion on the fine mesh.
@@ -17,8 +18,10 @@ module statement_types
    integer, parameter :: verdict_nodal = 3
    !> It holds on the paper's mesh, but not on the fine one.
    integer, parameter :: verdict_coarse = 4
-   character(*), parameter :: verdict_names(4) = [character(40) :: 'holds', 'does not hold', &
-      'holds only under the nodal reading', 'holds only on the coarse mesh']
+   !> Neither: for most definitions of the end it holds, or what it compares differs by less than is known.
+   integer, parameter :: verdict_tie = 5
+   character(*), parameter :: verdict_names(5) = [character(40) :: 'holds', 'does not hold', &
+      'holds only under the nodal reading', 'holds only on the coarse mesh', 'tie']
 
    type :: statement_t
       !> Its number, such as 4a
@@ -38,6 +41,8 @@ module statement_types
       !> The end of the motion counts, and for so many of its definitions the condition is met, by way
       logical :: has_end = .false.
       integer :: definitions(way_count) = 0
+      !> and for so many more what it compares is a tie
+      integer :: ties(way_count) = 0
       !> What the verdict needs beside it; empty: nothing
       character(:), allocatable :: remark
    end type statement_t
@@ -106,22 +111,34 @@ contains
       end associate
    end subroutine add_statement_of_ends
 
+   !> Say of the last statement, one of ends, where it compares what cannot be told apart.
+   pure subroutine mark_ties(list, is_tied)
+      type(statements_t), intent(inout) :: list
+      !> By definition of the end and way; it does not hold there
+      logical, intent(in) :: is_tied(definition_count, way_count)
+
+      list%item(size(list%item))%ties = count(is_tied, dim=1)
+   end subroutine mark_ties
+
    !> The verdict on a statement: exact motion on the fine mesh decides. Where it denies, the nodal reading is what the
    !> paper saw only if both ways of computing it on the paper's mesh affirm.
-   pure function verdict_of(holds) result(verdict)
-      !> By way
-      logical, intent(in) :: holds(way_count)
+   pure function verdict_of(item) result(verdict)
+      type(statement_t), intent(in) :: item
       integer :: verdict
 
-      if (holds(fine)) then
-         verdict = verdict_holds
-      else if (holds(coarse)) then
-         verdict = verdict_coarse
-      else if (holds(coarse_nodal) .and. holds(paper_nodal) .and. .not. holds(paper_momentum)) then
-         verdict = verdict_nodal
-      else
-         verdict = verdict_fails
-      end if
+      associate (holds => item%holds)
+         if (holds(fine)) then
+            verdict = verdict_holds
+         else if (item%has_end .and. 2*(item%definitions(fine) + item%ties(fine)) > definition_count) then
+            verdict = verdict_tie
+         else if (holds(coarse)) then
+            verdict = verdict_coarse
+         else if (holds(coarse_nodal) .and. holds(paper_nodal) .and. .not. holds(paper_momentum)) then
+            verdict = verdict_nodal
+         else
+            verdict = verdict_fails
+         end if
+      end associate
    end function verdict_of
 
    !> The verdict with its remark, and whether it hangs on how the end of the motion is defined.
@@ -131,10 +148,10 @@ contains
 
       integer :: way, verdict
 
-      verdict = verdict_of(item%holds)
+      verdict = verdict_of(item)
       words = trim(verdict_names(verdict))
       if (item%remark /= '') words = words//', '//item%remark
-      if (.not. item%has_end) return
+      if (.not. item%has_end .or. verdict == verdict_tie) return
       way = fine
       if (verdict == verdict_coarse) way = coarse
       if (verdict == verdict_nodal) way = coarse_nodal

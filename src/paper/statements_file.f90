@@ -112,6 +112,9 @@ contains
             along='statement')
          call group%add(name_of('definitions', i), list%item%definitions(i), '1', &
             'definitions of the end for which the condition is met: '//trim(ways(i)%name), along='statement')
+         call group%add(name_of('ties', i), list%item%ties(i), '1', &
+            'definitions of the end for which what is compared cannot be told apart: '//trim(ways(i)%name), &
+            along='statement')
          call group%add(name_of('holds', i), merge(1, 0, list%item%holds(i)), '1', 'condition met: '// &
             trim(ways(i)%name), along='statement')
       end do

@@ -35,7 +35,7 @@ contains
       end do
       write (unit, '(a)') 'Verdicts:'
       do k = 1, size(verdict_names)
-         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%list%item(i)%holds) == k, i=1, &
+         write (unit, '(2x, i3, 2x, a)') count([(verdict_of(study%list%item(i)) == k, i=1, &
             size(study%list%item))]), trim(verdict_names(k))
       end do
    end subroutine print_statements
@@ -114,6 +114,7 @@ contains
             trim(merge('yes', 'no ', item%holds(way)))
          if (item%has_end) text = text//', '//number(real(item%definitions(way), wp), 0)//' of ' &
             //number(real(definition_count, wp), 0)
+         if (item%ties(way) > 0) text = text//', '//number(real(item%ties(way), wp), 0)//' tied'
          text = text//')'
       end do
       if (item%has_end) text = text//'; in brackets by how many of the '//number(real(definition_count, wp), 0) &
