@@ -12,7 +12,6 @@ contains
 
    !> M_e: closed form where the beam is uniform or a taper, else Gauss quadrature of the order that is exact.
    pure function element_mass(section, length, right_tip_distance) result(mass)
-      !> The section along the beam
       type(section_t), intent(in) :: section
       !> Length of the element in L
       real(wp), intent(in) :: length
@@ -50,7 +49,6 @@ contains
 
    !> K_e: closed form where the beam is uniform or a taper, else Gauss quadrature of the order that is exact.
    pure function element_stiffness(section, length, right_tip_distance) result(stiffness)
-      !> The section along the beam
       type(section_t), intent(in) :: section
       !> Length of the element in L
       real(wp), intent(in) :: length
@@ -196,7 +194,6 @@ contains
 
    !> Where the element must be cut so that the section is one polynomial on each piece.
    pure function section_pieces(section, length, right_tip_distance) result(cut)
-      !> The section along the beam
       type(section_t), intent(in) :: section
       !> Length of the element in L
       real(wp), intent(in) :: length

@@ -35,7 +35,6 @@ contains
 
    !> Assemble K and M.
    pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model, is_redistributed)
-      !> The section along the beam
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> mu, >= 0

@@ -34,7 +34,6 @@ contains
    !> and 0.02: root mean square of eta over the first five of tau). Without a point mass the consistent one errs 4 to
    !> 20 times less up to 16 elements.
    pure function errs_less(section, mesh, tip_mass_ratio) result(answer)
-      !> The section along the beam
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> mu
@@ -89,7 +88,6 @@ contains
    !> Turn M into M'. The profile of M must reach from the node's neighbours to all that the continuation rests on; a
    !> point mass at the node comes after.
    pure subroutine redistribute(section, mesh, continuation, mass)
-      !> The section along the beam
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       type(continuation_t), intent(in) :: continuation

@@ -4,8 +4,8 @@ module cost_growth
    use failures, only: failure_t
    use kinds, only: wp
    use machine_facts, only: forget_peak_memory, peak_memory
-   use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_few_modes, task_modes, &
-      task_motion, task_run, task_t
+   use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_assembly, task_few_modes, &
+      task_modes, task_motion, task_run, task_t
    use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
    use scene_types, only: contender_average, contender_exact, name_length, output_settings_t, precision_settings_t, &
       scene_t
@@ -33,9 +33,8 @@ contains
       type(task_t) :: task
       real(wp) :: events_only, with_histories
 
-      task%scene = scene
-      task%elements = scene%mesh%elements
-      task%ratio = scene%mesh%ratio
+      call prepare_task(scene, scene%mesh%elements, task, error)
+      if (allocated(error)) return
       task%settings = settings_for(contender_exact, scene%precision, sample_step)
       allocate (study%parts(0))
       call add(task_assembly, no_output(), 'assembly', 0.0_wp)
@@ -66,7 +65,7 @@ contains
          task%what = what
          task%output = output
          part%name = name
-         call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, part%timing, error)
+         call measure_time(task, scene%precision, part%timing, error)
          associate (timing => part%timing)
             timing%median = timing%median - beyond
             timing%lower_quartile = timing%lower_quartile - beyond
@@ -123,17 +122,14 @@ contains
 
       associate (durations => scene%precision%scaling_durations)
          allocate (seconds(size(durations)), evaluations(size(durations)))
-         call assemble(scene, scene%mesh%elements, task, error)
-         if (allocated(error)) return
-         task%what = task_modes
-         call task%run(error)
+         call prepare_task(scene, scene%mesh%elements, task, error, with_modes=.true.)
          if (allocated(error)) return
          do k = 1, 2
             task%what = merge(task_motion, task_run, contenders(k) == contender_exact)
             task%settings = settings_for(contenders(k), scene%precision, sample_step)
             do i = 1, size(durations)
                task%settings%duration = durations(i)
-               call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, timing, error)
+               call measure_time(task, scene%precision, timing, error)
                if (allocated(error)) return
                seconds(i) = timing%median
                evaluations(i) = real(task%response%evaluations, wp)
@@ -166,7 +162,7 @@ contains
       do i = 1, size(elements)
          call forget_peak_memory()
          before = peak_memory()
-         call assemble(scene, elements(i), task, error)
+         call prepare_task(scene, elements(i), task, error)
          if (allocated(error)) return
          task%count = scene%precision%scaling_modes
          call seconds_of(scene%precision, task, task_few_modes, few(i), error)
@@ -234,27 +230,9 @@ contains
       type(timing_t) :: timing
 
       task%what = what
-      call measure_time(task, asked%repetitions, asked%shortest_timing, timing, error)
+      call measure_time(task, asked, timing, error)
       median = timing%median
    end subroutine seconds_of
-
-   !> Assemble a mesh of the scene.
-   subroutine assemble(scene, elements, task, error)
-      type(scene_t), intent(in) :: scene
-      !> Its mesh
-      integer, intent(in) :: elements
-      !> Gets the model
-      type(task_t), intent(out) :: task
-      !> Set when that fails
-      type(failure_t), allocatable, intent(out) :: error
-
-      task%scene = scene
-      task%elements = elements
-      task%ratio = scene%mesh%ratio
-      task%output = no_output()
-      task%what = task_assembly
-      call task%run(error)
-   end subroutine assemble
 
    !> Add a curve and its exponent.
    pure subroutine add_curve(curves, name, abscissa_name, unit, abscissa, ordinate)

@@ -75,7 +75,6 @@ contains
       type(response_t), intent(in) :: response
       !> Up to here
       real(wp), intent(in) :: horizon
-      !> The beam
       type(balance_t), intent(in) :: balance
       type(motion_facts_t), intent(out) :: facts
 
@@ -106,7 +105,6 @@ contains
    pure function contact_impulse(response, balance, last) result(impulse)
       !> The run, with one shape
       type(response_t), intent(in) :: response
-      !> The beam
       type(balance_t), intent(in) :: balance
       !> Last sample
       integer, intent(in) :: last

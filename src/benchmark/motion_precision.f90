@@ -5,8 +5,7 @@ module motion_precision
    use kinds, only: wp
    use motion_errors, only: balance_t, difference_of, extrapolate, facts_of, horizon_of, make_balance, &
       motion_facts_t
-   use motion_tasks, only: full_output, no_output, settings_for, task_assembly, task_modes, task_motion, task_run, &
-      task_t
+   use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_motion, task_run, task_t
    use precision_types, only: check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_step
    use response_types, only: miss_of_energies
    use scene_types, only: contender_average, contender_exact, response_settings_t, scene_t
@@ -107,26 +106,6 @@ contains
       end associate
    end subroutine list_entries
 
-   !> Assemble a mesh and find its modes.
-   subroutine make_task(scene, elements, task, error)
-      type(scene_t), intent(in) :: scene
-      !> Its mesh
-      integer, intent(in) :: elements
-      !> Gets model and modes
-      type(task_t), intent(out) :: task
-      !> Set when that fails
-      type(failure_t), allocatable, intent(out) :: error
-
-      task%scene = scene
-      task%elements = elements
-      task%ratio = scene%mesh%ratio
-      task%what = task_assembly
-      call task%run(error)
-      if (allocated(error)) return
-      task%what = task_modes
-      call task%run(error)
-   end subroutine make_task
-
    !> The strictest run on a mesh.
    subroutine make_reference(scene, elements, task, error)
       type(scene_t), intent(in) :: scene
@@ -137,7 +116,7 @@ contains
       !> Set when it fails
       type(failure_t), allocatable, intent(out) :: error
 
-      call make_task(scene, elements, task, error)
+      call prepare_task(scene, elements, task, error, with_modes=.true.)
       if (allocated(error)) return
       task%what = task_motion
       task%output = full_output()
@@ -233,7 +212,7 @@ contains
       type(task_t) :: task
 
       if (entry%varied == varied_mesh) then
-         call make_task(scene, entry%elements, task, error)
+         call prepare_task(scene, entry%elements, task, error, with_modes=.true.)
       else
          task%scene = scene
          task%model = reference%model
@@ -254,12 +233,12 @@ contains
          entry%errors = difference_of(facts, exact)
          entry%errors%ledger = miss_of_energies(task%response)/task%response%initial_energy
          task%output = no_output()
-         call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%whole, error)
+         call measure_time(task, scene%precision, entry%whole, error)
       end if
       entry%motion = entry%whole
       if (.not. allocated(error) .and. entry%contender == contender_exact) then
          task%what = task_motion
-         call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%motion, error)
+         call measure_time(task, scene%precision, entry%motion, error)
       end if
       entry%event_count = task%response%event_count
       entry%modes_kept = task%response%mode_check%kept

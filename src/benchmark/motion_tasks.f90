@@ -15,7 +15,7 @@ module motion_tasks
    implicit none (type, external)
    private
    public :: task_t, task_assembly, task_modes, task_run, task_motion, task_few_modes, task_solver
-   public :: settings_for, no_output, full_output
+   public :: prepare_task, settings_for, no_output, full_output
 
    !> Assemble the beam.
    integer, parameter :: task_assembly = 1
@@ -52,6 +52,29 @@ module motion_tasks
    end type task_t
 
 contains
+
+   !> A task of the scene's with its beam assembled, which keeps events only.
+   subroutine prepare_task(scene, elements, task, error, with_modes)
+      type(scene_t), intent(in) :: scene
+      !> Its mesh
+      integer, intent(in) :: elements
+      !> Gets the model
+      class(task_t), intent(inout) :: task
+      !> Set when that fails
+      type(failure_t), allocatable, intent(out) :: error
+      !> Find all modes, too; default false
+      logical, intent(in), optional :: with_modes
+
+      task%scene = scene
+      task%elements = elements
+      task%ratio = scene%mesh%ratio
+      task%output = no_output()
+      task%what = task_assembly
+      call task%run(error)
+      if (allocated(error) .or. .not. present(with_modes)) return
+      task%what = task_modes
+      if (with_modes) call task%run(error)
+   end subroutine prepare_task
 
    !> Do the task once.
    subroutine run(self, error)

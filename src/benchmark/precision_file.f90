@@ -23,7 +23,6 @@ contains
       !> Folder of the results
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
-      !> What was found
       type(precision_t), intent(in) :: study
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
@@ -51,7 +50,6 @@ contains
    !> Time and error of motion, and the check of the reference.
    subroutine write_motion(group, study)
       type(hdf5_group_t), intent(in) :: group
-      !> What was found
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: along = 'entry'
@@ -119,7 +117,6 @@ contains
    !> Where the time goes.
    subroutine write_parts(group, study)
       type(hdf5_group_t), intent(in) :: group
-      !> What was found
       type(precision_t), intent(in) :: study
 
       integer :: i
@@ -136,7 +133,6 @@ contains
    !> What skipping saves.
    subroutine write_savings(group, study)
       type(hdf5_group_t), intent(in) :: group
-      !> What was found
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: along = 'skip'
@@ -174,7 +170,6 @@ contains
    !> Growth of cost and memory, one group a curve.
    subroutine write_curves(group, study)
       type(hdf5_group_t), intent(in) :: group
-      !> What was found
       type(precision_t), intent(in) :: study
 
       type(hdf5_group_t) :: one
@@ -194,7 +189,6 @@ contains
    !> Time and error of frequencies.
    subroutine write_solvers(group, study)
       type(hdf5_group_t), intent(in) :: group
-      !> What was found
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: along = 'entry'

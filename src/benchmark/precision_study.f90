@@ -5,7 +5,7 @@ module precision_study
    use kinds, only: wp
    use memory_needs, only: add_modes, add_samples, need_t
    use motion_precision, only: comparison_step, compare_motion
-   use motion_tasks, only: full_output, settings_for, task_assembly, task_run, task_t
+   use motion_tasks, only: full_output, prepare_task, settings_for, task_run, task_t
    use precision_file, only: write_precision
    use precision_tables, only: print_precision
    use precision_types, only: timed_part_t, precision_t
@@ -81,7 +81,6 @@ contains
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> What was found
       type(precision_t), intent(out) :: study
       !> Set when something that the study stands on fails
       type(failure_t), allocatable, intent(out) :: error
@@ -116,11 +115,7 @@ contains
       type(task_t) :: task
       type(timed_part_t) :: part
 
-      task%scene = scene
-      task%elements = scene%mesh%elements
-      task%ratio = scene%mesh%ratio
-      task%what = task_assembly
-      call task%run(error)
+      call prepare_task(scene, scene%mesh%elements, task, error)
       if (allocated(error)) return
       task%what = task_run
       task%output = full_output()
@@ -131,7 +126,7 @@ contains
       writing%scene = scene
       writing%response = task%response
       part%name = 'results file'
-      call measure_time(writing, scene%precision%repetitions, scene%precision%shortest_timing, part%timing, error)
+      call measure_time(writing, scene%precision, part%timing, error)
       if (allocated(error)) return
       study%parts = [study%parts, part]
    end subroutine measure_writing

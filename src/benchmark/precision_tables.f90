@@ -14,10 +14,8 @@ contains
 
    !> All that was found.
    subroutine print_precision(unit, scene, study)
-      !> Where to
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
-      !> What was found
       type(precision_t), intent(in) :: study
 
       write (unit, '(a)') scene%name//': '//scene%title
@@ -31,9 +29,7 @@ contains
 
    !> Time and error of motion.
    subroutine print_motion(unit, study)
-      !> Where to
       integer, intent(in) :: unit
-      !> What was found
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: numbers = '(2x, a22, a16, es10.1, 6es10.1, es11.2, a)'
@@ -101,9 +97,7 @@ contains
 
    !> Where the time goes.
    subroutine print_parts(unit, study)
-      !> Where to
       integer, intent(in) :: unit
-      !> What was found
       type(precision_t), intent(in) :: study
 
       integer :: i
@@ -119,9 +113,7 @@ contains
 
    !> What skipping saves.
    subroutine print_savings(unit, study)
-      !> Where to
       integer, intent(in) :: unit
-      !> What was found
       type(precision_t), intent(in) :: study
 
       integer :: i
@@ -144,9 +136,7 @@ contains
 
    !> Exponents of growth.
    subroutine print_curves(unit, study)
-      !> Where to
       integer, intent(in) :: unit
-      !> What was found
       type(precision_t), intent(in) :: study
 
       integer :: i, last
@@ -168,9 +158,7 @@ contains
 
    !> Time and error of frequencies, and where rounding takes over.
    subroutine print_solvers(unit, study)
-      !> Where to
       integer, intent(in) :: unit
-      !> What was found
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: rounding = '  rounding takes over beyond'

@@ -9,7 +9,7 @@ module skip_savings
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, make_support, modal_beam_t
    use motion_precision, only: comparison_step
-   use motion_tasks, only: no_output, settings_for, task_assembly, task_modes, task_motion, task_run, task_t
+   use motion_tasks, only: no_output, prepare_task, settings_for, task_assembly, task_motion, task_run, task_t
    use number_text, only: to_text
    use precision_types, only: saving_t
    use program_identity, only: program_benchmark
@@ -46,6 +46,15 @@ module skip_savings
       procedure :: run
    end type skip_task_t
 
+   !> What was found so far.
+   type :: findings_t
+      !> The scene's run, its beam and its modes at hand
+      type(skip_task_t) :: base
+      type(saving_t), allocatable :: savings(:)
+      !> Set when something has failed; nothing is measured after it
+      type(failure_t), allocatable :: error
+   end type findings_t
+
 contains
 
    !> Measure every skip.
@@ -61,85 +70,64 @@ contains
       !> Set when something fails
       type(failure_t), allocatable, intent(out) :: error
 
-      type(skip_task_t) :: base
+      type(findings_t) :: found
 
-      allocate (savings(0))
-      base%scene = scene
-      base%folder = folder
-      base%elements = scene%mesh%elements
-      base%ratio = scene%mesh%ratio
-      base%settings = settings_for(contender_exact, scene%precision, comparison_step)
-      base%output = no_output()
-      base%what = task_assembly
-      call base%run(error)
-      if (allocated(error)) return
-      base%what = task_modes
-      call base%run(error)
-      if (allocated(error)) return
-      base%what = task_motion
-      if (scene%beam%shape == shape_taper) call save_quadrature(base, savings, error)
-      if (.not. allocated(error)) call save_eigen_solve(base, savings, error)
-      if (.not. allocated(error)) call save_modes(base, horizon, savings, error)
-      if (.not. allocated(error)) call save_contact_modes(base, savings, error)
-      if (.not. allocated(error)) call save_output(base, savings, error)
-      if (.not. allocated(error)) call save_everything(base, savings, error)
+      allocate (found%savings(0))
+      call prepare_task(scene, scene%mesh%elements, found%base, found%error, with_modes=.true.)
+      found%base%folder = folder
+      found%base%settings = settings_for(contender_exact, scene%precision, comparison_step)
+      found%base%what = task_motion
+      if (scene%beam%shape == shape_taper) call save_quadrature(found)
+      call save_eigen_solve(found)
+      call save_modes(found, horizon)
+      call save_contact_modes(found)
+      call save_output(found)
+      call save_everything(found)
+      call move_alloc(found%savings, savings)
+      call move_alloc(found%error, error)
    end subroutine measure_savings
 
    !> Closed forms of the element matrices against quadrature, for which the same heights are given as a table.
-   subroutine save_quadrature(base, savings, error)
-      !> The scene
-      type(skip_task_t), intent(in) :: base
-      !> Gets a saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when the beam cannot be assembled
-      type(failure_t), allocatable, intent(out) :: error
+   subroutine save_quadrature(found)
+      type(findings_t), intent(inout) :: found
 
       type(skip_task_t) :: without, with
       type(saving_t) :: saving
 
-      call copy(base, with)
+      call copy(found%base, with)
       with%what = task_assembly
       call copy(with, without)
-      without%scene%beam%shape = shape_height_table
-      allocate (without%scene%beam%station, source=[0.0_wp, base%scene%beam%length])
-      allocate (without%scene%beam%height, source=[base%scene%beam%height_root, base%scene%beam%height_tip])
-      call without%run(error)
-      if (.not. allocated(error)) call with%run(error)
-      if (allocated(error)) return
+      associate (beam => without%scene%beam)
+         beam%shape = shape_height_table
+         allocate (beam%station, source=[0.0_wp, beam%length])
+         allocate (beam%height, source=[beam%height_root, beam%height_tip])
+      end associate
+      call run_both(found, without, with)
+      if (allocated(found%error)) return
       saving%name = 'quadrature of element matrices'
       saving%compared = 'K and M, in their greatest entries'
       saving%difference = max(relative_difference(to_dense(with%model%stiffness), to_dense(without%model%stiffness)), &
          relative_difference(to_dense(with%model%mass), to_dense(without%model%mass)))
-      call time_both(without, with, saving, savings, error)
+      call time_both(found, without, with, saving)
    end subroutine save_quadrature
 
    !> An eigen-solve for each run against one that runs share.
-   subroutine save_eigen_solve(base, savings, error)
-      !> The scene
-      type(skip_task_t), intent(in) :: base
-      !> Gets a saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a run fails
-      type(failure_t), allocatable, intent(out) :: error
+   subroutine save_eigen_solve(found)
+      type(findings_t), intent(inout) :: found
 
       type(skip_task_t) :: without, with
 
-      call copy(base, with)
-      call copy(base, without)
+      call copy(found%base, with)
+      call copy(found%base, without)
       without%what = task_run
-      call compare_histories('eigen-solve, shared by runs', without, with, base%settings%duration, savings, error)
+      call compare_histories(found, 'eigen-solve, shared by runs', without, with, with%settings%duration)
    end subroutine save_eigen_solve
 
    !> All modes against those that matter, for each mode tolerance that the scene asks for or the default.
-   subroutine save_modes(base, horizon, savings, error)
-      !> The scene
-      type(skip_task_t), intent(in) :: base
+   subroutine save_modes(found, horizon)
+      type(findings_t), intent(inout) :: found
       !> Up to here the runs are compared, tau
       real(wp), intent(in) :: horizon
-      !> Gets savings
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a run fails
-      type(failure_t), allocatable, intent(out) :: error
 
       type(skip_task_t) :: without, with
       type(response_settings_t) :: defaults
@@ -147,50 +135,38 @@ contains
       integer :: i
 
       allocate (tolerances(0))
-      if (allocated(base%scene%precision%mode_tolerances)) then
-         tolerances = pack(base%scene%precision%mode_tolerances, base%scene%precision%mode_tolerances > 0.0_wp)
+      call copy(found%base, with)
+      if (allocated(with%scene%precision%mode_tolerances)) then
+         tolerances = pack(with%scene%precision%mode_tolerances, with%scene%precision%mode_tolerances > 0.0_wp)
       end if
       if (size(tolerances) == 0) tolerances = [defaults%mode_tolerance]
-      call copy(base, without)
+      call copy(found%base, without)
       without%settings%keep_all_modes = .true.
-      call copy(base, with)
       do i = 1, size(tolerances)
          with%settings%mode_tolerance = tolerances(i)
-         call compare_histories('modes that move eta by < '//to_text(tolerances(i)), without, with, horizon, savings, &
-            error)
-         if (allocated(error)) return
+         call compare_histories(found, 'modes that move eta by < '//to_text(tolerances(i)), without, with, horizon)
       end do
    end subroutine save_modes
 
    !> A run that never touches, with the modes of the contact found beforehand against without.
-   subroutine save_contact_modes(base, savings, error)
-      !> The scene
-      type(skip_task_t), intent(in) :: base
-      !> Gets a saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a run fails
-      type(failure_t), allocatable, intent(out) :: error
+   subroutine save_contact_modes(found)
+      type(findings_t), intent(inout) :: found
 
       type(skip_task_t) :: without, with
 
-      call copy(base, with)
+      if (allocated(found%error)) return
+      call copy(found%base, with)
       with%scene%stop%preload = surface_out_of_reach
       with%settings%keep_all_modes = .true.
-      call find_free_modes(with%model, with%modes, error)
-      if (allocated(error)) return
+      call find_free_modes(with%model, with%modes, found%error)
       call copy(with, without)
       without%besides = contact_modes_first
-      call compare_histories('contact modes, no contact', without, with, base%settings%duration, savings, error)
+      call compare_histories(found, 'contact modes, no contact', without, with, with%settings%duration)
    end subroutine save_contact_modes
 
    !> Each kind of output by itself against events only.
-   subroutine save_output(base, savings, error)
-      !> The scene
-      type(skip_task_t), intent(in) :: base
-      !> Gets savings
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a run fails
-      type(failure_t), allocatable, intent(out) :: error
+   subroutine save_output(found)
+      type(findings_t), intent(inout) :: found
 
       type(output_settings_t) :: output
 
@@ -198,65 +174,52 @@ contains
       output%history(eta_stop) = .true.
       output%history(eta_tip) = .true.
       output%history(velocity_stop) = .true.
-      call compare_events('histories of eta', base, output, savings, error)
-      if (allocated(error)) return
+      call compare_events(found, 'histories of eta', output)
       output = no_output()
       output%history(force_stop) = .true.
-      call compare_events('history of the contact force', base, output, savings, error)
-      if (allocated(error)) return
+      call compare_events(found, 'history of the contact force', output)
       output = no_output()
       output%energy = .true.
-      call compare_events('ledger of energy', base, output, savings, error)
-      if (allocated(error)) return
+      call compare_events(found, 'ledger of energy', output)
       output = no_output()
       output%shape_step = shape_step
-      call compare_events('shapes, ten per unit of tau', base, output, savings, error)
+      call compare_events(found, 'shapes, ten per unit of tau', output)
    end subroutine save_output
 
    !> From file to file against reading and checking the scene's file, which is what --check does.
-   subroutine save_everything(base, savings, error)
-      !> The scene
-      type(skip_task_t), intent(in) :: base
-      !> Gets a saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when the file cannot be read, the run fails or its file cannot be written
-      type(failure_t), allocatable, intent(out) :: error
+   subroutine save_everything(found)
+      type(findings_t), intent(inout) :: found
 
       type(skip_task_t) :: without, with
       type(saving_t) :: saving
 
-      call copy(base, with)
+      call copy(found%base, with)
       with%besides = reading_only
-      call copy(base, without)
+      call copy(found%base, without)
       without%besides = file_to_file
       without%output = output_settings_t()
       saving%name = 'run and file, by --check'
       saving%compared = 'nothing is computed'
-      call time_both(without, with, saving, savings, error)
+      call time_both(found, without, with, saving)
    end subroutine save_everything
 
    !> Compare the histories of two runs, then time them by their events alone.
-   subroutine compare_histories(name, without, with, horizon, savings, error)
+   subroutine compare_histories(found, name, without, with, horizon)
+      type(findings_t), intent(inout) :: found
       !> What is skipped
       character(*), intent(in) :: name
-      !> Without the skip and with it
       type(skip_task_t), intent(inout) :: without
       type(skip_task_t), intent(inout) :: with
       !> Up to here they are compared, tau
       real(wp), intent(in) :: horizon
-      !> Gets a saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a run fails
-      type(failure_t), allocatable, intent(out) :: error
 
       type(saving_t) :: saving
       integer :: last
 
       without%output = output_settings_t()
       with%output = output_settings_t()
-      call without%run(error)
-      if (.not. allocated(error)) call with%run(error)
-      if (allocated(error)) return
+      call run_both(found, without, with)
+      if (allocated(found%error)) return
       saving%name = name
       saving%compared = 'eta at stop and tip'
       if (horizon < with%settings%duration) saving%compared = 'eta at stop and tip up to tau = '//to_text(horizon)
@@ -267,61 +230,58 @@ contains
       end associate
       without%output = no_output()
       with%output = no_output()
-      call time_both(without, with, saving, savings, error)
+      call time_both(found, without, with, saving)
    end subroutine compare_histories
 
    !> Compare the events of a run that keeps something with those of one that keeps nothing else, and time both.
-   subroutine compare_events(name, base, output, savings, error)
+   subroutine compare_events(found, name, output)
+      type(findings_t), intent(inout) :: found
       !> What is skipped
       character(*), intent(in) :: name
-      !> The scene
-      type(skip_task_t), intent(in) :: base
       !> What is kept
       type(output_settings_t), intent(in) :: output
-      !> Gets a saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a run fails
-      type(failure_t), allocatable, intent(out) :: error
 
       type(skip_task_t) :: without, with
       type(saving_t) :: saving
 
-      call copy(base, with)
-      call copy(base, without)
+      call copy(found%base, with)
+      call copy(found%base, without)
       without%output = output
-      call without%run(error)
-      if (.not. allocated(error)) call with%run(error)
-      if (allocated(error)) return
+      call run_both(found, without, with)
+      if (allocated(found%error)) return
       saving%name = name
       saving%compared = 'events'
       saving%difference = difference_of_events(without%response, with%response)
-      call time_both(without, with, saving, savings, error)
+      call time_both(found, without, with, saving)
    end subroutine compare_events
 
-   !> Time both ways and keep what was found.
-   subroutine time_both(without, with, saving, savings, error)
-      !> Without the skip and with it
+   !> Do it without the skip and with it, unless something has failed.
+   subroutine run_both(found, without, with)
+      type(findings_t), intent(inout) :: found
+      type(skip_task_t), intent(inout) :: without
+      type(skip_task_t), intent(inout) :: with
+
+      if (allocated(found%error)) return
+      call without%run(found%error)
+      if (.not. allocated(found%error)) call with%run(found%error)
+   end subroutine run_both
+
+   !> Time both ways and keep what was found, unless something has failed.
+   subroutine time_both(found, without, with, saving)
+      type(findings_t), intent(inout) :: found
       type(skip_task_t), intent(inout) :: without
       type(skip_task_t), intent(inout) :: with
       !> Names and difference in; times are added
       type(saving_t), intent(inout) :: saving
-      !> Gets the saving
-      type(saving_t), allocatable, intent(inout) :: savings(:)
-      !> Set when a task fails
-      type(failure_t), allocatable, intent(out) :: error
 
-      associate (asked => without%scene%precision)
-         call measure_time(without, asked%repetitions, asked%shortest_timing, saving%without, error)
-         if (allocated(error)) return
-         call measure_time(with, asked%repetitions, asked%shortest_timing, saving%with, error)
-         if (allocated(error)) return
-      end associate
-      savings = [savings, saving]
+      if (allocated(found%error)) return
+      call measure_time(without, without%scene%precision, saving%without, found%error)
+      if (.not. allocated(found%error)) call measure_time(with, with%scene%precision, saving%with, found%error)
+      if (.not. allocated(found%error)) found%savings = [found%savings, saving]
    end subroutine time_both
 
    !> The greatest difference of two matrices in the greatest entry of one.
    pure function relative_difference(a, b) result(difference)
-      !> The matrices
       real(wp), intent(in) :: a(:, :)
       real(wp), intent(in) :: b(:, :)
       real(wp) :: difference

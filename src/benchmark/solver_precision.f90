@@ -54,8 +54,7 @@ contains
                   task%what = task_solver
                   task%solver = asked%solver(j)
                   task%count = min(count, 2*entry%elements)
-                  call measure_time(task, scene%precision%repetitions, scene%precision%shortest_timing, entry%timing, &
-                     trouble)
+                  call measure_time(task, scene%precision, entry%timing, trouble)
                   if (.not. allocated(trouble)) call take_errors(task%lambda, exact, entry)
                end associate
             end do

@@ -2,6 +2,7 @@
 module timed_tasks
    use failures, only: failure_t
    use kinds, only: i8, wp
+   use scene_types, only: precision_settings_t
    use sorting, only: ascending_order
    implicit none (type, external)
    private
@@ -48,13 +49,10 @@ contains
    end function clock_resolution
 
    !> Time a task.
-   subroutine measure_time(task, repetitions, shortest, timing, error)
+   subroutine measure_time(task, asked, timing, error)
       class(timed_task_t), intent(inout) :: task
-      !> Number of timings; a task of more than a second gets at most three
-      integer, intent(in) :: repetitions
-      !> Seconds that each of them lasts at least
-      real(wp), intent(in) :: shortest
-      !> The result
+      !> How often, and how long at least; a task of more than a second gets three timings at most
+      type(precision_settings_t), intent(in) :: asked
       type(timing_t), intent(out) :: timing
       !> Set when the task fails
       type(failure_t), allocatable, intent(out) :: error
@@ -69,13 +67,13 @@ contains
       call time_runs(task, 1, once, error)
       if (allocated(error)) return
       runs = 1
-      do while (once*real(runs, wp) < shortest .and. runs < most_runs)
+      do while (once*real(runs, wp) < asked%shortest_timing .and. runs < most_runs)
          runs = 2*runs
          call time_runs(task, runs, once, error)
          if (allocated(error)) return
       end do
-      timings = repetitions
-      if (once > long_run) timings = min(repetitions, most_of_long)
+      timings = asked%repetitions
+      if (once > long_run) timings = min(asked%repetitions, most_of_long)
       allocate (seconds(timings))
       do i = 1, timings
          call time_runs(task, runs, seconds(i), error)

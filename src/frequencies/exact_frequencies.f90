@@ -102,7 +102,6 @@ contains
 
    !> The first roots without tip mass or with held tip, by steps.
    subroutine search_roots(problem, roots, error)
-      !> What the determinant belongs to
       type(characteristic_t), intent(in) :: problem
       !> The roots, ascending
       real(qp), intent(out) :: roots(:)
@@ -171,7 +170,6 @@ contains
 
    !> The determinant at lambda, with every exponential scaled: its sign and its roots are meant.
    function characteristic_value(problem, lambda) result(value)
-      !> What the determinant belongs to
       type(characteristic_t), intent(in) :: problem
       !> lambda > 0
       real(qp), intent(in) :: lambda
@@ -222,7 +220,6 @@ contains
 
    !> The 4 x 4 determinant of a taper: rows clamp, clamp, moment, shear (or held tip); columns J, Y, I, K.
    function taper_value(problem, lambda) result(value)
-      !> What the determinant belongs to
       type(characteristic_t), intent(in) :: problem
       !> lambda > 0
       real(qp), intent(in) :: lambda
@@ -313,13 +310,11 @@ contains
    !> The root in a bracket by Chandrupatla's rule: inverse quadratic interpolation where three points
    !> make it safe, bisection elsewhere (Adv. Eng. Software 28 (1997) 145-149).
    subroutine find_root(problem, lower, upper, root, error)
-      !> What the determinant belongs to
       type(characteristic_t), intent(in) :: problem
       !> Lower end
       real(qp), intent(in) :: lower
       !> Upper end
       real(qp), intent(in) :: upper
-      !> The root
       real(qp), intent(out) :: root
       !> Unallocated: done
       type(failure_t), allocatable, intent(out) :: error

@@ -80,7 +80,6 @@ contains
 
    !> Lanczos steps on B^T B, orthogonal to the vectors found, until the next ones have converged.
    subroutine find_more(natural, found, vectors, error)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       !> Number of vectors found, the lowest frequencies; more on return
       integer, intent(inout) :: found
@@ -162,7 +161,6 @@ contains
 
    !> A smooth vector in which no mode is missing: the curvatures under point forces of all signs.
    subroutine start_vector(natural, forces, basis)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       !> Work space, [rows]
       real(wp), intent(inout) :: forces(:)
@@ -231,7 +229,6 @@ contains
    !> Orthogonalise the vectors in the mass product, from low to high, which takes out what rounding
    !> left of lower modes; then one application of B^T B, which takes out what it left of higher ones.
    subroutine refine(natural, vectors, deflection, error)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       !> Vectors; of unit modal mass on return, [2 n, count]
       real(wp), intent(inout) :: vectors(:, :)
@@ -295,7 +292,6 @@ contains
 
    !> Each mode must satisfy its equation: |B^T B v - lambda^-4 v| small against lambda^-4 |v|.
    subroutine check_residuals(natural, lambda, vectors, deflection, error)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       !> lambda_i, [count]
       real(wp), intent(in) :: lambda(:)

@@ -46,12 +46,10 @@ contains
 
    !> Stiffness factors and quadrature points.
    pure subroutine make_natural_beam(section, mesh, tip_mass_ratio, natural)
-      !> The section along the beam
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> mu, >= 0
       real(wp), intent(in) :: tip_mass_ratio
-      !> The beam in its curvatures
       type(natural_beam_t), intent(out) :: natural
 
       real(wp), allocatable :: cut(:), mass_point(:), mass_weight(:), stiffness_point(:), stiffness_weight(:)
@@ -107,7 +105,6 @@ contains
 
    !> B q: from the clamp to the tip.
    pure subroutine deflect(natural, q, deflection)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       !> Coordinates, [2 n]
       real(wp), intent(in) :: q(:)
@@ -139,7 +136,6 @@ contains
 
    !> B^T f: from the tip to the clamp, summing forces and moments.
    pure subroutine deflect_transposed(natural, f, q)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       !> f, [rows]
       real(wp), intent(in) :: f(:)
@@ -183,7 +179,6 @@ contains
 
    !> y and dy/dx of the nodes.
    pure subroutine nodal_displacements(natural, q, nodal)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       !> Coordinates, [2 n]
       real(wp), intent(in) :: q(:)
@@ -228,7 +223,6 @@ contains
 
    !> B as a full matrix, [rows, 2 n].
    pure function flexibility_matrix(natural) result(matrix)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       real(wp) :: matrix(natural%rows, 2*natural%elements)
 
@@ -245,7 +239,6 @@ contains
 
    !> The matrix that turns coordinates into y and dy/dx of the nodes, [2 n, 2 n].
    pure function nodal_flexibility(natural) result(matrix)
-      !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
       real(wp) :: matrix(2*natural%elements, 2*natural%elements)
 

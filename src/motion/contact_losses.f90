@@ -28,7 +28,6 @@ contains
 
    !> What the ledger needs of each pair of exponents.
    pure subroutine make_contact_losses(beam, modes, losses)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Exponents and shapes
       type(contact_modes_t), intent(in) :: modes
@@ -63,7 +62,6 @@ contains
 
    !> Dissipated from the start of a contact up to a time, integrated in closed form.
    pure subroutine losses_until(beam, modes, losses, amplitude, q0, v0, t, lost)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Exponents
       type(contact_modes_t), intent(in) :: modes
@@ -107,7 +105,6 @@ contains
    pure subroutine losses_of_step(modes, step, losses, term, lost)
       !> Exponents
       type(contact_modes_t), intent(in) :: modes
-      !> Length of the step
       real(wp), intent(in) :: step
       !> From `make_contact_losses`; gets its matrices at the first call
       type(contact_losses_t), intent(inout) :: losses
@@ -156,7 +153,6 @@ contains
    pure subroutine make_step_matrix(modes, step, plain, conjugate, matrix)
       !> Exponents
       type(contact_modes_t), intent(in) :: modes
-      !> Length of the step
       real(wp), intent(in) :: step
       !> Power per pair of exponents
       complex(wp), intent(in) :: plain(:, :)

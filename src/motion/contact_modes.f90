@@ -53,7 +53,6 @@ contains
 
    !> Find all exponents.
    subroutine make_contact_modes(beam, zeta, spring, modes, error)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> zeta
       real(wp), intent(in) :: zeta
@@ -120,7 +119,6 @@ contains
    !> The stop point per unit of P at an exponent: the sum over the modes, or what the stop itself says, where less
    !> cancels. Next to the pole of a mode that hardly feels the stop the sum is nothing but rounding error.
    pure function stop_value_at_root(problem, s, from_branch, terms) result(stop_value)
-      !> The secular function
       type(secular_t), intent(in) :: problem
       !> The exponent
       complex(wp), intent(in) :: s
@@ -147,7 +145,6 @@ contains
 
    !> Force in the branch per unit of P at an exponent, P - k u, or what the branch itself says, where less cancels.
    pure function branch_value_at_root(problem, s, from_branch, stop_value) result(branch_value)
-      !> The secular function
       type(secular_t), intent(in) :: problem
       !> The exponent
       complex(wp), intent(in) :: s
@@ -171,9 +168,7 @@ contains
    !> geometrically there, the points of the circle take the place of the two exponents
    !> (Trefethen and Weideman, SIAM Rev. 56 (2014) 385).
    subroutine replace_clusters(beam, problem, active, s, keep, modes)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
-      !> The secular function
       type(secular_t), intent(in) :: problem
       !> Modes that move the stop point
       integer, intent(in) :: active(:)
@@ -244,9 +239,7 @@ contains
 
    !> A point of a circle in the place of an exponent.
    subroutine add_node(beam, problem, active, center, arm, circles)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
-      !> The secular function
       type(secular_t), intent(in) :: problem
       !> Modes that move the stop point
       integer, intent(in) :: active(:)
@@ -298,7 +291,6 @@ contains
 
    !> Amplitudes c of P(t) = P_static + sum weight Re(c exp(s t)) from the state at the start of a contact.
    pure subroutine contact_amplitudes(beam, modes, surface, q, v, branch_force, static_force, amplitude)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Exponents and shapes
       type(contact_modes_t), intent(in) :: modes
@@ -367,7 +359,6 @@ contains
 
    !> Modal state at a time after the start of a contact.
    pure subroutine contact_state(beam, modes, static_force, amplitude, q0, v0, t, q, v)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Exponents and shapes
       type(contact_modes_t), intent(in) :: modes

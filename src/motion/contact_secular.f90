@@ -36,7 +36,6 @@ contains
 
    !> The poles of the secular function: exponents of the free modes, pairs side by side, and of the branch.
    subroutine make_secular(beam, active, zeta, spring, problem)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Modes that move the stop point
       integer, intent(in) :: active(:)
@@ -144,7 +143,6 @@ contains
 
    !> Exponents to start from: each mode of the beam with the spring attached keeps its share of the damping.
    subroutine first_guess(beam, active, zeta, spring, problem, near, offset)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Modes that move the stop point
       integer, intent(in) :: active(:)

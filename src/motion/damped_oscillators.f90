@@ -71,7 +71,6 @@ contains
       real(wp), intent(in) :: square(:)
       !> zeta = gamma omega1/2, >= 0
       real(wp), intent(in) :: zeta
-      !> The family
       type(oscillators_t), intent(out) :: oscillators
 
       integer :: i
@@ -105,7 +104,6 @@ contains
 
    !> State after a time t.
    pure subroutine propagate(oscillators, t, z0, v0, z, v)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> Time, >= 0
       real(wp), intent(in) :: t
@@ -131,7 +129,6 @@ contains
 
    !> The same on whole vectors: all arrays are filled up to `padded(count)` with zeros.
    pure subroutine propagate_lanes(oscillators, t, z0, v0, z, v)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> Time, >= 0
       real(wp), intent(in) :: t
@@ -254,7 +251,6 @@ contains
    !> damping the two terms of the slow exponential cancel, so there it is taken from the two exponentials; the
    !> rounding error of the fast one dies out with it.
    pure function elastic_and_viscous(oscillators, z, v, t, z0, v0) result(value)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> State now, [count]
       real(wp), intent(in) :: z(:)
@@ -285,7 +281,6 @@ contains
 
    !> z'' from the equation of motion.
    pure function acceleration(oscillators, z, v) result(a)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> State, [count]
       real(wp), intent(in) :: z(:)
@@ -297,7 +292,6 @@ contains
 
    !> The 2 x 2 matrices of one step of length h.
    pure subroutine step_matrices(oscillators, h, matrices)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> Length of the step
       real(wp), intent(in) :: h

@@ -17,7 +17,6 @@ contains
 
    !> From rest at the given modal coordinates to the end of the run.
    subroutine run_phases(beam, contact, start, settings, motion, response, error)
-      !> The beam in its free modes
       type(modal_beam_t), target, intent(in) :: beam
       !> The stop
       class(contact_t), target, intent(inout) :: contact
@@ -82,7 +81,6 @@ contains
       integer, intent(in) :: limit
       !> Phases that ended at the instant at which they began, one after the other
       integer, intent(in) :: standstill
-      !> The instant
       real(wp), intent(in) :: tau
       !> Set when the run may not go on
       type(failure_t), allocatable, intent(inout) :: error

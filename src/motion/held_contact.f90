@@ -207,7 +207,6 @@ contains
    !> certainly positive if it leaves (2: the support would have to pull; 3: its force vanishes and falls), or
    !> 0 if it is pressed against the stop.
    pure function leaving_order(beam, q, v) result(order)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> Modal state, [modes]
       real(wp), intent(in) :: q(:)

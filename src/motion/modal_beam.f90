@@ -94,9 +94,7 @@ contains
    !> Where the stop holds a massless node the flexibility f of its spring is added to the sum, and there is one more
    !> root, above all poles.
    pure subroutine make_support(beam, support)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
-      !> The beam held at the stop
       type(support_t), intent(out) :: support
 
       integer, allocatable :: active(:)
@@ -153,13 +151,11 @@ contains
 
    !> The beam held at the stop, ready to move.
    pure subroutine make_pinned_beam(beam, zeta, shared, pinned)
-      !> The beam in its free modes
       type(modal_beam_t), intent(in) :: beam
       !> zeta, >= 0
       real(wp), intent(in) :: zeta
       !> Made beforehand for all runs of this beam; not used unless it fits
       type(support_t), intent(in) :: shared
-      !> The beam held at the stop
       type(pinned_beam_t), intent(out) :: pinned
 
       logical :: fits
@@ -179,7 +175,6 @@ contains
    !> rounding error of the sum is a great force, so where that is better the forces are summed instead: w_j^2 p_j =
    !> sum psi_ij W_i^2 q_i.
    pure function to_pinned(pinned, free_square, stop_value, q) result(p)
-      !> The beam held at the stop
       type(pinned_beam_t), intent(in) :: pinned
       !> W_i^2 and b_i of the free modes, [modes]
       real(wp), intent(in) :: free_square(:)
@@ -205,7 +200,6 @@ contains
 
    !> And back: W_i^2 q_i = sum psi_ij w_j^2 p_j + b_i sum r_j p_j.
    pure function to_free(pinned, free_square, stop_value, p) result(q)
-      !> The beam held at the stop
       type(pinned_beam_t), intent(in) :: pinned
       !> W_i^2 and b_i of the free modes, [modes]
       real(wp), intent(in) :: free_square(:)
@@ -292,7 +286,6 @@ contains
       real(wp), intent(in) :: constant
       !> The root lies between poles `left` and `left` + 1
       integer, intent(in) :: left
-      !> The root
       real(wp), intent(out) :: root
       !> pole_k - root, to full relative precision, [size(pole)]
       real(wp), intent(out) :: distance(:)

@@ -1,11 +1,12 @@
 !> The rules of contact and release for steps of finite length, and what impact, capture, contact and release do.
 module newmark_events
-   use failures, only: fail, failure_t, status_run_failed
+   use failures, only: fail, status_run_failed
    use kinds, only: wp
    use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, &
       stop_energy
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: copy_state, momentum_at_stop, restart_acceleration
+   use number_text, only: to_text
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, &
       event_separation, event_t, response_t
    use restitution_stop, only: nodal_energy_change, nodal_impulse, rebound_energy_change, rebound_impulse
@@ -19,16 +20,13 @@ module newmark_events
 contains
 
    !> The rules of contact and release at the end of an accepted step.
-   pure subroutine look_for_event(run, step, closing, response, error)
+   pure subroutine look_for_event(run, step, closing, response)
       type(run_t), intent(inout) :: run
-      !> Length of the step
       real(wp), intent(in) :: step
       !> A longer step was taken back: the event lies ahead
       logical, intent(in) :: closing
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
       real(wp) :: distance, rate
 
@@ -46,9 +44,9 @@ contains
                run%armed = .true.
             else if (rate < 0.0_wp .and. (run%armed .or. closing .or. run%leaving)) then
                if (allocated(run%stop)) then
-                  call begin_contact(run, response, error)
+                  call begin_contact(run, response)
                else
-                  call strike(run, response, error)
+                  call strike(run, response)
                end if
             else if (rate > 0.0_wp) then
                run%armed = .true.
@@ -56,21 +54,19 @@ contains
          else if (closing .and. new%force < run%release_force .and. new%force < old%force) then
             ! a force that still rises is the beginning of a contact, not its end
             if (run%phase == phase_held) then
-               call release(run, response, error)
+               call release(run, response)
             else
-               call end_contact(run, response, error)
+               call end_contact(run, response)
             end if
          end if
       end associate
    end subroutine look_for_event
 
    !> Even the shortest step crosses the condition: the event is here.
-   pure subroutine give_way(run, response, error)
+   pure subroutine give_way(run, response)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when the beam is free: the tolerance is then below what arithmetic can resolve
-      type(failure_t), allocatable, intent(out) :: error
 
       character(24) :: tau_text
 
@@ -78,41 +74,37 @@ contains
       select case (run%phase)
       case (phase_free)
          write (tau_text, '(f24.9)') instant(run, run%progress)
-         call fail(error, status_run_failed, 'the contact near tau = '//trim(adjustl(tau_text))// &
+         call fail(run%error, status_run_failed, 'the contact near tau = '//trim(adjustl(tau_text))// &
             ' cannot be located: even the step halved to its limit goes through the stop; '// &
             'contact_tolerance is too small, or the motion is not finite')
       case (phase_held)
-         call release(run, response, error)
+         call release(run, response)
       case (phase_contact)
-         call end_contact(run, response, error)
+         call end_contact(run, response)
       end select
    end subroutine give_way
 
    !> Model A: the free stop point has come to the stop. A flight that stayed low ends where it began, in capture.
-   pure subroutine strike(run, response, error)
+   pure subroutine strike(run, response)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
       if (run%judged) then
          call copy_state(run%flight_state, run%states(run%now))
          run%progress = run%flight_progress
          run%refused_end = nowhere
-         call capture(run, response, error)
+         call capture(run, response)
       else
-         call rebound(run, response, error)
+         call rebound(run, response)
       end if
    end subroutine strike
 
    !> Model A: reverse the velocity by the restitution and begin a flight.
-   pure subroutine rebound(run, response, error)
+   pure subroutine rebound(run, response)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
       type(event_t) :: event
       real(wp) :: momentum
@@ -128,30 +120,28 @@ contains
             call push(run, event, eps)
          end if
          state%velocity(c) = event%velocity_after
-         call keep_event(run, event, response, error)
-         if (allocated(error)) return
+         call keep_event(run, event, response)
+         if (allocated(run%error)) return
          if (state%velocity(c) > 0.0_wp) then
             call restart_acceleration(run%stepper, state, .false.)
-            call shorten_next_step(run, error)
-            if (allocated(error)) return
+            call shorten_next_step(run)
+            if (allocated(run%error)) return
             run%judged = .true.
             run%armed = .true.
             run%peak = gap(run, state)
             call copy_state(state, run%flight_state)
             run%flight_progress = run%progress
          else
-            call capture(run, response, error)
+            call capture(run, response)
          end if
       end associate
    end subroutine rebound
 
    !> Model A: bring the stop point to rest and hold it, unless the stop would have to pull.
-   pure subroutine capture(run, response, error)
+   pure subroutine capture(run, response)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
       type(event_t) :: event
 
@@ -162,20 +152,19 @@ contains
          event%velocity_after = 0.0_wp
          state%velocity(c) = 0.0_wp
          call restart_acceleration(run%stepper, state, .true.)
-         call shorten_next_step(run, error)
-         if (allocated(error)) return
+         call shorten_next_step(run)
+         if (allocated(run%error)) return
          if (state%force > 0.0_wp) then
             run%phase = phase_held
-            call keep_event(run, event, response, error)
+            call keep_event(run, event, response)
          else
             ! with no impulse given (eps = 0) there was no capture to speak of
-            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event, response, error)
-            if (allocated(error)) return
+            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event, response)
+            if (allocated(run%error)) return
             run%phase = phase_free
             run%armed = .false.
             call restart_acceleration(run%stepper, state, .false.)
-            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event_here(run, event_release), response, &
-               error)
+            if (abs(event%velocity_before) > 0.0_wp) call keep_event(run, event_here(run, event_release), response)
          end if
       end associate
    end subroutine capture
@@ -201,11 +190,9 @@ contains
    !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
    !> them ring instead, and lose digits in their accelerations; so the first step is that short, and the next ones
    !> grow.
-   pure subroutine shorten_next_step(run, error)
+   pure subroutine shorten_next_step(run)
       !> The run; its next step is bounded
       type(run_t), intent(inout) :: run
-      !> Set when no bound of the frequencies is found
-      type(failure_t), allocatable, intent(out) :: error
 
       real(wp) :: frequency
 
@@ -213,8 +200,8 @@ contains
          run%impulse_level = 0
          if (run%stepper%double_zeta > 0.0_wp) then
             call highest_frequency(run%stepper%stiffness, run%stepper%mass, run%stepper%stop_dof, 0.0_wp, frequency, &
-               error)
-            if (allocated(error)) return
+               run%error)
+            if (allocated(run%error)) return
             run%impulse_level = level_of(run, 2.0_wp/(run%stepper%double_zeta*frequency**2))
          end if
       end if
@@ -222,44 +209,38 @@ contains
    end subroutine shorten_next_step
 
    !> Model A: the held stop point leaves.
-   pure subroutine release(run, response, error)
+   pure subroutine release(run, response)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
       call restart_acceleration(run%stepper, run%states(run%now), .false.)
       run%phase = phase_free
       run%judged = .false.
       run%armed = .false.
       run%refused_end = nowhere
-      call keep_event(run, event_here(run, event_release), response, error)
+      call keep_event(run, event_here(run, event_release), response)
    end subroutine release
 
    !> Model B: contact begins, with P = 0.
-   pure subroutine begin_contact(run, response, error)
+   pure subroutine begin_contact(run, response)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
       run%contact_gap = gap(run, run%states(run%now))
       run%leaving = .false.
       run%phase = phase_contact
       run%refused_end = nowhere
       run%next_level = run%contact_level
-      call keep_event(run, event_here(run, event_contact), response, error)
+      call keep_event(run, event_here(run, event_contact), response)
    end subroutine begin_contact
 
    !> Model B: contact ends. The surface springs back from the rest of the force and is then free.
-   pure subroutine end_contact(run, response, error)
+   pure subroutine end_contact(run, response)
       type(run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
       real(wp) :: before
 
@@ -272,7 +253,7 @@ contains
          run%armed = gap_rate(run, state) > 0.0_wp
          run%leaving = gap(run, state) < -run%contact_tolerance
          run%refused_end = nowhere
-         call keep_event(run, event_here(run, event_separation), response, error)
+         call keep_event(run, event_here(run, event_separation), response)
       end associate
    end subroutine end_contact
 
@@ -293,21 +274,18 @@ contains
    end function event_here
 
    !> Keep an event and what it did to the energy.
-   pure subroutine keep_event(run, event, response, error)
+   pure subroutine keep_event(run, event, response)
       type(run_t), intent(inout) :: run
       type(event_t), intent(in) :: event
       !> Events
       type(response_t), intent(inout) :: response
-      !> Set when there are too many
-      type(failure_t), allocatable, intent(out) :: error
 
-      character(24) :: limit_text, tau_text
+      character(24) :: tau_text
 
       if (response%event_count >= run%event_limit) then
-         write (limit_text, '(i0)') run%event_limit
          write (tau_text, '(f24.9)') event%tau
-         call fail(error, status_run_failed, 'more than event_limit = '//trim(limit_text)//' events by tau = '// &
-            trim(adjustl(tau_text)))
+         call fail(run%error, status_run_failed, 'more than event_limit = '//to_text(run%event_limit)// &
+            ' events by tau = '//trim(adjustl(tau_text)))
          return
       end if
       call append_event(response, event)

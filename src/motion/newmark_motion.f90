@@ -63,8 +63,11 @@ contains
       call take_sample(run, response)
 
       do while (run%progress%sample < samples)
-         call advance(run, response, error)
-         if (allocated(error)) return
+         call advance(run, response)
+         if (allocated(run%error)) then
+            call move_alloc(run%error, error)
+            return
+         end if
          if (run%progress%part > 0 .or. run%progress%offset > 0_i8) cycle
          call take_sample(run, response)
          if (.not. run%keeps_ledger .or. modulo(samples - run%progress%sample, between_checks) > 0) cycle
@@ -245,12 +248,10 @@ contains
    end function rounded_down
 
    !> One accepted step and the event it may end with; or the event that no step leads past.
-   pure subroutine advance(run, response, error)
+   pure subroutine advance(run, response)
       type(run_t), intent(inout) :: run
       !> Events and counters
       type(response_t), intent(inout) :: response
-      !> Set when an event cannot be located
-      type(failure_t), allocatable, intent(out) :: error
 
       integer :: level
       integer(i8) :: span
@@ -262,8 +263,8 @@ contains
       if (run%progress%offset > 0_i8) level = max(level, deepest_level - trailz(run%progress%offset))
       do
          if (.not. run%stepper%factors(level)%made) then
-            call make_factors(run%stepper, level, error, run%stop)
-            if (allocated(error)) return
+            call make_factors(run%stepper, level, run%error, run%stop)
+            if (allocated(run%error)) return
          end if
          span = shiftr(whole_step, level)
          call try_step(run, level)
@@ -272,7 +273,7 @@ contains
          response%rejected = response%rejected + 1_i8
          run%refused_end = run%progress%offset + span
          if (level == deepest_level) then
-            call give_way(run, response, error)
+            call give_way(run, response)
             return
          end if
          level = level + 1
@@ -297,7 +298,7 @@ contains
          call keep_shapes(run%stepper%order, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
             run%stepper%factors(level)%step, run%settings%preload, run%progress%next_shape, response)
       end if
-      call look_for_event(run, run%stepper%factors(level)%step, closing, response, error)
+      call look_for_event(run, run%stepper%factors(level)%step, closing, response)
    end subroutine advance
 
    !> Step from the present state into the other place.
@@ -368,7 +369,6 @@ contains
    !> What the step just accepted cost.
    pure subroutine account_step(run, step)
       type(run_t), intent(inout) :: run
-      !> Length of the step
       real(wp), intent(in) :: step
 
       real(wp) :: dissipated
@@ -384,7 +384,6 @@ contains
    !> Measure the step just accepted.
    pure subroutine measure_step(run, step, energy)
       type(run_t), intent(inout) :: run
-      !> Length of the step
       real(wp), intent(in) :: step
       !> Energy at its beginning
       real(wp), intent(in) :: energy

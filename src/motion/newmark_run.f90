@@ -1,5 +1,6 @@
 !> A Newmark run under way: the beam and the stop, the present state, and where it stands on the grid of steps.
 module newmark_run
+   use failures, only: failure_t
    use kinds, only: i8, wp
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: run_measures_t
@@ -85,6 +86,8 @@ module newmark_run
       integer :: next_level = 0
       !> Model B: gap at which contact began; the surface is taken to be there
       real(wp) :: contact_gap = 0.0_wp
+      !> Set where the run cannot go on: an event cannot be located, or there are too many
+      type(failure_t), allocatable :: error
    end type run_t
 
 contains

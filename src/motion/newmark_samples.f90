@@ -47,7 +47,6 @@ contains
       type(newmark_state_t), intent(in) :: new
       !> Instant of the end
       real(wp), intent(in) :: tau
-      !> Length of the step
       real(wp), intent(in) :: step
       !> delta
       real(wp), intent(in) :: preload

@@ -407,7 +407,6 @@ contains
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
-      !> The energy
       real(wp), intent(out) :: energy
 
       associate (n => stepper%order)
@@ -421,7 +420,6 @@ contains
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
-      !> The energy
       real(wp), intent(out) :: energy
 
       associate (n => stepper%order)
@@ -435,7 +433,6 @@ contains
    pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> Length of the step
       real(wp), intent(in) :: step
       !> State at the beginning
       type(newmark_state_t), intent(in) :: old

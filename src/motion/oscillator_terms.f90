@@ -124,7 +124,6 @@ contains
    !> The two exponentials of the modes far beyond critical damping. Their derivatives are taken one by one: in
    !> the equation of motion z and 2 zeta z' of the slow one cancel, and what is left is rounding error.
    pure subroutine split_exponentials(oscillators, weight, least, is_viscous, t, z0, v0, slow, fast)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
@@ -170,7 +169,6 @@ contains
 
    !> One derivative further.
    pure subroutine differentiate(oscillators, slow, fast)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> From `split_exponentials`, [padded]
       real(wp), contiguous, intent(inout) :: slow(:)
@@ -186,7 +184,6 @@ contains
 
    !> Value and slope from the two exponentials, where they are told apart.
    pure subroutine add_exponentials(oscillators, slow, fast, z, v)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> From `split_exponentials`, [padded]
       real(wp), contiguous, intent(in) :: slow(:)
@@ -207,7 +204,6 @@ contains
 
    !> Their terms of the sum and of its derivatives, and the bounds from now on.
    pure subroutine bound_exponentials(oscillators, weight, slow, fast, terms)
-      !> The family
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
       real(wp), contiguous, intent(in) :: weight(:)

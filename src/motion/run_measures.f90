@@ -76,9 +76,7 @@ contains
    !> An impulse at an instant.
    elemental subroutine take_impulse(tally, tau, impulse)
       type(tally_t), intent(inout) :: tally
-      !> The instant
       real(wp), intent(in) :: tau
-      !> The impulse
       real(wp), intent(in) :: impulse
 
       call begin_episode(tally, tau)
@@ -128,7 +126,6 @@ contains
    !> The stop acts: an episode begins unless it has.
    elemental subroutine begin_episode(tally, tau)
       type(tally_t), intent(inout) :: tally
-      !> The instant
       real(wp), intent(in) :: tau
 
       if (tally%in_episode) return
@@ -159,7 +156,6 @@ contains
    elemental subroutine mark_energy(tally, is_spent, tau)
       type(tally_t), intent(inout) :: tally
       logical, intent(in) :: is_spent
-      !> The instant
       real(wp), intent(in) :: tau
 
       if (is_spent .and. .not. tally%has_spent) tally%spent_tau = tau

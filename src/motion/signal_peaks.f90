@@ -107,7 +107,6 @@ contains
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
-      !> The level
       real(wp), intent(in) :: level
       !> When, 0: never
       real(wp), intent(out) :: time

@@ -45,7 +45,6 @@ contains
    pure subroutine measure_motion(measurer, piece)
       !> Gets what it tells
       type(step_measurer_t), intent(inout) :: measurer
-      !> The step
       type(piece_t), intent(in) :: piece
 
       !> Greatest value of s (1 - s)^2
@@ -181,7 +180,6 @@ contains
 
    !> The greatest value in a step.
    pure function greatest_in(piece) result(greatest)
-      !> The step
       type(piece_t), intent(in) :: piece
       real(wp) :: greatest
 
@@ -198,7 +196,6 @@ contains
 
    !> When |eta_c| last exceeds the quiet level in a step in which it does.
    pure function last_loud_time(piece) result(tau)
-      !> The step
       type(piece_t), intent(in) :: piece
       real(wp) :: tau
 
@@ -221,7 +218,6 @@ contains
 
    !> Coefficients as a polynomial of s = 0 ... 1.
    pure function cubic_of(piece) result(cubic)
-      !> The step
       type(piece_t), intent(in) :: piece
       real(wp) :: cubic(0:3)
 
@@ -237,7 +233,6 @@ contains
    pure function last_loud_point(cubic, level, loud, quiet) result(point)
       !> Coefficients
       real(wp), intent(in) :: cubic(0:3)
-      !> The level
       real(wp), intent(in) :: level
       !> The two points
       real(wp), intent(in) :: loud

@@ -112,7 +112,6 @@ contains
    !> has no such mode; and the same for the errors, where exact values are known. A table of one column
    !> has its errors beside it. Then why a solver has failed, if one has.
    subroutine print_frequency_table(unit, table)
-      !> Where to
       integer, intent(in) :: unit
       type(frequency_table_t), intent(in) :: table
 
@@ -140,7 +139,6 @@ contains
 
    !> A table of one column.
    subroutine print_column(unit, table)
-      !> Where to
       integer, intent(in) :: unit
       type(frequency_table_t), intent(in) :: table
 
@@ -171,7 +169,6 @@ contains
 
    !> A table of several columns.
    subroutine print_columns(unit, table)
-      !> Where to
       integer, intent(in) :: unit
       type(frequency_table_t), intent(in) :: table
 
@@ -217,7 +214,6 @@ contains
 
    !> What the columns of a table of frequencies are.
    subroutine print_heading(unit, columns, heading, has_exact)
-      !> Where to
       integer, intent(in) :: unit
       type(frequency_column_t), intent(in) :: columns(:)
       !> What the numbers are
@@ -248,7 +244,6 @@ contains
 
    !> What leaving out modes does; nothing, if none was left out.
    subroutine print_modes(unit, check)
-      !> Where to
       integer, intent(in) :: unit
       !> The modes kept, and those compared
       type(mode_check_t), intent(in) :: check
@@ -260,7 +255,6 @@ contains
 
    !> The measures of a run, a line each, and the highest points of its rebounds.
    subroutine print_measures(unit, measures)
-      !> Where to
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
 
@@ -308,9 +302,7 @@ contains
 
    !> A label and what belongs to it.
    subroutine print_line(unit, label, words)
-      !> Where to
       integer, intent(in) :: unit
-      !> The label
       character(*), intent(in) :: label
       !> What belongs to it
       character(*), intent(in) :: words
@@ -323,7 +315,6 @@ contains
 
    !> A row of a table.
    subroutine print_cells(unit, label, cells)
-      !> Where to
       integer, intent(in) :: unit
       !> The row's label
       character(*), intent(in) :: label

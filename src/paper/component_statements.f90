@@ -16,7 +16,6 @@ contains
    subroutine judge_components(series, list)
       !> All series, by the `vary_` constants
       type(series_t), intent(in) :: series(:)
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: remedies = 5
@@ -72,7 +71,6 @@ contains
 
    !> Root mean square distance of log10 of the peaks from the parabola through them, by least squares.
    pure function scatter_of(outcome) result(scatter)
-      !> The case
       type(outcome_t), intent(in) :: outcome
       real(wp) :: scatter
 

@@ -22,7 +22,6 @@ contains
 
    !> Compute the frequencies of the full wedge, the beam of the paper's tables, and judge.
    subroutine judge_frequencies(list, error)
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
       !> Set when a solver fails
       type(failure_t), allocatable, intent(out) :: error
@@ -88,7 +87,6 @@ contains
 
    !> A statement that is the same for every way.
    subroutine add(list, label, text, measure, figure, holds, detail, reason, remark)
-      !> Gets the statement
       type(statements_t), intent(inout) :: list
       !> Parts of it
       character(*), intent(in) :: label

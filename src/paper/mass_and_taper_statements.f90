@@ -16,7 +16,6 @@ contains
    subroutine judge_mass(mass, list)
       !> mu = 0, 0.1, 0.25, 0.5, 1, 2 of the figure, then 10 and 30
       type(series_t), intent(in) :: mass
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: printed = 6, half = 4, two = 6
@@ -81,7 +80,6 @@ contains
 
    !> How far the ends of some cases lie apart, over the soonest.
    pure function spread_of(outcome, definition) result(spread)
-      !> The cases
       type(outcome_t), intent(in) :: outcome(:)
       !> Definition of the end
       integer, intent(in) :: definition
@@ -98,7 +96,6 @@ contains
    subroutine judge_taper(taper, list)
       !> alpha = 0, 0.025 ... 0.15
       type(series_t), intent(in) :: taper
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: none = 1, middle = 4, much = 6, wedge = 7

@@ -10,7 +10,7 @@ module paper_cases
       method_newmark, stop_settings_t
    implicit none (type, external)
    private
-   public :: case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
+   public :: figure_case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
    public :: way_count, coarse, fine, coarse_nodal, fine_nodal, paper_nodal, paper_momentum, beside
 
    !> hbar/L of all figures.
@@ -29,7 +29,7 @@ module paper_cases
    integer, parameter :: beside(way_count) = [fine, coarse, paper_nodal, coarse_nodal, coarse_nodal, coarse]
 
    !> One curve of a figure. What is not varied is as in the paper's first example.
-   type :: case_t
+   type :: figure_case_t
       !> alpha = (h0 - h1)/L; the mean height is kept
       real(wp) :: taper = 0.0_wp
       !> mu
@@ -44,7 +44,7 @@ module paper_cases
       real(wp) :: preload = 0.0_wp
       !> kappa of the three-element stop; 0: the stop is rigid
       real(wp) :: stiffness = 0.0_wp
-   end type case_t
+   end type figure_case_t
 
    !> A way to compute it.
    type :: way_t
@@ -78,7 +78,7 @@ contains
 
    !> The assembled beam of a case.
    pure subroutine model_of_case(this, way, model, error)
-      type(case_t), intent(in) :: this
+      type(figure_case_t), intent(in) :: this
       !> Its mesh and its mass matrix
       type(way_t), intent(in) :: way
       type(beam_model_t), intent(out) :: model
@@ -99,7 +99,7 @@ contains
 
    !> The stop of a case; of the three-element stop beta = 20 and c* = 0.3 as in the paper.
    pure function stop_of_case(this, impulse) result(stop_settings)
-      type(case_t), intent(in) :: this
+      type(figure_case_t), intent(in) :: this
       !> Reading of the impulse
       integer, intent(in) :: impulse
       type(stop_settings_t) :: stop_settings

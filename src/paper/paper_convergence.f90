@@ -2,7 +2,7 @@
 module paper_convergence
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: case_t, way_t
+   use paper_cases, only: figure_case_t, way_t
    use paper_outcomes, only: energy_end, find_outcome, outcome_t, usual_end
    use scene_types, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
@@ -56,8 +56,8 @@ contains
          convergence%lost(meshes, 2), convergence%created(meshes, 2))
       do i = 1, meshes
          do k = 1, 2
-            call find_outcome(case_t(), way_t('', convergence%elements(i), method_exact, readings(k)), duration, &
-               outcome, error)
+            call find_outcome(figure_case_t(), way_t('', convergence%elements(i), method_exact, readings(k)), &
+               duration, outcome, error)
             if (allocated(error)) return
             convergence%mass(i) = 1.0_wp/outcome%mobility
             convergence%first_tau(i) = outcome%first_tau

@@ -6,7 +6,7 @@ module paper_outcomes
    use history_list, only: eta_stop, eta_tip, force_stop
    use kinds, only: pi, wp
    use motion_run, only: run_motion
-   use paper_cases, only: case_t, height_ratio, model_of_case, stop_of_case, way_t
+   use paper_cases, only: figure_case_t, height_ratio, model_of_case, stop_of_case, way_t
    use response_types, only: event_contact, event_impact, response_t, run_measures_t
    use run_settings, only: output_settings_t, run_settings_t
    use skyline_matrix, only: multiply
@@ -76,7 +76,7 @@ contains
 
    !> Compute a case and measure it.
    subroutine find_outcome(this, way, duration, outcome, error)
-      type(case_t), intent(in) :: this
+      type(figure_case_t), intent(in) :: this
       !> How it is computed
       type(way_t), intent(in) :: way
       !> Length of the run, tau
@@ -116,7 +116,7 @@ contains
 
    !> The motion of a case.
    subroutine respond(this, way, model, modes, duration, output, response, error)
-      type(case_t), intent(in) :: this
+      type(figure_case_t), intent(in) :: this
       !> How it is computed
       type(way_t), intent(in) :: way
       !> Its beam and the modes of the beam
@@ -126,7 +126,6 @@ contains
       real(wp), intent(in) :: duration
       !> What to keep
       type(output_settings_t), intent(in) :: output
-      !> The motion
       type(response_t), intent(out) :: response
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
@@ -206,7 +205,7 @@ contains
 
    !> The parts of the modes early in the first rebound.
    pure subroutine measure_components(this, model, modes, response, outcome)
-      type(case_t), intent(in) :: this
+      type(figure_case_t), intent(in) :: this
       !> Its beam and the modes of the beam
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes

@@ -2,7 +2,7 @@
 module paper_series
    use failures, only: failure_t
    use kinds, only: wp
-   use paper_cases, only: beside, case_t, way_count, way_t
+   use paper_cases, only: beside, figure_case_t, way_count, way_t
    use paper_outcomes, only: definition_count, find_outcome, outcome_t, sample_step
    implicit none (type, external)
    private
@@ -26,7 +26,7 @@ module paper_series
    type :: series_t
       !> Values of the parameter varied
       real(wp), allocatable :: value(:)
-      type(case_t), allocatable :: cases(:)
+      type(figure_case_t), allocatable :: cases(:)
       !> [case, way]
       type(outcome_t), allocatable :: outcome(:, :)
    end type series_t

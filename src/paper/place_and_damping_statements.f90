@@ -15,7 +15,6 @@ contains
    subroutine judge_position(position, list)
       !> Stop positions 0.5, 0.7, 0.75, 0.87, 0.875, 1
       type(series_t), intent(in) :: position
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: half = 1, seventy = 2, eighty_seven = 4, seven_eighths = 5
@@ -62,7 +61,6 @@ contains
    subroutine judge_damping(zeta, list)
       !> zeta = 0.001, 0.01, 0.05, 0.1
       type(series_t), intent(in) :: zeta
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
 
       integer, parameter :: least = 1, one_percent = 2, five_percent = 3

@@ -162,7 +162,6 @@ contains
 
    !> How well a sequence is in order: share of the pairs that rise less those that fall (Kendall's rank correlation).
    pure function order(value) result(tau)
-      !> The sequence
       real(wp), intent(in) :: value(:)
       !> 1: it rises, -1: it falls
       real(wp) :: tau

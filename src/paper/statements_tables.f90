@@ -17,7 +17,6 @@ contains
 
    !> Print all statements.
    subroutine print_statements(unit, study)
-      !> Where to
       integer, intent(in) :: unit
       type(study_t), intent(in) :: study
 
@@ -42,7 +41,6 @@ contains
 
    !> All that was computed: how the example settles with the mesh, then the ends of every case in every way.
    subroutine print_outcomes(unit, study)
-      !> Where to
       integer, intent(in) :: unit
       type(study_t), intent(in) :: study
 
@@ -139,7 +137,6 @@ contains
 
    !> Print words in lines of the same width, the label in the margin of the first.
    subroutine print_wrapped(unit, label, text)
-      !> Where to
       integer, intent(in) :: unit
       !> What stands in the margin
       character(*), intent(in) :: label

@@ -18,7 +18,6 @@ contains
       !> A series with the rigid stop, and the number of the case in it
       type(series_t), intent(in) :: rigid
       integer, intent(in) :: rigid_case
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
 
       real(wp), parameter :: period = 2.0_wp*pi
@@ -65,7 +64,6 @@ contains
       function first_of(figure, limit) result(text)
          !> The figure by kappa
          real(wp), intent(in) :: figure(:)
-         !> The limit
          real(wp), intent(in) :: limit
          character(:), allocatable :: text
 
@@ -84,7 +82,6 @@ contains
       type(series_t), intent(in) :: soft
       type(series_t), intent(in) :: rigid
       integer, intent(in) :: rigid_case
-      !> The way
       integer, intent(in) :: way
       !> 2 pi
       real(wp), intent(in) :: period
@@ -108,7 +105,6 @@ contains
    subroutine judge_preload(preload, list)
       !> Rising preload
       type(series_t), intent(in) :: preload
-      !> Gets the statement
       type(statements_t), intent(inout) :: list
 
       real(wp) :: figure(way_count), ends(size(preload%cases))
@@ -149,7 +145,6 @@ contains
    subroutine judge_restitution(restitution, list)
       !> Rising eps
       type(series_t), intent(in) :: restitution
-      !> Gets the statements
       type(statements_t), intent(inout) :: list
 
       real(wp), dimension(way_count) :: gain, spread_above

@@ -11,7 +11,7 @@ module name_table
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: table_t, entry_t, group_t, name_t, need_t, sweep_t, is_among
+   public :: table_t, entry_t, group_t, name_t, condition_t, sweep_t, is_among
    public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
 
    integer, parameter :: kind_number = 1
@@ -25,7 +25,7 @@ module name_table
    integer, parameter :: meaning_room = 180
 
    !> What must be so for a name to count; empty: it always counts.
-   type :: need_t
+   type :: condition_t
       !> The group of the names below; without any it is the group that the scene must have. Empty: the name's own
       character(name_room) :: group = ''
       !> This name must be this word; of a logical, .true.
@@ -35,7 +35,7 @@ module name_table
       character(phrase_room) :: without = ''
       !> For the user, where it is neither "name = 'word'" nor "&group"
       character(phrase_room) :: phrase = ''
-   end type need_t
+   end type condition_t
 
    !> What a sweep makes of a name.
    type :: sweep_t
@@ -59,7 +59,7 @@ module name_table
       !> What each number may be, or the length of a text
       type(range_t) :: range = range_t(-huge(1.0_wp), huge(1.0_wp))
       !> When it counts
-      type(need_t) :: needs = need_t()
+      type(condition_t) :: needs = condition_t()
       !> Another name of its group for the same quantity: never both in one file; the other is echoed
       character(name_room) :: instead_of = ''
       !> Its default in words, where that is no fixed value

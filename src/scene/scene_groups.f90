@@ -7,7 +7,7 @@ module scene_groups
    use kinds, only: wp
    use measure_list, only: measure_status, measure_table
    use name_parameters, only: list_parameters, parameter_of
-   use name_table, only: group_t, name_t, need_t, sweep_t, table_t
+   use name_table, only: group_t, name_t, condition_t, sweep_t, table_t
    use program_identity, only: program_any, program_benchmark, program_motion, program_paper
    use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, impulse_names, law_names, &
       mass_names, mesh_settings_t, method_names, name_length, output_settings_t, precision_settings_t, &
@@ -57,18 +57,19 @@ module scene_groups
    integer, parameter :: in_motion_and_benchmark = program_motion + program_benchmark
 
    ! What more than one name needs
-   type(need_t), parameter :: heights = need_t(without='area inertia', phrase='heights, not with area and inertia')
-   type(need_t), parameter :: linear_taper = need_t(without='station height area inertia', &
+   type(condition_t), parameter :: heights = condition_t(without='area inertia', &
+      phrase='heights, not with area and inertia')
+   type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
       phrase='a linear taper, not with tables')
-   type(need_t), parameter :: sections = need_t(phrase='area and inertia, and station where they vary')
-   type(need_t), parameter :: restitution = need_t(name='law', word='restitution')
-   type(need_t), parameter :: three_element = need_t(name='law', word='three_element')
-   type(need_t), parameter :: exact = need_t(name='method', word='exact')
-   type(need_t), parameter :: newmark = need_t(name='method', word='newmark')
-   type(need_t), parameter :: hypercube = need_t(name='design', word='latin_hypercube')
-   type(need_t), parameter :: refinement = need_t(name='refine')
-   type(need_t), parameter :: a_stop = need_t(group='stop')
-   type(need_t), parameter :: a_response = need_t(group='response')
+   type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
+   type(condition_t), parameter :: restitution = condition_t(name='law', word='restitution')
+   type(condition_t), parameter :: three_element = condition_t(name='law', word='three_element')
+   type(condition_t), parameter :: exact = condition_t(name='method', word='exact')
+   type(condition_t), parameter :: newmark = condition_t(name='method', word='newmark')
+   type(condition_t), parameter :: hypercube = condition_t(name='design', word='latin_hypercube')
+   type(condition_t), parameter :: refinement = condition_t(name='refine')
+   type(condition_t), parameter :: a_stop = condition_t(group='stop')
+   type(condition_t), parameter :: a_response = condition_t(group='response')
 
    ! Ranges of more than one name
    integer, parameter :: most_elements = 200000
@@ -191,9 +192,9 @@ contains
       call table%bind(physical%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
          range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
       call table%bind(beam%station, name_t('station', 'positions of the table, from 0 to length, ascending', &
-         height_range, need_t(phrase='height, or with area and inertia'), is_optional=.true.))
+         height_range, condition_t(phrase='height, or with area and inertia'), is_optional=.true.))
       call table%bind(beam%height, name_t('height', 'heights at the stations, linear between them', height_range, &
-         need_t(without='area inertia', phrase='station, not with area and inertia'), is_optional=.true.))
+         condition_t(without='area inertia', phrase='station, not with area and inertia'), is_optional=.true.))
       call table%bind(beam%area, name_t('area', 'areas at the stations, linear between them', &
          range_t(0.0_wp, 1.0e24_wp), sections, is_optional=.true.))
       call table%bind(beam%inertia, name_t('inertia', 'second moments of area at the stations', &
@@ -442,7 +443,7 @@ contains
          'distance of further such instants, from 0 to the end, tau; 0: none', range_t(0.0_wp, 1.0e9_wp), a_response))
       call table%bind(output%energy, name_t('energy', 'the energy ledger', needs=a_response))
       call table%bind(output%mode_shapes, name_t('mode_shapes', 'number of mode shapes to store', &
-         range_t(0.0_wp, 2.0_wp*real(most_elements, wp)), need_t(group='frequencies')))
+         range_t(0.0_wp, 2.0_wp*real(most_elements, wp)), condition_t(group='frequencies')))
    end subroutine list_output
 
 end module scene_groups

@@ -85,7 +85,6 @@ contains
 
    !> One line a case: its value, measures, its highest rebound.
    subroutine print_cases(unit, scene, cases)
-      !> Where to
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(case_t), intent(in) :: cases(:)

@@ -23,7 +23,6 @@ contains
       integer, intent(in) :: seed
       !> Another sequence of the same seed, >= 0
       integer, intent(in) :: stream
-      !> The generator
       type(random_t), intent(out) :: random
 
       real(wp) :: thrown_away
@@ -39,7 +38,6 @@ contains
 
    !> A number between 0 and 1, both excluded.
    pure subroutine next_random(random, value)
-      !> The generator
       type(random_t), intent(inout) :: random
       !> The number
       real(wp), intent(out) :: value
@@ -55,7 +53,6 @@ contains
 
    !> A normally distributed number (Box and Muller).
    pure subroutine next_normal(random, value)
-      !> The generator
       type(random_t), intent(inout) :: random
       !> The number
       real(wp), intent(out) :: value
@@ -69,7 +66,6 @@ contains
 
    !> The numbers 1 ... n in random order (Fisher and Yates).
    pure subroutine shuffle(random, order)
-      !> The generator
       type(random_t), intent(inout) :: random
       !> The numbers, [n]
       integer, intent(out) :: order(:)

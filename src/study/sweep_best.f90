@@ -41,7 +41,6 @@ contains
    subroutine start_best(scene, plan, best)
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> The list
       type(best_t), intent(out) :: best
 
       best%column = scene%best%measure
@@ -67,7 +66,6 @@ contains
 
    !> Enter a row, if it is good enough. Of equals the one with the lower number comes first.
    pure subroutine consider(best, case, values, row)
-      !> The list
       type(best_t), intent(inout) :: best
       !> Number of the case, its parameters and measures
       integer, intent(in) :: case
@@ -105,7 +103,6 @@ contains
       type(plan_t), intent(in) :: plan
       !> Its best cases
       type(best_t), intent(in) :: best
-      !> Number of threads
       integer, intent(in) :: threads
       !> What was found
       type(refined_t), intent(out) :: refined

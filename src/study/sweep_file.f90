@@ -163,7 +163,6 @@ contains
       type(hdf5_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> The best cases
       type(best_t), intent(in) :: best
       !> Better ones
       type(refined_t), intent(in) :: refined

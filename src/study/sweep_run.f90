@@ -53,7 +53,6 @@ contains
       character(*), intent(in) :: text
       !> Folder of the parts
       character(*), intent(in) :: path
-      !> Number of threads
       integer, intent(in) :: threads
       !> What the progress is called, and whether none is shown
       character(*), intent(in) :: label
@@ -245,7 +244,6 @@ contains
       type(plan_t), intent(in) :: plan
       !> Parameters of each case, [axes, cases]
       real(wp), intent(in) :: values(:, :)
-      !> Number of threads
       integer, intent(in) :: threads
       !> Their measures, [measure_count, cases]
       real(wp), intent(out) :: rows(:, :)

@@ -102,7 +102,6 @@ contains
 
    !> Such as '2 threads' and '2 threads in each of 4 processes'.
    pure function in_words(threads, processes) result(words)
-      !> Number of threads
       integer, intent(in) :: threads
       !> Processes in words; empty: one
       character(*), intent(in) :: processes

@@ -18,7 +18,6 @@ contains
 
    !> The tables of a finished sweep.
    subroutine print_sweep(unit, scene, plan, survey, refined, fresh, seconds, workers)
-      !> Where to
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
@@ -79,11 +78,9 @@ contains
 
    !> The best cases, one a line.
    subroutine print_best(unit, scene, plan, best)
-      !> Where to
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
-      !> The best cases
       type(best_t), intent(in) :: best
 
       integer :: i, k
@@ -105,7 +102,6 @@ contains
 
    !> The best case of the sweep and the best that the refinement found.
    subroutine print_refined(unit, scene, plan, refined)
-      !> Where to
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
