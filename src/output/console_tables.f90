@@ -11,6 +11,7 @@ module console_tables
    implicit none (type, external)
    private
    public :: print_model, print_frequency_table, print_measures, print_modes
+   public :: print_columns, fixed
 
    !> Width of the labels at the left, and of a column of numbers.
    integer, parameter :: label_width = 20
@@ -124,7 +125,7 @@ contains
          do first = 1, size(table%columns), most_columns
             part%columns = table%columns(first:min(first + most_columns - 1, size(table%columns)))
             if (allocated(table%exact)) part%exact = table%exact
-            call print_columns(unit, part)
+            call print_frequency_columns(unit, part)
          end do
       end if
       if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
@@ -168,7 +169,7 @@ contains
    end subroutine print_column
 
    !> A table of several columns.
-   subroutine print_columns(unit, table)
+   subroutine print_frequency_columns(unit, table)
       integer, intent(in) :: unit
       type(frequency_table_t), intent(in) :: table
 
@@ -210,7 +211,7 @@ contains
          end do
          call print_cells(unit, 'mode '//to_text(mode), cells)
       end do
-   end subroutine print_columns
+   end subroutine print_frequency_columns
 
    !> What the columns of a table of frequencies are.
    subroutine print_heading(unit, columns, heading, has_exact)
@@ -333,6 +334,49 @@ contains
       write (unit, '(2x, a)') trim(line)
    end subroutine print_cells
 
+   !> Columns as wide as what stands in them, under headings of two lines.
+   subroutine print_columns(unit, headings, cells)
+      !> Where to
+      integer, intent(in) :: unit
+      !> [columns]
+      character(*), intent(in) :: headings(:)
+      !> [columns, rows]
+      character(*), intent(in) :: cells(:, :)
+
+      character(len(cells)) :: lines(size(headings), size(cells, 2) + 2)
+      character(:), allocatable :: line
+      integer :: i, k, widths(size(headings))
+
+      do k = 1, size(headings)
+         call split_heading(trim(headings(k)), lines(k, 1), lines(k, 2))
+      end do
+      lines(:, 3:) = cells
+      widths = maxval(len_trim(lines), dim=2)
+      do i = 1, size(lines, 2)
+         line = ''
+         do k = 1, size(headings)
+            line = line//'  '//at_right(lines(k, i), widths(k))
+         end do
+         write (unit, '(a)') line
+      end do
+   end subroutine print_columns
+
+   !> At the blank that makes the longer half shortest; without any all of it belongs below.
+   pure subroutine split_heading(heading, upper, lower)
+      character(*), intent(in) :: heading
+      character(*), intent(out) :: upper
+      character(*), intent(out) :: lower
+
+      integer :: i, place
+
+      place = 0
+      do i = 1, len(heading)
+         if (heading(i:i) == ' ' .and. max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
+      end do
+      upper = heading(:place)
+      lower = heading(place + 1:)
+   end subroutine split_heading
+
    !> An error in percent: four decimals, or an exponent where these would hide it.
    pure function error_text(error) result(text)
       real(wp), intent(in) :: error
@@ -372,8 +416,17 @@ contains
       character(*), intent(in) :: text
       character(column_width) :: cell
 
+      cell = at_right(text, column_width)
+   end function adjust_right
+
+   !> The same of any width.
+   pure function at_right(text, width) result(cell)
+      character(*), intent(in) :: text
+      integer, intent(in) :: width
+      character(width) :: cell
+
       cell = text
       cell = adjustr(cell)
-   end function adjust_right
+   end function at_right
 
 end module console_tables

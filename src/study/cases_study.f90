@@ -4,7 +4,7 @@ module cases_study
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_size_t
    use case_runs, only: case_t, run_cases
-   use console_tables, only: print_model
+   use console_tables, only: fixed, print_columns, print_model
    use failures, only: failure_t
    use file_system, only: make_folder
    use hdf5_writing, only: hdf5_group_t
@@ -21,7 +21,7 @@ module cases_study
    private
    public :: run_cases_of_scene, write_cases
 
-   integer, parameter :: width = 20
+   integer, parameter :: width = 32
    !> Measures that cases are compared by
    character(*), parameter :: shown(*) = [character(24) :: &
       'impacts', 'first_impact_tau', 'first_impact_velocity', 'quiet_tau', 'spent_tau']
@@ -89,36 +89,35 @@ contains
       type(scene_t), intent(in) :: scene
       type(case_t), intent(in) :: cases(:)
 
-      character(width) :: cells(size(shown) + 2)
+      character(width) :: headings(size(shown) + 2), cells(size(shown) + 2, size(cases))
       real(wp) :: row(measure_count)
       integer :: i, k
 
-      write (unit, '(2x, a)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
+      write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
          trim(scene%cases%parameter%name)
-      cells(1) = scene%cases%parameter%name(:width)
+      headings(1) = scene%cases%parameter%name
+      headings(size(headings)) = 'highest rebound'
+      cells = '-'
       do k = 1, size(shown)
-         cells(k + 1) = measure_table(measure_named(shown(k)))%label
+         headings(k + 1) = measure_table(measure_named(shown(k)))%label
       end do
-      cells(size(cells)) = 'highest rebound'
-      write (unit, '(/, 2x, *(a))') adjustr(cells)
       do i = 1, size(cases)
          row = row_of(cases(i)%response%measures)
-         cells(:) = '-'
-         cells(1) = to_text(cases(i)%value)
+         cells(1, i) = to_text(cases(i)%value)
          do k = 1, size(shown)
             associate (measure => measure_named(shown(k)))
                if (measure_table(measure)%is_whole) then
-                  cells(k + 1) = to_text(nint(row(measure)))
+                  cells(k + 1, i) = to_text(nint(row(measure)))
                else if (.not. ieee_is_nan(row(measure))) then
-                  write (cells(k + 1), '(f20.6)') row(measure)
+                  cells(k + 1, i) = fixed(row(measure), 6)
                end if
             end associate
          end do
          associate (peaks => cases(i)%response%measures%peak_eta)
-            if (size(peaks) > 0) write (cells(size(cells)), '(f20.6)') maxval(peaks)
+            if (size(peaks) > 0) cells(size(headings), i) = fixed(maxval(peaks), 6)
          end associate
-         write (unit, '(2x, *(a))') adjustr(cells)
       end do
+      call print_columns(unit, headings, cells)
    end subroutine print_cases
 
 end module cases_study
