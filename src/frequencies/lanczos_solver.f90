@@ -32,6 +32,9 @@ module lanczos_solver
    real(wp), parameter :: residual_limit = 1.0e-8_wp
    !> Steps after which the tridiagonal matrix is looked at, at the latest.
    integer, parameter :: least_steps = 36
+   !> What the user can do where it fails
+   character(*), parameter :: remedy = &
+      "; solver = 'natural' finds all; or ask for fewer (count), or bring the mesh ratio nearer to 1"
 
 contains
 
@@ -122,7 +125,8 @@ contains
          end associate
       end do
       if (ready == 0) then
-         call fail(error, status_run_failed, 'Lanczos: the modes do not converge')
+         call fail(error, status_run_failed, 'Lanczos: of '//to_text(size(vectors, 2))//' modes '// &
+            to_text(found)//' converge: the others are lost in rounding'//remedy)
          return
       end if
       step = place - found
@@ -313,7 +317,7 @@ contains
          residual = norm2(product*lambda(mode)**4 - vectors(:, mode))/norm2(vectors(:, mode))
          if (.not. residual <= residual_limit) then
             write (numbers, '(a,i0,a,es9.2)') 'mode ', mode, ' has a residual of ', residual
-            call fail(error, status_run_failed, 'Lanczos: '//trim(numbers))
+            call fail(error, status_run_failed, 'Lanczos: '//trim(numbers)//remedy)
             return
          end if
       end do
@@ -347,7 +351,7 @@ contains
       below = negative_pivots(shifted)
       if (below == size(lambda)) return
       call fail(error, status_run_failed, 'Lanczos: '//to_text(size(lambda))//' modes were found where ' &
-         //to_text(below)//' are; use the natural solver')
+         //to_text(below)//' are'//remedy)
    end subroutine check_none_missed
 
 end module lanczos_solver

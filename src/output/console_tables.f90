@@ -336,7 +336,6 @@ contains
 
    !> Columns as wide as what stands in them, under headings of two lines.
    subroutine print_columns(unit, headings, cells)
-      !> Where to
       integer, intent(in) :: unit
       !> [columns]
       character(*), intent(in) :: headings(:)
