@@ -29,6 +29,8 @@ USE = re.compile(r"use\b(\s*,\s*intrinsic\s*::|\s*,\s*non_intrinsic\s*::|\s*::)?
 PROCEDURE = re.compile(r"(?!end\b)(?:[\w(),=*: ]*\s)?(?:subroutine|function)\s+(\w+)\s*(?:\(([^()]*)\))?")
 END_OF_PROCEDURE = re.compile(r"end\s*(?:subroutine|function)\b")
 INTERFACE = re.compile(r"(?:abstract\s+)?interface\b")
+# a kind after a number is a word, too
+WORD = re.compile(r"(?<=\d_)[a-z]\w*|\b[a-z]\w*")
 
 
 class Module:
@@ -36,6 +38,7 @@ class Module:
 
     def __init__(self, name, folder, path, is_program):
         self.name, self.folder, self.path, self.is_program, self.uses = name, folder, path, is_program, set()
+        self.imports, self.exports, self.words = [], [], []
 
 
 def statements(text):
@@ -58,6 +61,11 @@ def statements(text):
         whole = ""
 
 
+def names_after(mark, statement):
+    """The list of names behind a mark; empty where it is not there."""
+    return [name.split("=>")[0].strip() for name in statement.split(mark)[1].split(",")] if mark in statement else []
+
+
 def read_file(folder, path, modules, broken):
     """The modules of a file, its length; what is too long in it."""
     with open(path, encoding="utf-8") as stream:
@@ -75,6 +83,11 @@ def read_file(folder, path, modules, broken):
                 module.uses.add(unit.group(2))
             modules[module.name] = module
             continue
+        if module:
+            module.words += WORD.findall(statement)
+            module.exports += names_after("public ::", statement)
+            if statement.startswith("use"):
+                module.imports += names_after("only:", statement)
         use = USE.match(statement)
         if use and "intrinsic" not in (use.group(1) or "").replace("non_intrinsic", ""):
             module.uses.add(use.group(2))
@@ -135,6 +148,23 @@ def check_uses(folders, modules, broken):
     for name in sorted(modules.keys() - used):
         if not modules[name].is_program:
             broken.append(f"{modules[name].path}: no other file uses {name}")
+
+
+def check_names(modules, broken):
+    """Add names that a file imports and does not use, and public ones that no other file uses, be it a test."""
+    tests = set()
+    for folder, _, names in os.walk(os.path.join(ROOT, "tests")):
+        for name in names:
+            if name.endswith((".f90", ".pf")):
+                with open(os.path.join(folder, name), encoding="utf-8") as stream:
+                    tests.update(WORD.findall(stream.read().lower()))
+    for module in modules.values():
+        for name in module.imports:
+            if module.words.count(name) < 2:
+                broken.append(f"{module.path}: imports {name} and does not use it")
+        for name in module.exports:
+            if name not in tests and not any(name in other.words for other in modules.values() if other is not module):
+                broken.append(f"{module.path}: no other file uses {name}, which is public")
 
 
 def circles(modules):
@@ -212,7 +242,12 @@ def check_page(page, drawing, broken):
         elif re.fullmatch(r"[a-z]\w*_\w+", quoted) and quoted not in words:
             broken.append(f"CONTRIBUTING.md: no {quoted} in src/")
     with open(os.path.join(ROOT, "docs", "theory.md"), encoding="utf-8") as stream:
-        sections = set(re.findall(r"^## (\d+)\.", stream.read(), re.MULTILINE))
+        theory = stream.read()
+    sections = set(re.findall(r"^## (\d+)\.", theory, re.MULTILINE))
+    contents = " ".join(theory.split("\n## ")[0].split())
+    for number, title in re.findall(r"^## (\d+)\. (.*)$", theory, re.MULTILINE):
+        if f"{number}. [{title}](#{number}-" not in contents:
+            broken.append(f"docs/theory.md: its contents do not name section {number}, {title}")
     for named in re.findall(r"theory\.md, sections? ((?:\d+(?:, | and )?)+)", source):
         for number in sorted(set(re.findall(r"\d+", named)) - sections):
             broken.append(f"src/: points to section {number} of docs/theory.md, which is not there")
@@ -236,6 +271,7 @@ def main(arguments):
             stream.write(before + BEGIN + drawing + END + after)
         return 0
     check_uses(folders, modules, broken)
+    check_names(modules, broken)
     check_page(page, drawing, broken)
     for what in broken:
         print("house.py: " + what)

@@ -9,7 +9,7 @@ module memory_needs
    use value_rules, only: most_numbers
    implicit none (type, external)
    private
-   public :: need_t, check_need, add_need, refuse_need, add_modes, add_samples, so_many, overhead, bytes_of_number
+   public :: need_t, check_need, add_need, add_modes, add_samples, so_many, overhead, bytes_of_number
 
    real(wp), parameter :: bytes_of_number = 8.0_wp
    !> Libraries and small things.

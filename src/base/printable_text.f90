@@ -2,7 +2,7 @@
 module printable_text
    implicit none (type, external)
    private
-   public :: character_bytes, character_count, excerpt
+   public :: character_count, excerpt
 
 contains
 

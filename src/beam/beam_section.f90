@@ -8,7 +8,7 @@ module beam_section
    private
    public :: section_t, uniform_section, tapered_section, height_table_section, section_table_section
    public :: area, inertia, section_is_uniform, section_is_taper, area_degree, inertia_degree
-   public :: kind_uniform, kind_taper, kind_height_table, kind_section_table
+
 
    !> How the section varies
    integer, parameter :: kind_uniform = 0

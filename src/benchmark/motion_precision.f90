@@ -12,7 +12,7 @@ module motion_precision
    use timed_tasks, only: measure_time
    implicit none (type, external)
    private
-   public :: compare_motion, comparison_step, tightest_hop
+   public :: compare_motion, comparison_step
 
    !> Distance of the samples at which exact runs are compared, tau.
    real(wp), parameter :: comparison_step = 0.01_wp

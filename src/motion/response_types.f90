@@ -9,7 +9,7 @@ module response_types
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: response_t, event_t, energy_t, append_event, event_names
+   public :: response_t, event_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation
    public :: is_contact_start, is_contact_end, miss_of_energies
    public :: mode_check_t, run_measures_t, quiet_level, quiet_energy

@@ -6,7 +6,7 @@ module run_recorder
    use response_types, only: response_t
    implicit none (type, external)
    private
-   public :: ledger_t, charge_event, sample_t, asked_t, asked_of, keep_sample
+   public :: ledger_t, charge_event, sample_t, asked_t, keep_sample
    public :: recorder_t, make_recorder, next_sample_time, samples_before, shape_due, keep_shape
 
    !> Energies lost and won, up to the start of the present phase or to the end of the last step.

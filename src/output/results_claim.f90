@@ -7,7 +7,7 @@ module results_claim
    use program_identity, only: program_name
    implicit none (type, external)
    private
-   public :: claim_t, claim_results, release_results, refuse_foreign, what_is_there
+   public :: claim_t, claim_results, release_results, refuse_foreign
 
    !> A claim; the system takes it back when the process ends, however it ends.
    type :: claim_t

@@ -11,7 +11,7 @@ module paper_cases
    implicit none (type, external)
    private
    public :: figure_case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
-   public :: way_count, coarse, fine, coarse_nodal, fine_nodal, paper_nodal, paper_momentum, beside
+   public :: way_count, coarse, fine, coarse_nodal, paper_nodal, paper_momentum, beside
 
    !> hbar/L of all figures.
    real(wp), parameter :: height_ratio = 0.075_wp

@@ -6,8 +6,7 @@ module statement_types
    implicit none (type, external)
    private
    public :: statement_t, statements_t, add_statement, add_statement_of_ends, mark_ties
-   public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse, &
-      verdict_tie
+   public :: verdict_of, verdict_names, verdict_in_words, verdict_holds, verdict_fails, verdict_nodal, verdict_coarse
    public :: order, listed, percent, number
 
    !> It holds for exact motion on the fine mesh.

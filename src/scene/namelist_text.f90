@@ -13,7 +13,7 @@ module namelist_text
    use printable_text, only: excerpt
    implicit none (type, external)
    private
-   public :: namelist_t, group_t, item_t, parse_namelist
+   public :: namelist_t, parse_namelist
    public :: find_group, find_item, group_name, item_name, value_text, value_source, item_text, value_count
 
    !> Groups, and items, after which no more are taken apart: far beyond the names there are, so that unknown ones or

@@ -16,7 +16,7 @@ module scene_groups
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: physical_t, group_names, list_scene, list_group, most_cases, scheme_betas
+   public :: physical_t, list_scene, list_group, most_cases, scheme_betas
 
    !> Quantities that a file may give instead of the ratios of a scene, in the user's units.
    type :: physical_t

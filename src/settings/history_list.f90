@@ -3,7 +3,7 @@
 module history_list
    implicit none (type, external)
    private
-   public :: history_t, history_table, history_count, eta_stop, eta_tip, velocity_stop, force_stop
+   public :: history_table, history_count, eta_stop, eta_tip, velocity_stop, force_stop
 
    type :: history_t
       !> As a scene asks for it

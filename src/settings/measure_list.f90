@@ -3,7 +3,7 @@
 module measure_list
    implicit none (type, external)
    private
-   public :: measure_t, measure_table, measure_count, measure_named, measure_status, measure_quiet, peak_count
+   public :: measure_table, measure_count, measure_named, measure_status, measure_quiet, peak_count
 
    type :: measure_t
       !> Its column in a sweep

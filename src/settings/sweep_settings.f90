@@ -6,7 +6,7 @@ module sweep_settings
    private
    public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, place_of, values_given
    public :: design_grid, design_paired, design_latin_hypercube, design_names
-   public :: goal_least, goal_most, goal_names
+   public :: goal_most, goal_names
 
    integer, parameter :: name_room = 32
    integer, parameter :: meaning_room = 180

@@ -7,7 +7,7 @@ module three_element_stop
    use yielding_stop, only: contact_force, stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: three_element_t, make_three_element, branch_decay, branch_gain, branch_mean_gain, surface_decay
+   public :: three_element_t, make_three_element, branch_decay, branch_gain, surface_decay
 
    type, extends(yielding_stop_t) :: three_element_t
    contains
