@@ -5,7 +5,8 @@ module scene_needs
    use measure_list, only: measure_count
    use memory_needs, only: add_modes, add_need, bytes_of_number, need_t, overhead, so_many
    use number_text, only: to_text
-   use scene_types, only: default_mode_count, method_exact, scene_t, solver_auto, solver_dsygv, solver_lanczos
+   use run_settings, only: method_exact
+   use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use sweep_settings, only: is_swept, place_of, values_given
    use sweep_study, only: cases_of, threads_for
    implicit none (type, external)

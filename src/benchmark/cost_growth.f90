@@ -7,8 +7,8 @@ module cost_growth
    use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_assembly, task_few_modes, &
       task_modes, task_motion, task_run, task_t
    use precision_types, only: curve_t, motion_entry_t, timed_part_t, precision_t, varied_hop
-   use scene_types, only: contender_average, contender_exact, name_length, output_settings_t, precision_settings_t, &
-      scene_t
+   use run_settings, only: name_length, output_settings_t
+   use scene_types, only: contender_average, contender_exact, precision_settings_t, scene_t
    use timed_tasks, only: measure_time, timing_t
    implicit none (type, external)
    private

@@ -8,7 +8,8 @@ module motion_precision
    use motion_tasks, only: full_output, no_output, prepare_task, settings_for, task_motion, task_run, task_t
    use precision_types, only: check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_step
    use response_types, only: miss_of_energies
-   use scene_types, only: contender_average, contender_exact, response_settings_t, scene_t
+   use run_settings, only: response_settings_t
+   use scene_types, only: contender_average, contender_exact, scene_t
    use timed_tasks, only: measure_time
    implicit none (type, external)
    private

@@ -2,7 +2,7 @@
 module precision_types
    use kinds, only: i8, wp
    use motion_errors, only: motion_errors_t
-   use scene_types, only: name_length
+   use run_settings, only: name_length
    use timed_tasks, only: timing_t
    implicit none (type, external)
    private

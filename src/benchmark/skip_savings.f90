@@ -16,8 +16,8 @@ module skip_savings
    use program_run, only: read_scenes
    use response_types, only: response_t
    use results_file, only: write_results
-   use scene_types, only: contender_exact, law_three_element, output_settings_t, response_settings_t, scene_t, &
-      shape_height_table, shape_taper
+   use run_settings, only: law_three_element, output_settings_t, response_settings_t
+   use scene_types, only: contender_exact, scene_t, shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
    use three_element_stop, only: make_three_element
    use timed_tasks, only: measure_time

@@ -7,7 +7,8 @@ module console_tables
    use number_text, only: rounded, to_text
    use response_types, only: mode_check_t, run_measures_t
    use run_measures, only: row_of
-   use scene_types, only: impulse_names, law_names, law_restitution, method_names, method_newmark, scene_t, shape_taper
+   use run_settings, only: impulse_names, law_names, law_restitution, method_names, method_newmark
+   use scene_types, only: scene_t, shape_taper
    implicit none (type, external)
    private
    public :: print_model, print_frequency_table, print_measures, print_modes

@@ -4,7 +4,7 @@ module frequency_groups
    use frequency_types, only: frequency_table_t
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: lambda1, wp
-   use scene_types, only: name_length
+   use run_settings, only: name_length
    use scene_units, only: units_t
    implicit none (type, external)
    private

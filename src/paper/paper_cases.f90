@@ -6,7 +6,7 @@ module paper_cases
    use failures, only: failure_t
    use kinds, only: wp
    use redistributed_mass, only: errs_less
-   use scene_types, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, &
+   use run_settings, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, &
       method_newmark, stop_settings_t
    implicit none (type, external)
    private

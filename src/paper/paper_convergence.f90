@@ -4,7 +4,7 @@ module paper_convergence
    use kinds, only: wp
    use paper_cases, only: figure_case_t, way_t
    use paper_outcomes, only: energy_end, find_outcome, outcome_t, usual_end
-   use scene_types, only: impulse_momentum, impulse_nodal, method_exact
+   use run_settings, only: impulse_momentum, impulse_nodal, method_exact
    implicit none (type, external)
    private
    public :: convergence_t, find_convergence, reading_names

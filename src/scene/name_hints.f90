@@ -2,7 +2,7 @@
 module name_hints
    use name_table, only: table_t
    use near_names, only: nearest_name
-   use scene_types, only: name_length
+   use run_settings, only: name_length
    implicit none (type, external)
    private
    public :: group_hint, item_hint

@@ -7,7 +7,7 @@
 module name_table
    use kinds, only: wp
    use program_identity, only: program_motion
-   use scene_types, only: name_length
+   use run_settings, only: name_length
    use value_rules, only: range_t
    implicit none (type, external)
    private

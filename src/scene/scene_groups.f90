@@ -9,9 +9,10 @@ module scene_groups
    use name_parameters, only: list_parameters, parameter_of
    use name_table, only: group_t, name_t, condition_t, sweep_t, table_t
    use program_identity, only: program_any, program_benchmark, program_motion, program_paper
-   use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, impulse_names, law_names, &
-      mass_names, mesh_settings_t, method_names, name_length, output_settings_t, precision_settings_t, &
-      reference_names, response_settings_t, scene_t, solver_names, statements_settings_t, stop_settings_t
+   use run_settings, only: impulse_names, law_names, method_names, name_length, output_settings_t, &
+      response_settings_t, stop_settings_t
+   use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, mass_names, mesh_settings_t, &
+      precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
    use value_rules, only: range_t
    implicit none (type, external)

@@ -12,7 +12,7 @@ module scene_input
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_any
-   use scene_types, only: name_length
+   use run_settings, only: name_length
    use value_rules, only: contains_value, one_of, range_t, range_text
    implicit none (type, external)
    private

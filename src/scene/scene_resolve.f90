@@ -7,14 +7,15 @@ module scene_resolve
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
+   use run_settings, only: law_three_element, response_settings_t
    use scene_beam, only: mean_section, resolve_beam
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_rules, only: check_rules
-   use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, &
-      contender_linear, default_mode_count, frequency_settings_t, law_three_element, mesh_settings_t, &
-      precision_settings_t, reference_exact, reference_none, response_settings_t, scales_t, scene_t, shape_taper, &
-      solver_auto, solver_dsygv, solver_lanczos, solver_names, solver_natural
+   use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
+      default_mode_count, frequency_settings_t, mesh_settings_t, precision_settings_t, reference_exact, &
+      reference_none, scales_t, scene_t, shape_taper, solver_auto, solver_dsygv, solver_lanczos, solver_names, &
+      solver_natural
    use sweep_resolve, only: resolve_sweep
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text
    implicit none (type, external)

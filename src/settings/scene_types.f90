@@ -5,20 +5,16 @@
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
    use kinds, only: wp
-   use run_settings, only: impulse_momentum, impulse_names, impulse_nodal, law_names, law_restitution, &
-      law_three_element, &
-      method_exact, method_names, method_newmark, name_length, output_settings_t, response_settings_t, stop_settings_t
+   use run_settings, only: name_length, output_settings_t, response_settings_t, stop_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
-   public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, stop_settings_t, response_settings_t
-   public :: frequency_settings_t, output_settings_t, scales_t, precision_settings_t, statements_settings_t
+   public :: scene_t, echo_t, beam_settings_t, mesh_settings_t
+   public :: frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
    public :: shape_taper, shape_height_table, shape_section_table
-   public :: law_restitution, law_three_element, impulse_momentum, impulse_nodal
-   public :: method_exact, method_newmark
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
-   public :: reference_exact, reference_none, default_mode_count, name_length
-   public :: law_names, impulse_names, method_names, solver_names, reference_names
+   public :: reference_exact, reference_none, default_mode_count
+   public :: solver_names, reference_names
    public :: mass_redistributed, mass_auto, mass_names
    public :: contender_exact, contender_average, contender_linear, contender_explicit, contender_names
 

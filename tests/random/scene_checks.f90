@@ -13,6 +13,7 @@ module scene_checks
    use newmark_stability, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
+   use run_settings, only: impulse_momentum, law_restitution, method_exact
    use scene_draft, only: draft_t, drop, has_name, mend, put, save_text, text_of
    use scene_drawing, only: place_of_parameter
    use scene_names, only: name_t
@@ -24,7 +25,7 @@ module scene_checks
    use single_study, only: compute_scene
    use precision_study, only: needs_of_precision, run_precision_scene
    use paper_run, only: needs_of_statements, run_statements
-   use scene_types, only: echo_t, impulse_momentum, law_restitution, method_exact, scene_t
+   use scene_types, only: echo_t, scene_t
    implicit none (type, external)
    private
    public :: open_folder, settle, complaint_of, tally_t, clean_up
