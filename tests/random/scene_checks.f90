@@ -169,7 +169,7 @@ contains
          'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', &
          'too uneven', &
          'contact_tolerance is too small', &
-         'lost in rounding']
+         'lost in rounding', 'leaves the node at the stop without mass']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0
