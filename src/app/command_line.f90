@@ -17,6 +17,8 @@ module command_line
       character(:), allocatable :: folder
       !> Stop after checking the scenes
       logical :: check_only = .false.
+      !> Estimate what the mesh does
+      logical :: estimate = .false.
       !> Nothing on standard output but errors on standard error
       logical :: quiet = .false.
       !> Threads of a sweep; 0: as many as there are cores
@@ -70,6 +72,8 @@ contains
                only_files = .true.
             else if (word == '--check') then
                command%check_only = .true.
+            else if (word == '--estimate') then
+               command%estimate = .true.
             else if (word == '--quiet') then
                command%quiet = .true.
             else if (word == '--version') then
@@ -99,7 +103,7 @@ contains
                command%folder = word(len('--out=') + 1:)
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
-               &--threads N, --quiet, --names, --version, --help')
+               &--estimate, --threads N, --quiet, --names, --version, --help')
                return
             end if
          end associate
@@ -149,12 +153,14 @@ contains
       character, parameter :: next = new_line('a')
 
       text = 'usage: '//name// &
-         ' SCENE.nml... [--out DIR] [--check] [--threads N] [--quiet] [--names] [--version] [--help]'//next//next// &
+         ' SCENE.nml... [--out DIR] [--check] [--estimate] [--threads N] [--quiet] [--names] '// &
+         '[--version] [--help]'//next//next// &
          purpose//next// &
          'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
          next// &
          '  --out DIR   folder of the results (default: results)'//next// &
          '  --check     read and check the scenes and the memory they need, compute nothing'//next// &
+         '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//next// &
          '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
          '  --quiet     no tables'//next// &
          '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &

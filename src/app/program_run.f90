@@ -92,6 +92,7 @@ contains
          return
       end if
       call read_scenes(program%number, command%scenes, scenes, error)
+      if (command%estimate .and. .not. allocated(error)) call ask_for_estimates(scenes, error)
       if (.not. allocated(error)) call check_needs(program, scenes, command%threads, error)
       if (allocated(error)) then
          call report(program, error%message, error%status, status)
@@ -158,6 +159,21 @@ contains
       end do
       if (greatest_of_all(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
    end subroutine check_needs
+
+   !> Estimate the mesh's error in each scene.
+   subroutine ask_for_estimates(scenes, error)
+      type(scene_t), intent(inout) :: scenes(:)
+      !> Set where there is nothing to estimate
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer :: i
+
+      do i = 1, size(scenes)
+         if (.not. scenes(i)%wants_response .and. .not. allocated(error)) call fail(error, status_bad_input, &
+            '--estimate: '//scenes(i)%file//' has no &response whose error could be estimated')
+         scenes(i)%mesh%estimate = .true.
+      end do
+   end subroutine ask_for_estimates
 
    !> Compute a scene, write its file, print its tables.
    subroutine run_scene(program, scene, folder, threads, quiet, error)

@@ -4,6 +4,7 @@ module scene_needs
    use kinds, only: wp
    use measure_list, only: measure_count
    use memory_needs, only: add_modes, add_need, bytes_of_number, need_t, overhead, so_many
+   use mesh_choice, only: most_elements_found
    use number_text, only: to_text
    use run_settings, only: method_exact
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
@@ -112,7 +113,7 @@ contains
 
       runs = 1.0_wp
       if (scene%wants_cases) runs = real(max(size(scene%cases%values), 1), wp)
-      call add_beam(scene, scene%mesh%elements, 1, need)
+      call add_beam(scene, elements_of(scene, scene%mesh%elements), 1, need)
       associate (output => scene%output)
          histories = count(output%history)
          ! the ledger has an axis of its own
@@ -129,6 +130,18 @@ contains
             'the whole beam at '//so_many(shapes)//' instants', 'give &output a longer shape_step')
       end associate
    end subroutine add_response
+
+   !> Elements of the largest mesh.
+   pure function elements_of(scene, given) result(elements)
+      type(scene_t), intent(in) :: scene
+      !> As many as are given
+      integer, intent(in) :: given
+      integer :: elements
+
+      elements = given
+      if (scene%mesh%tolerance > 0.0_wp) elements = most_elements_found
+      if (scene%mesh%estimate) elements = 4*elements
+   end function elements_of
 
    !> A beam, and its modes where motion is found in them.
    subroutine add_beam(scene, elements, runs, need)
@@ -176,7 +189,7 @@ contains
          //so_many(cases_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
       elements = nint(maxval(values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), &
          real(scene%mesh%elements, wp))))
-      call add_beam(scene, elements, workers, need)
+      call add_beam(scene, elements_of(scene, elements), workers, need)
       if (scene%response%method /= method_exact) then
          duration = maxval(values_given(scene%sweep%swept(place_of('duration', scene%sweep%swept)), &
             scene%response%duration))

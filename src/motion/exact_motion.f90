@@ -7,7 +7,7 @@ module exact_motion
    use held_contact, only: held_contact_t, make_held_contact
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
-   use mode_choice, only: agreement, compare_modes, modes_that_matter, next_count, trial_settings
+   use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, trial_settings
    use motion_phases, only: contact_t, motion_t
    use phase_measures, only: finish_measures, start_measures
    use response_records, only: count_samples, open_records
@@ -106,7 +106,7 @@ contains
             call run_in_modes(modes, check%kept, trial, more, error)
             if (allocated(error)) exit
             check%evaluations = check%evaluations + more%evaluations
-            call compare_modes(fewer, more, trial%response%duration, check)
+            call compare_runs(fewer, more, trial%response%duration, check)
             if (check%difference <= agreement*tolerance) return
             fewer = more
          end do

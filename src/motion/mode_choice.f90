@@ -6,7 +6,7 @@ module mode_choice
    use run_settings, only: output_settings_t, run_settings_t
    implicit none (type, external)
    private
-   public :: agreement, compare_modes, modes_that_matter, next_count, trial_settings
+   public :: agreement, compare_runs, modes_that_matter, next_count, trial_settings
 
    !> Two runs that differ by no more than this share of the mode tolerance agree: the rest is for what more modes yet
    !> would change, which falls with their number.
@@ -89,7 +89,7 @@ contains
    end function trial_settings
 
    !> The greatest difference of two runs in eta of stop and tip, up to the peak of the third rebound of either.
-   pure subroutine compare_modes(fewer, more, duration, check)
+   pure subroutine compare_runs(fewer, more, duration, check)
       !> The runs, sampled alike
       type(response_t), intent(in) :: fewer
       type(response_t), intent(in) :: more
@@ -105,7 +105,7 @@ contains
       check%difference = max(maxval(abs(fewer%history(eta_stop)%values(:last) &
          - more%history(eta_stop)%values(:last))), &
          maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))))
-   end subroutine compare_modes
+   end subroutine compare_runs
 
    !> The sample at the peak of the third rebound, a flight that rises above the quiet level; the end if there are
    !> fewer.

@@ -34,6 +34,9 @@ contains
       case (method_newmark)
          call newmark_response(model, settings, response, error)
       end select
+      response%mesh_check%elements = model%mesh%elements
+      response%mesh_check%is_redistributed = model%is_redistributed
+      if (allocated(response%measures)) response%measures%mesh_elements = model%mesh%elements
    end subroutine run_motion
 
    !> What keeps a run from starting, as far as that is known without running it.

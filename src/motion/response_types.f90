@@ -12,7 +12,7 @@ module response_types
    public :: response_t, event_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation
    public :: is_contact_start, is_contact_end, miss_of_energies
-   public :: mode_check_t, run_measures_t, quiet_level, quiet_energy
+   public :: mode_check_t, mesh_check_t, run_measures_t, quiet_level, quiet_energy
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -109,6 +109,8 @@ module response_types
       real(wp) :: lost_impact = 0.0_wp
       real(wp) :: created = 0.0_wp
       real(wp) :: left = 0.0_wp
+      !> Elements of the mesh
+      integer :: mesh_elements = 0
    end type run_measures_t
 
    !> How many modes a run kept, and what a run of fewer of them told.
@@ -123,6 +125,25 @@ module response_types
       !> Sums evaluated in such runs
       integer(i8) :: evaluations = 0_i8
    end type mode_check_t
+
+   !> The mesh of a run, and what a finer one told.
+   type :: mesh_check_t
+      integer :: elements = 0
+      !> Length of an element over that of the next towards the tip
+      real(wp) :: ratio = 1.0_wp
+      !> The inertia of the stop's node belongs to its neighbours
+      logical :: is_redistributed = .false.
+      !> Elements of the finer mesh; 0: the mesh was given, none was compared
+      integer :: compared = 0
+      !> Asked for
+      real(wp) :: tolerance = 0.0_wp
+      !> Up to here both were compared, tau, and their greatest difference in eta of stop and tip or in tau of the first
+      !> impact
+      real(wp) :: horizon = 0.0_wp
+      real(wp) :: difference = 0.0_wp
+      !> They agree within the tolerance
+      logical :: is_settled = .false.
+   end type mesh_check_t
 
    !> A history; unallocated: not asked for.
    type :: series_t
@@ -159,6 +180,7 @@ module response_types
       integer :: factorisations = 0
       !> Modes kept (exact)
       type(mode_check_t) :: mode_check
+      type(mesh_check_t) :: mesh_check
    end type response_t
 
 contains

@@ -310,6 +310,7 @@ contains
       row(findloc(name, 'lost_impact', 1)) = measures%lost_impact
       row(findloc(name, 'created', 1)) = measures%created
       row(findloc(name, 'left', 1)) = measures%left
+      row(findloc(name, 'mesh_elements', 1)) = real(measures%mesh_elements, wp)
    end function row_of
 
    !> Does the stop point arrive at the stop with this event?

@@ -5,13 +5,13 @@ module console_tables
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use number_text, only: rounded, to_text
-   use response_types, only: mode_check_t, run_measures_t
+   use response_types, only: mesh_check_t, mode_check_t, run_measures_t
    use run_measures, only: row_of
    use run_settings, only: impulse_names, law_names, law_restitution, method_names, method_newmark
    use scene_types, only: scene_t, shape_taper
    implicit none (type, external)
    private
-   public :: print_model, print_frequency_table, print_measures, print_modes
+   public :: print_model, print_frequency_table, print_measures, print_mesh, print_modes
    public :: print_columns, fixed
 
    !> Width of the labels at the left, and of a column of numbers.
@@ -42,8 +42,13 @@ contains
       write (unit, '(a)') heading
       call print_line(unit, 'beam', beam_in_words(scene))
       if (scene%wants_response) then
-         call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
-            //to_text(scene%mesh%ratio))
+         if (scene%mesh%tolerance > 0.0_wp .and. present(node_position)) then
+            call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &
+               //rounded(scene%mesh%tolerance))
+         else
+            call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
+               //to_text(scene%mesh%ratio))
+         end if
          call print_line(unit, 'stop', stop_in_words(scene, node_position))
          call print_line(unit, 'motion', motion_in_words(scene))
       end if
@@ -243,6 +248,19 @@ contains
       end do
       call print_cells(unit, 'solver', cells)
    end subroutine print_heading
+
+   !> What a finer mesh does, and where the inertia of the stop's node is; nothing, if nothing is to be said.
+   subroutine print_mesh(unit, check)
+      !> Where to
+      integer, intent(in) :: unit
+      type(mesh_check_t), intent(in) :: check
+
+      if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
+      if (check%compared == 0) return
+      call print_line(unit, '', 'with '//to_text(check%compared)//' elements the motion differs by '// &
+         rounded(check%difference)//' until tau = '//rounded(check%horizon))
+      if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
+   end subroutine print_mesh
 
    !> What leaving out modes does; nothing, if none was left out.
    subroutine print_modes(unit, check)

@@ -50,6 +50,16 @@ contains
             call group%attribute('mode_horizon', check%horizon)
          end if
       end associate
+      associate (check => response%mesh_check)
+         call group%attribute('mesh_mass', trim(merge('redistributed', 'consistent   ', check%is_redistributed)))
+         if (check%compared > 0) then
+            call group%attribute('mesh_tolerance', check%tolerance)
+            call group%attribute('mesh_compared', real(check%compared, wp))
+            call group%attribute('mesh_difference', check%difference)
+            call group%attribute('mesh_horizon', check%horizon)
+            call group%attribute('mesh_is_settled', merge(1.0_wp, 0.0_wp, check%is_settled))
+         end if
+      end associate
       if (.not. allocated(response%tau)) return
       call group%add('tau', response%tau, '1', 'time tau', is_scale=.true., in_scene_units=units%time)
       do i = 1, history_count

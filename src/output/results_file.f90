@@ -11,6 +11,7 @@ module results_file
    use hdf5_writing, only: hdf5_group_t
    use history_list, only: history_count
    use kinds, only: wp
+   use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use program_identity, only: program_name, program_version
    use response_groups, only: write_run
    use response_types, only: response_t
@@ -39,7 +40,7 @@ contains
    end function results_name
 
    !> Write the file of a scene, whole or not at all; the folder is made if it is not there.
-   subroutine write_results(folder, scene, error, node_position, frequencies, response)
+   subroutine write_results(folder, scene, error, node_position, frequencies, response, errors)
       !> Folder of the results
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
@@ -50,6 +51,7 @@ contains
       !> What was computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
+      type(mesh_errors_t), intent(in), optional :: errors
 
       type(hdf5_group_t) :: root
 
@@ -61,6 +63,7 @@ contains
       else
          call write_groups(root, scene, frequencies=frequencies, response=response)
       end if
+      if (present(errors)) call write_mesh_errors(root%group('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)
    end subroutine write_results
 

@@ -13,7 +13,7 @@ module scene_resolve
    use scene_input, only: scene_input_t
    use scene_rules, only: check_rules
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
-      default_mode_count, frequency_settings_t, mesh_settings_t, precision_settings_t, reference_exact, &
+      default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_taper, solver_auto, solver_dsygv, solver_lanczos, solver_names, &
       solver_natural
    use sweep_resolve, only: resolve_sweep
@@ -67,6 +67,7 @@ contains
       call take_ratio(input, table, 'damping', 'stiffness_coefficient', &
          0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
       call take_ratio(input, table, 'tip_mass', 'mass', physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
+      call resolve_mesh(input, scene)
       if (scene%has_stop) call resolve_stop(input, table, physical, scene)
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
@@ -94,6 +95,19 @@ contains
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
    end subroutine check_name
+
+   !> A mesh that is to be found.
+   subroutine resolve_mesh(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(inout) :: scene
+
+      if (.not. input%has('mesh', 'tolerance')) return
+      if (.not. input%has('mesh', 'mass')) scene%mesh%mass = mass_auto
+      if (input%has('mesh', 'elements')) call input%complain('mesh', 'tolerance', &
+         'finds the number of elements; give either that or elements')
+      if (input%has('sweep', 'elements')) call input%complain('mesh', 'tolerance', &
+         'finds the number of elements; &sweep varies them')
+   end subroutine resolve_mesh
 
    !> A scene asks for something, and for what the program does.
    subroutine check_requests(input, program, scene)

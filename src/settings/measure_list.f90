@@ -51,7 +51,8 @@ module measure_list
       measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', '1', .false.), &
       measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', '1', .false.), &
       measure_t('created', 'created', 'that the nodal reading of the impulse created', '1', .false.), &
-      measure_t('left', 'left', 'that is left at the end', '1', .false.)]
+      measure_t('left', 'left', 'that is left at the end', '1', .false.), &
+      measure_t('mesh_elements', '', 'elements of the mesh', '1', .true.)]
 
    integer, parameter :: measure_count = size(measure_table)
    !> Those that the program itself asks for by name

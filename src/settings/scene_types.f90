@@ -91,6 +91,10 @@ module scene_types
       real(wp) :: ratio = 1.0_wp
       !> One of the `mass_` constants: the mass matrix of motion
       integer :: mass = mass_consistent
+      !> Instead of a number of elements: that of the coarsest mesh whose motion settles within this; 0: not asked for
+      real(wp) :: tolerance = 0.0_wp
+      !> Compare with two finer meshes
+      logical :: estimate = .false.
    end type mesh_settings_t
 
    !> &frequencies: a table of lambda for every solver and every mesh

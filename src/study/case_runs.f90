@@ -1,8 +1,9 @@
 !> One scene, run for several values of one parameter: a figure of several curves.
 module case_runs
-   use case_beam, only: case_beam_t, find_case_beam
+   use case_beam, only: case_beam_t
    use failures, only: failure_t
    use kinds, only: wp
+   use mesh_choice, only: find_case_beam
    use motion_run, only: run_motion
    use response_types, only: response_t
    use scene_beam_model, only: run_of
@@ -33,15 +34,21 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
+      type(scene_t) :: extremes(2)
       integer :: i
 
+      extremes = scene
+      call set_parameter(extremes(1), scene%cases%parameter, minval(scene%cases%values))
+      call set_parameter(extremes(2), scene%cases%parameter, maxval(scene%cases%values))
       allocate (cases(size(scene%cases%values)))
       do i = 1, size(cases)
          cases(i)%scene = scene
          cases(i)%value = scene%cases%values(i)
          cases(i)%scene%output%measures = .true.
          call set_parameter(cases(i)%scene, scene%cases%parameter, cases(i)%value)
-         call find_case_beam(cases(i)%scene, [cases(i)%value], [scene%cases%parameter%is_of_beam], beam)
+         if (scene%cases%parameter%is_of_beam) extremes = cases(i)%scene
+         call find_case_beam(cases(i)%scene, [cases(i)%value], [scene%cases%parameter%is_of_beam], beam, &
+            extremes)
          if (allocated(beam%trouble)) then
             allocate (error, source=beam%trouble)
             return
@@ -49,6 +56,7 @@ contains
          allocate (cases(i)%node_position, source=beam%model%mesh%position)
          call run_motion(beam%model, run_of(cases(i)%scene), cases(i)%response, error, beam%modes)
          if (allocated(error)) return
+         if (beam%check%compared > 0) cases(i)%response%mesh_check = beam%check
       end do
    end subroutine run_cases
 

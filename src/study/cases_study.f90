@@ -11,6 +11,8 @@ module cases_study
    use kinds, only: wp
    use measure_list, only: measure_count, measure_named, measure_table
    use measure_rows, only: write_measures_of_cases
+   use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
+   use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
    use results_file, only: begin_results, finish_results, write_groups
@@ -37,25 +39,33 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_t), allocatable :: cases(:)
+      type(mesh_errors_t), allocatable :: errors
 
       if (.not. job%quiet) call start_progress(job%label)
       call run_cases(scene, cases, error)
+      if (scene%mesh%estimate .and. .not. allocated(error)) then
+         allocate (errors)
+         call estimate_cases(cases(sample_of(size(cases)))%scene, sample_of(size(cases)), errors)
+      end if
       call stop_progress()
       if (allocated(error)) return
-      call write_cases(job%folder, scene, cases, error)
+      call write_cases(job%folder, scene, cases, error, errors)
       if (allocated(error) .or. job%quiet) return
       call print_model(job%unit, cases(1)%scene, cases(1)%node_position)
       call print_cases(job%unit, scene, cases)
+      if (allocated(errors)) call print_mesh_errors(job%unit, errors)
    end subroutine run_cases_of_scene
 
    !> Write the file, whole or not at all.
-   subroutine write_cases(folder, scene, cases, error)
+   subroutine write_cases(folder, scene, cases, error, errors)
       !> Folder of the results
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
       type(case_t), intent(in) :: cases(:)
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
+      !> What the mesh does to some of them
+      type(mesh_errors_t), intent(in), optional :: errors
 
       integer(c_size_t), parameter :: expected_bytes = 4000000_c_size_t
       type(hdf5_group_t) :: root, group, case_group
@@ -80,6 +90,7 @@ contains
          call case_group%attribute('value', cases(i)%value)
          call write_groups(case_group, cases(i)%scene, cases(i)%node_position, response=cases(i)%response)
       end do
+      if (present(errors)) call write_mesh_errors(root%group('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)
    end subroutine write_cases
 

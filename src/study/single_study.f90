@@ -1,10 +1,15 @@
 !> One scene, one run: its frequencies, its motion.
 module single_study
    use beam_model, only: beam_model_t
-   use console_tables, only: print_frequency_table, print_measures, print_model, print_modes
+   use case_beam, only: case_beam_t
+   use console_tables, only: print_frequency_table, print_measures, print_mesh, print_model, print_modes
    use failures, only: failure_t
    use frequency_study, only: frequency_table
    use frequency_types, only: frequency_table_t
+   use kinds, only: wp
+   use mesh_choice, only: find_beam
+   use mesh_errors, only: mesh_errors_t, print_mesh_errors
+   use mesh_estimate, only: estimate_cases
    use motion_run, only: run_motion
    use progress_line, only: start_progress, stop_progress
    use response_types, only: response_t
@@ -29,22 +34,29 @@ contains
       type(beam_model_t) :: model
       type(frequency_table_t), allocatable :: table
       type(response_t), allocatable :: response
+      type(mesh_errors_t), allocatable :: errors
 
       if (.not. job%quiet) call start_progress(job%label)
       call compute_scene(scene, model, table, response, error)
+      if (scene%mesh%estimate .and. allocated(response) .and. .not. allocated(error)) then
+         allocate (errors)
+         call estimate_cases([scene], [1], errors)
+      end if
       call stop_progress()
       if (allocated(error)) return
       ! what is not allocated is not present
       if (allocated(model%mesh%position)) then
-         call write_results(job%folder, scene, error, model%mesh%position, table, response)
+         call write_results(job%folder, scene, error, model%mesh%position, table, response, errors)
       else
          call write_results(job%folder, scene, error, frequencies=table)
       end if
       if (allocated(error) .or. job%quiet) return
       call print_model(job%unit, scene, model%mesh%position)
+      if (allocated(response)) call print_mesh(job%unit, response%mesh_check)
       if (allocated(response)) call print_modes(job%unit, response%mode_check)
       if (allocated(table)) call print_frequency_table(job%unit, table)
       if (allocated(response)) call print_measures(job%unit, response%measures)
+      if (allocated(errors)) call print_mesh_errors(job%unit, errors)
    end subroutine run_single
 
    !> Compute what a scene asks for.
@@ -59,6 +71,7 @@ contains
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
 
+      type(case_beam_t) :: beam
       type(run_settings_t) :: settings
 
       if (scene%wants_frequencies) then
@@ -67,12 +80,23 @@ contains
          if (allocated(error)) return
       end if
       if (.not. scene%wants_response) return
-      call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
-      if (allocated(error)) return
       allocate (response)
       settings = run_of(scene)
       settings%output%measures = .true.
-      call run_motion(model, settings, response, error)
+      if (scene%mesh%tolerance > 0.0_wp) then
+         call find_beam(scene, beam)
+         if (allocated(beam%trouble)) then
+            allocate (error, source=beam%trouble)
+            return
+         end if
+         model = beam%model
+         call run_motion(model, settings, response, error, beam%modes)
+         response%mesh_check = beam%check
+      else
+         call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+         if (allocated(error)) return
+         call run_motion(model, settings, response, error)
+      end if
    end subroutine compute_scene
 
 end module single_study

@@ -6,6 +6,7 @@ module sweep_file
    use hdf5_writing, only: hdf5_column_t, hdf5_group_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
+   use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use measure_rows, only: write_measures_of_cases
    use results_file, only: results_name, write_head
    use scene_types, only: scene_t
@@ -88,7 +89,7 @@ contains
    end subroutine complain
 
    !> Put the results file together and its parts away.
-   subroutine write_sweep(folder, path, scene, plan, text, survey, refined, error)
+   subroutine write_sweep(folder, path, scene, plan, text, survey, refined, error, errors)
       !> Folder of the results, and of the parts
       character(*), intent(in) :: folder
       character(*), intent(in) :: path
@@ -102,6 +103,8 @@ contains
       type(refined_t), intent(in) :: refined
       !> Why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
+      !> What the mesh does to some cases
+      type(mesh_errors_t), intent(in), optional :: errors
 
       type(hdf5_group_t) :: root, sweep
       type(failure_t), allocatable :: refusal
@@ -115,6 +118,7 @@ contains
       sweep = root%group('sweep')
       call write_group(sweep, scene, plan, survey)
       if (scene%wants_best) call write_best(root%group('best'), scene, plan, survey%best, refined)
+      if (present(errors)) call write_mesh_errors(root%group('mesh_estimate'), errors)
       call write_rows(sweep, path, scene, plan, text, error)
       call root%finish_on_disk(refusal)
       if (.not. allocated(error) .and. allocated(refusal)) then

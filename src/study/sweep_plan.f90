@@ -212,6 +212,7 @@ contains
       do i = 1, size(scene%echo)
          associate (entry => scene%echo(i))
             if (entry%group == 'scene' .or. entry%group == 'best') cycle
+            if (entry%group == 'mesh' .and. entry%name == 'estimate') cycle
             text = text//'&'//entry%group//' '//entry%name//' = '
             if (allocated(entry%number)) then
                text = text//listed(entry%number)

@@ -3,10 +3,11 @@
 module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use case_beam, only: case_beam_t, find_case_beam
+   use case_beam, only: case_beam_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
+   use mesh_choice, only: find_case_beam
    use motion_run, only: run_motion
    use program_identity, only: program_name
    use response_types, only: response_t
@@ -30,6 +31,8 @@ module sweep_run
       !> The scene with the parameters of the present case; it keeps measures only
       type(scene_t) :: scene
       type(case_beam_t) :: beam
+      !> The cases with the least and with the greatest values of what makes no other beam
+      type(scene_t) :: extremes(2)
    end type runner_t
 
    !> What the threads share.
@@ -202,6 +205,7 @@ contains
 
       runner%scene = scene
       runner%scene%output = output_settings_t(history=.false., measures=.true., most_peaks=peak_count)
+      if (scene%mesh%tolerance > 0.0_wp) runner%extremes = runner%scene
    end subroutine start_runner
 
    !> Run a case.
@@ -221,8 +225,15 @@ contains
 
       do k = 1, size(values)
          call set_parameter(runner%scene, plan%axes(k)%parameter, values(k))
+         if (runner%scene%mesh%tolerance <= 0.0_wp) cycle
+         associate (axis => plan%axes(k))
+            call set_parameter(runner%extremes(1), axis%parameter, merge(values(k), axis%least, &
+               axis%parameter%is_of_beam))
+            call set_parameter(runner%extremes(2), axis%parameter, merge(values(k), axis%most, &
+               axis%parameter%is_of_beam))
+         end associate
       end do
-      call find_case_beam(runner%scene, values, plan%axes%parameter%is_of_beam, runner%beam)
+      call find_case_beam(runner%scene, values, plan%axes%parameter%is_of_beam, runner%beam, runner%extremes)
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
       row(measure_status) = 1.0_wp
       if (allocated(runner%beam%trouble)) then

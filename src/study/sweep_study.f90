@@ -5,13 +5,16 @@ module sweep_study
    use failures, only: fail, failure_t
    use kinds, only: i8, wp
    use machine_memory, only: free_addresses
+   use mesh_errors, only: mesh_errors_t, print_mesh_errors
+   use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
+   use scene_parameters, only: set_parameter
    use scene_types, only: scene_t
    use study_job, only: job_t
    use sweep_best, only: refine, refined_t
    use sweep_file, only: survey_parts, survey_t, write_sweep
    use sweep_parts, only: enter_folder, parts_folder
-   use sweep_plan, only: make_plan, plan_t, plan_text
+   use sweep_plan, only: case_values, make_plan, plan_t, plan_text
    use sweep_ranks, only: greatest_of_all, is_first_rank, ranks_in_words
    use sweep_run, only: run_parts
    use sweep_settings, only: design_grid, design_latin_hypercube, sweep_settings_t
@@ -33,6 +36,7 @@ contains
       type(plan_t) :: plan
       type(survey_t) :: survey
       type(refined_t) :: refined
+      type(mesh_errors_t), allocatable :: errors
       character(:), allocatable :: path, text
       integer :: workers, fresh, trouble
       integer(i8) :: start, finish, rate
@@ -56,11 +60,39 @@ contains
       call survey_parts(path, scene, plan, text, survey, error)
       if (allocated(error)) return
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, workers, refined)
-      call write_sweep(job%folder, path, scene, plan, text, survey, refined, error)
+      if (scene%mesh%estimate) then
+         allocate (errors)
+         call estimate_sample(scene, plan, errors)
+      end if
+      call write_sweep(job%folder, path, scene, plan, text, survey, refined, error, errors)
       if (allocated(error) .or. job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
          in_words(workers, ranks_in_words()))
+      if (allocated(errors)) call print_mesh_errors(job%unit, errors)
    end subroutine run_sweep
+
+   !> What the mesh does to some of the cases.
+   subroutine estimate_sample(scene, plan, errors)
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      type(mesh_errors_t), intent(out) :: errors
+
+      type(scene_t), allocatable :: scenes(:)
+      integer, allocatable :: sample(:)
+      real(wp) :: values(size(plan%axes))
+      integer :: i, k
+
+      allocate (sample, source=sample_of(plan%cases))
+      allocate (scenes(size(sample)))
+      do i = 1, size(sample)
+         scenes(i) = scene
+         call case_values(plan, sample(i), values)
+         do k = 1, size(values)
+            call set_parameter(scenes(i), plan%axes(k)%parameter, values(k))
+         end do
+      end do
+      call estimate_cases(scenes, sample, errors)
+   end subroutine estimate_sample
 
    !> Threads that a sweep takes: as many as asked for, but no more than it has cases, than four a core, and than there
    !> is address space for.

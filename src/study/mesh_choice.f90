@@ -1,0 +1,228 @@
+!> The mesh of a run: the one that the scene gives, or the coarsest that keeps to a tolerance (docs/theory.md, section
+!> 15).
+module mesh_choice
+   use beam_section, only: area, section_t
+   use case_beam, only: case_beam_t, make_case_beam
+   use failures, only: failure_t
+   use free_modes, only: free_modes_t
+   use kinds, only: wp
+   use mode_choice, only: compare_runs, trial_settings
+   use motion_run, only: run_motion
+   use response_types, only: mesh_check_t, mode_check_t, response_t
+   use run_settings, only: method_exact, run_settings_t
+   use scene_beam_model, only: run_of, section_of
+   use scene_types, only: scene_t
+   implicit none (type, external)
+   private
+   public :: find_beam, find_case_beam, most_elements_found
+
+   !> Meshes tried, one after the other.
+   integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
+   integer, parameter :: most_elements_found = meshes(size(meshes))
+   !> The coarser of two meshes is taken if they differ by no more than this share of the tolerance: the error of fourth
+   !> order is 1.25 times the difference of meshes that are 1.5 times as fine.
+   real(wp), parameter :: agreement = 0.4_wp
+   !> The search ends where so many meshes in turn bring no difference below this share of the least one so far: the
+   !> motion is chaotic.
+   integer, parameter :: most_stalled = 4
+   real(wp), parameter :: progress = 0.7_wp
+   !> Gradings are compared on this mesh, against the other one.
+   integer, parameter :: graded_elements = 8, fine_elements = 24
+   !> Of a taper with a thin tip the longest element is at most so many times the shortest.
+   real(wp), parameter :: most_graded = 4.0_wp
+
+   !> The run of one mesh.
+   type :: trial_t
+      integer :: elements = 0
+      type(case_beam_t) :: beam
+      type(response_t) :: response
+      !> Why there is none
+      type(failure_t), allocatable :: error
+   end type trial_t
+
+contains
+
+   !> Make the beam of a case, unless it is at hand.
+   subroutine find_case_beam(scene, values, is_of_beam, beam, extremes)
+      !> With the values of the case
+      type(scene_t), intent(in) :: scene
+      !> Of the parameters that differ from case to case, always the same ones
+      real(wp), intent(in) :: values(:)
+      !> Does another value make another beam?
+      logical, intent(in) :: is_of_beam(:)
+      type(case_beam_t), intent(inout) :: beam
+      !> The case with the least and with the greatest values of all parameters that make no other beam, [2]: a mesh
+      !> found for both serves all cases of that beam, whichever comes first; not used where the mesh is given
+      type(scene_t), intent(in) :: extremes(:)
+
+      type(case_beam_t) :: other
+
+      if (allocated(beam%values)) then
+         if (all(abs(values - beam%values) <= 0.0_wp .or. .not. is_of_beam)) return
+         deallocate (beam%values)
+      end if
+      if (scene%mesh%tolerance > 0.0_wp) then
+         call find_beam(extremes(1), beam)
+         call find_beam(extremes(2), other)
+         if (.not. allocated(other%trouble) .and. other%check%elements > beam%check%elements) beam = other
+      else
+         call find_beam(scene, beam)
+      end if
+      allocate (beam%values, source=values)
+   end subroutine find_case_beam
+
+   !> The beam of a scene on the mesh that it gives or asks for.
+   subroutine find_beam(scene, beam)
+      type(scene_t), intent(in) :: scene
+      type(case_beam_t), intent(out) :: beam
+
+      type(scene_t) :: exact
+      type(trial_t) :: first
+      type(run_settings_t) :: settings
+
+      if (scene%mesh%tolerance > 0.0_wp) then
+         exact = scene
+         exact%response%method = method_exact
+         call make_case_beam(exact, meshes(1), 1.0_wp, first%beam)
+         if (allocated(first%beam%trouble)) then
+            beam = first%beam
+            return
+         end if
+         settings = trial_settings(run_of(exact), first%beam%modes%lambda(1))
+         settings%output%measures = .true.
+         call settle(exact, settings, grading_of(exact, settings), beam)
+         if (scene%response%method /= method_exact) beam%modes = free_modes_t()
+      else
+         call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
+      end if
+   end subroutine find_beam
+
+   !> Refine until the motion settles within the tolerance.
+   subroutine settle(scene, settings, grading, beam)
+      type(scene_t), intent(in) :: scene
+      !> Of the runs that are compared
+      type(run_settings_t), intent(in) :: settings
+      !> Longest over shortest element of its mesh
+      real(wp), intent(in) :: grading
+      type(case_beam_t), intent(out) :: beam
+
+      type(trial_t) :: coarse, fine
+      type(mesh_check_t) :: check(size(meshes))
+      real(wp) :: least
+      integer :: i, last, stalled
+
+      least = huge(1.0_wp)
+      stalled = 0
+      call try(scene, settings, meshes(1), grading, coarse)
+      do i = 1, size(meshes) - 1
+         call try(scene, settings, meshes(i + 1), grading, fine)
+         check(i) = mesh_check_t(elements=coarse%elements, compared=fine%elements, tolerance=scene%mesh%tolerance, &
+            ratio=ratio_of(grading, coarse%elements), is_redistributed=coarse%beam%model%is_redistributed)
+         call compare(settings%response%duration, coarse, fine, check(i))
+         if (check(i)%difference <= agreement*scene%mesh%tolerance) then
+            beam = coarse%beam
+            beam%check = check(i)
+            beam%check%is_settled = .true.
+            return
+         end if
+         stalled = stalled + 1
+         if (check(i)%difference < progress*least) stalled = 0
+         least = min(least, check(i)%difference)
+         last = i
+         if (stalled == most_stalled .or. is_costly(fine)) exit
+         coarse = fine
+      end do
+      ! nothing settles: the coarsest mesh from which a finer one differs hardly more than any does from the next
+      i = findloc(check(:last)%difference <= 2.0_wp*least, .true., 1)
+      call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
+      beam%check = check(i)
+   end subroutine settle
+
+   !> Does a run take seconds? An undamped beam chatters ever more as its mesh is refined.
+   pure function is_costly(trial) result(answer)
+      type(trial_t), intent(in) :: trial
+      logical :: answer
+
+      real(wp), parameter :: most_terms = 1.0e7_wp
+
+      answer = real(trial%response%evaluations, wp)*real(2*trial%elements, wp) > most_terms
+   end function is_costly
+
+   !> Run a scene on a mesh, as far as meshes are compared.
+   subroutine try(scene, settings, elements, grading, trial)
+      type(scene_t), intent(in) :: scene
+      type(run_settings_t), intent(in) :: settings
+      integer, intent(in) :: elements
+      !> Longest over shortest element
+      real(wp), intent(in) :: grading
+      type(trial_t), intent(out) :: trial
+
+      trial%elements = elements
+      call make_case_beam(scene, elements, ratio_of(grading, elements), trial%beam)
+      if (allocated(trial%beam%trouble)) then
+         allocate (trial%error, source=trial%beam%trouble)
+         return
+      end if
+      call run_motion(trial%beam%model, settings, trial%response, trial%error, trial%beam%modes)
+   end subroutine try
+
+   !> Ratio of neighbouring elements.
+   elemental function ratio_of(grading, elements) result(ratio)
+      !> Longest over shortest element
+      real(wp), intent(in) :: grading
+      integer, intent(in) :: elements
+      real(wp) :: ratio
+
+      ratio = grading**(1.0_wp/real(elements - 1, wp))
+   end function ratio_of
+
+   !> The greatest difference of two runs in eta of stop and tip and in the instant of the first impact.
+   pure subroutine compare(duration, coarse, fine, check)
+      !> Of both
+      real(wp), intent(in) :: duration
+      type(trial_t), intent(in) :: coarse
+      type(trial_t), intent(in) :: fine
+      !> Gets difference and horizon
+      type(mesh_check_t), intent(inout) :: check
+
+      type(mode_check_t) :: found
+
+      check%difference = huge(1.0_wp)
+      if (allocated(coarse%error) .or. allocated(fine%error)) return
+      call compare_runs(coarse%response, fine%response, duration, found)
+      check%difference = found%difference
+      check%horizon = found%horizon
+      associate (one => coarse%response%measures, other => fine%response%measures)
+         if (one%has_met_stop .and. other%has_met_stop) check%difference = max(check%difference, &
+            abs(one%first_impact_tau - other%first_impact_tau))
+      end associate
+   end subroutine compare
+
+   !> Longest over shortest element: what the scene gives; of a beam that is thinner at the tip, equal elements or ones
+   !> as long as its waves are there, whichever a coarse mesh does better with.
+   function grading_of(scene, settings) result(grading)
+      type(scene_t), intent(in) :: scene
+      !> Of the runs that are compared
+      type(run_settings_t), intent(in) :: settings
+      real(wp) :: grading
+
+      type(trial_t) :: equal, graded, fine
+      type(mesh_check_t) :: of_equal, of_graded
+      type(section_t) :: section
+      real(wp) :: thickest, thinnest
+
+      grading = scene%mesh%ratio**(graded_elements - 1)
+      if (abs(scene%mesh%ratio - 1.0_wp) > 0.0_wp) return
+      section = section_of(scene%beam)
+      thickest = area(section, 1.0_wp)
+      thinnest = area(section, 0.5_wp/real(graded_elements, wp))
+      if (thinnest >= 0.7_wp*thickest) return
+      call try(scene, settings, graded_elements, 1.0_wp, equal)
+      call try(scene, settings, graded_elements, min(most_graded, sqrt(thickest/thinnest)), graded)
+      call try(scene, settings, fine_elements, 1.0_wp, fine)
+      call compare(settings%response%duration, equal, fine, of_equal)
+      call compare(settings%response%duration, graded, fine, of_graded)
+      if (of_graded%difference < of_equal%difference) grading = min(most_graded, sqrt(thickest/thinnest))
+   end function grading_of
+
+end module mesh_choice
