@@ -207,17 +207,17 @@ contains
       type(mesh_settings_t), intent(inout) :: mesh
 
       call table%open(group_t('mesh', in_motion_and_benchmark))
+      call table%bind(mesh%tolerance, name_t('tolerance', &
+         'find the elements: eta of stop and tip and tau of the first impact settle within this', &
+         range_t(1.0e-10_wp, 0.1_wp), default='elements as given', is_optional=.true.))
       call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
+         need_t(without='tolerance', phrase='a mesh that is given, not with tolerance'), &
          sweep=sweep_t(1, is_of_beam=.true.)))
       call table%bind(mesh%ratio, name_t('ratio', 'length of an element over that of the next towards the tip', &
          ratio_range, sweep=sweep_t(2, is_of_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
       call table%bind(mesh%mass, name_t('mass', 'mass matrix of motion; redistributed: impacts act on point masses', &
          default="'consistent'; 'auto' with a tolerance"), mass_names)
-      call table%bind(mesh%tolerance, name_t('tolerance', &
-         'find the elements: eta of stop and tip and tau of the first impact settle within this', &
-         range_t(1.0e-10_wp, 0.1_wp), needs=a_response, default='elements as given'))
-      call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes', &
-         needs=a_response))
+      call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))
    end subroutine list_mesh
 
    subroutine list_stop(table, stop, physical)

@@ -101,12 +101,16 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(inout) :: scene
 
-      if (.not. input%has('mesh', 'tolerance')) return
+      if (scene%mesh%estimate .and. .not. scene%wants_response) then
+         call input%complain('mesh', 'estimate', 'estimates errors of measures; add &response / (with &stop /)')
+      end if
+      if (scene%mesh%tolerance <= 0.0_wp) return
       if (.not. input%has('mesh', 'mass')) scene%mesh%mass = mass_auto
-      if (input%has('mesh', 'elements')) call input%complain('mesh', 'tolerance', &
-         'finds the number of elements; give either that or elements')
-      if (input%has('sweep', 'elements')) call input%complain('mesh', 'tolerance', &
-         'finds the number of elements; &sweep varies them')
+      if (.not. scene%wants_response) then
+         call input%complain('mesh', 'tolerance', 'finds a mesh for a response; add &response / (with &stop /)')
+      else if (input%has('sweep', 'elements')) then
+         call input%complain('mesh', 'tolerance', 'finds the number of elements; &sweep varies them')
+      end if
    end subroutine resolve_mesh
 
    !> A scene asks for something, and for what the program does.
