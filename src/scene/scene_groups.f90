@@ -211,7 +211,7 @@ contains
          'find the elements: eta of stop and tip and tau of the first impact settle within this', &
          range_t(1.0e-10_wp, 0.1_wp), default='elements as given', is_optional=.true.))
       call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
-         need_t(without='tolerance', phrase='a mesh that is given, not with tolerance'), &
+         condition_t(without='tolerance', phrase='a mesh that is given, not with tolerance'), &
          sweep=sweep_t(1, is_of_beam=.true.)))
       call table%bind(mesh%ratio, name_t('ratio', 'length of an element over that of the next towards the tip', &
          ratio_range, sweep=sweep_t(2, is_of_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))

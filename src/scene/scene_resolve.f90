@@ -108,8 +108,6 @@ contains
       if (.not. input%has('mesh', 'mass')) scene%mesh%mass = mass_auto
       if (.not. scene%wants_response) then
          call input%complain('mesh', 'tolerance', 'finds a mesh for a response; add &response / (with &stop /)')
-      else if (input%has('sweep', 'elements')) then
-         call input%complain('mesh', 'tolerance', 'finds the number of elements; &sweep varies them')
       end if
    end subroutine resolve_mesh
 

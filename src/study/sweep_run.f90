@@ -23,7 +23,7 @@ module sweep_run
       serve_deal, start_deal
    implicit none (type, external)
    private
-   public :: run_parts, run_cases, runner_t, start_runner, run_case
+   public :: run_parts, run_cases, runner_t, start_runner, run_case, scene_of_case
 
    !> It belongs to one thread.
    type :: runner_t
@@ -197,6 +197,24 @@ contains
       allocate (part%reasons(failures))
       part%reasons(:) = reasons(:failures)
    end subroutine run_part
+
+   !> The scene with the parameters of a case.
+   subroutine scene_of_case(scene, plan, number, one)
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      !> The case, from 1
+      integer, intent(in) :: number
+      type(scene_t), intent(out) :: one
+
+      real(wp) :: values(size(plan%axes))
+      integer :: k
+
+      one = scene
+      call case_values(plan, number, values)
+      do k = 1, size(values)
+         call set_parameter(one, plan%axes(k)%parameter, values(k))
+      end do
+   end subroutine scene_of_case
 
    !> Prepare a runner.
    subroutine start_runner(scene, runner)

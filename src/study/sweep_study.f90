@@ -8,15 +8,14 @@ module sweep_study
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
    use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
-   use scene_parameters, only: set_parameter
    use scene_types, only: scene_t
    use study_job, only: job_t
    use sweep_best, only: refine, refined_t
    use sweep_file, only: survey_parts, survey_t, write_sweep
    use sweep_parts, only: enter_folder, parts_folder
-   use sweep_plan, only: case_values, make_plan, plan_t, plan_text
+   use sweep_plan, only: make_plan, plan_t, plan_text
    use sweep_ranks, only: greatest_of_all, is_first_rank, ranks_in_words
-   use sweep_run, only: run_parts
+   use sweep_run, only: run_parts, scene_of_case
    use sweep_settings, only: design_grid, design_latin_hypercube, sweep_settings_t
    use sweep_tables, only: print_sweep
    implicit none (type, external)
@@ -79,17 +78,12 @@ contains
 
       type(scene_t), allocatable :: scenes(:)
       integer, allocatable :: sample(:)
-      real(wp) :: values(size(plan%axes))
-      integer :: i, k
+      integer :: i
 
       allocate (sample, source=sample_of(plan%cases))
       allocate (scenes(size(sample)))
       do i = 1, size(sample)
-         scenes(i) = scene
-         call case_values(plan, sample(i), values)
-         do k = 1, size(values)
-            call set_parameter(scenes(i), plan%axes(k)%parameter, values(k))
-         end do
+         call scene_of_case(scene, plan, sample(i), scenes(i))
       end do
       call estimate_cases(scenes, sample, errors)
    end subroutine estimate_sample

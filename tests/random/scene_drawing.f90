@@ -24,7 +24,7 @@ module scene_drawing
    type(usual_t), parameter :: usual(*) = [ &
       usual_t('beam', 'taper', -0.15_wp, 0.15_wp, .false.), &
       usual_t('mesh', 'elements', 1.0_wp, 16.0_wp, .true., 40.0_wp), usual_t('mesh', 'ratio', 0.8_wp, 1.4_wp, &
-      .false.), &
+      .false.), usual_t('mesh', 'tolerance', 1.0e-4_wp, 1.0e-2_wp, .true., 1.0e-2_wp), &
       usual_t('damping', 'zeta', 1.0e-5_wp, 0.3_wp, .true.), usual_t('tip_mass', 'ratio', 0.01_wp, 5.0_wp, .true.), &
       usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
       usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
@@ -75,6 +75,13 @@ contains
       call draw_group(names, 'scene', 0.2_wp, draft)
       if (has_name(draft, 'scene', 'name')) call put(draft, 'scene', 'name', '''a_scene''')
       call draw_group(names, 'mesh', 0.7_wp, draft)
+      ! meshes that are compared make a run cost as much as ten
+      if (chance(0.8_wp)) call drop(draft, 'mesh', 'tolerance')
+      if (chance(0.8_wp)) call drop(draft, 'mesh', 'estimate')
+      if (has_name(draft, 'mesh', 'tolerance')) call drop(draft, 'mesh', 'elements')
+      if (has_name(draft, 'mesh', 'estimate') .and. has_name(draft, 'mesh', 'elements')) then
+         call put(draft, 'mesh', 'elements', to_text(1 + int(8.0_wp*number())))
+      end if
       call draw_group(names, 'damping', 0.7_wp, draft)
       call draw_group(names, 'tip_mass', 0.4_wp, draft)
       call draw_beam(names, draft)
@@ -89,8 +96,11 @@ contains
          call draw_instants(draft)
          if (chance(0.15_wp)) call draw_group(names, 'frequencies', 0.5_wp, draft)
       else if (choice < 0.85_wp) then
+         ! a case by itself may find another mesh than all that share its beam
+         call drop(draft, 'mesh', 'tolerance')
          call draw_sweep(names, draft)
       else if (choice < 0.95_wp) then
+         call drop(draft, 'mesh', 'tolerance')
          call draw_cases(names, draft)
          if (chance(0.5_wp)) call draw_group(names, 'output', 0.4_wp, draft)
       else if (choice < 0.99_wp) then
@@ -102,6 +112,8 @@ contains
          if (chance(0.7_wp)) call draw_group(names, 'stop', 0.5_wp, draft)
          if (chance(0.5_wp)) call draw_group(names, 'frequencies', 0.5_wp, draft)
          call draw_group(names, 'precision', 0.5_wp, draft)
+         ! it knows no limit of events
+         if (has_name(draft, 'mesh', 'elements')) call put(draft, 'mesh', 'elements', to_text(1 + int(16.0_wp*number())))
          call put(draft, 'precision', 'duration', to_text(1.0_wp + number()))
          call put(draft, 'precision', 'repetitions', to_text(1 + int(2.0_wp*number())))
          call put(draft, 'precision', 'shortest_timing', '1e-4')
