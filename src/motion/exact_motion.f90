@@ -134,6 +134,7 @@ contains
       class(contact_t), allocatable, target :: contact
       type(motion_t) :: motion
       real(wp), allocatable :: start(:)
+      real(wp) :: depth, pull
       integer :: i, samples
 
       call make_modal_beam(modes%square(:kept), modes%mode(modes%stop_dof, :kept), modes%mode(modes%tip_dof, :kept), &
@@ -144,8 +145,16 @@ contains
       allocate (start, source=(1.0_wp + settings%stop%preload)*beam%stop_value &
          /(beam%oscillators%square*beam%flexibility))
       response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
-      if (settings%zeta > 0.0_wp) response%initial_energy = response%initial_energy &
-         + 0.5_wp*beam%node_flexibility*((1.0_wp + settings%stop%preload)/beam%flexibility)**2
+      if (beam%node_flexibility > 0.0_wp) then
+         pull = (1.0_wp + settings%stop%preload)/beam%flexibility
+         response%initial_energy = response%initial_energy + 0.5_wp*beam%node_flexibility*pull**2
+         if (settings%zeta <= 0.0_wp) then
+            ! it comes back at once, to the stop at the furthest
+            depth = max(0.0_wp, settings%stop%preload - sum(beam%stop_value*start))
+            motion%recorder%ledger%dissipated_beam = 0.5_wp*(beam%node_flexibility*pull**2 &
+               - depth**2/beam%node_flexibility)
+         end if
+      end if
       call start_measures(settings, response%initial_energy, motion%measurer)
       call make_contact(beam, modes, settings, contact)
       call run_phases(beam, contact, start, settings%response, motion, response, error)

@@ -63,8 +63,8 @@ contains
       integer :: i
 
       call group%add('case', errors%case, '1', 'case; 1 for a single run', is_scale=.true.)
-      call group%add('elements', errors%elements, '1', 'elements of its mesh; compared with twice and four times as many', &
-         'case')
+      call group%add('elements', errors%elements, '1', &
+         'elements of its mesh; compared with twice and four times as many', 'case')
       do i = 1, measure_count
          associate (measure => measure_table(i))
             if (.not. is_shown(i)) cycle
@@ -92,7 +92,8 @@ contains
             to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
          write (unit, '(2x, a, a14, a12, a8)') 'measure                 ', 'value', 'error', 'order'
       else
-         write (unit, '(2x, a)') 'Error of the mesh in '//to_text(cases)//' of the cases, each from its mesh and two finer'
+         write (unit, '(2x, a)') 'Error of the mesh in '//to_text(cases)// &
+            ' of the cases, each from its mesh and two finer'
          write (unit, '(2x, a, a14, a12)') 'measure                 ', 'greatest error', 'settled'
       end if
       do i = 1, measure_count
@@ -102,15 +103,17 @@ contains
          settled = count(.not. ieee_is_nan(errors%error(i, :)))
          if (cases > 1) then
             last = 'none'
-            if (settled > 0) last = short(maxval(errors%error(i, :), mask=.not. ieee_is_nan(errors%error(i, :))))
-            write (unit, '(2x, a, a14, a12)') measure_table(i)%name, trim(last), to_text(settled)//' of '//to_text(cases)
+            if (settled > 0) last = short(maxval(errors%error(i, :), &
+               mask=.not. ieee_is_nan(errors%error(i, :))))
+            write (unit, '(2x, a, a14, a12)') measure_table(i)%name, trim(last), &
+               to_text(settled)//' of '//to_text(cases)
          else if (settled == 0) then
             write (unit, '(2x, a, f14.6, 4x, a)') measure_table(i)%name, errors%row(i, 1), 'does not settle'
          else
             last = '-'
             if (.not. ieee_is_nan(errors%order(i, 1))) write (last, '(f8.1)') errors%order(i, 1)
-            write (unit, '(2x, a, f14.6, a12, a8)') measure_table(i)%name, errors%row(i, 1), short(errors%error(i, 1)), &
-               trim(adjustl(last))
+            write (unit, '(2x, a, f14.6, a12, a8)') measure_table(i)%name, errors%row(i, 1), &
+               short(errors%error(i, 1)), trim(adjustl(last))
          end if
       end do
    end subroutine print_mesh_errors

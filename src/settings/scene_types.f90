@@ -15,7 +15,7 @@ module scene_types
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
    public :: reference_exact, reference_none, default_mode_count
    public :: solver_names, reference_names
-   public :: mass_redistributed, mass_auto, mass_names
+   public :: mass_consistent, mass_redistributed, mass_auto, mass_names
    public :: contender_exact, contender_average, contender_linear, contender_explicit, contender_names
 
    !> Height varies linearly from root to tip (uniform if both are equal).

@@ -6,8 +6,8 @@ module sweep_file
    use hdf5_writing, only: hdf5_column_t, hdf5_group_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
-   use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use measure_rows, only: write_measures_of_cases
+   use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use results_file, only: results_name, write_head
    use scene_types, only: scene_t
    use sweep_best, only: best_t, consider, refined_t, start_best

@@ -193,9 +193,10 @@ contains
       do while (left /= '')
          path = left(:index(left, ' ') - 1)
          left = adjustl(left(len_trim(path) + 1:))
-         ! what did not happen, or what a mesh does not have, is NaN by definition
+         ! what did not happen or settle, or what a mesh does not have, is NaN by definition
          if (index(path, 'measures/') > 0 .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
-            .or. index(path, 'best/') == 1 .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
+            .or. index(path, 'best/') == 1 .or. index(path, 'mesh_estimate/') == 1 &
+            .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
             .or. &
             (index(path, 'cases/') == 1 .and. index(path, '/', back=.true.) == 6)) cycle
          complaint = complaint//trim(path)//' is not finite; '
