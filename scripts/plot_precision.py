@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Plot studies of run time against error (&precision): the error of the motion over the time of a run, one
-curve a method, one panel a study; where a file compares eigen-solvers, the error of lambda_1 over the time
+curve a method, one panel a study; with --beam, its error against the beam itself on every mesh; where a file compares eigen-solvers, the error of lambda_1 over the time
 of a solve; with --growth, how cost grows; with --skips, what each skip saves. Computes nothing."""
 
 import argparse
@@ -48,6 +48,38 @@ def draw_motion(panel, study, error, hop):
     panel.set_xlabel("time of a run, ms")
     panel.set_ylim(1e-17, 1.0)
     panel.axhline(ROUNDING, color="0.6", linewidth=0.6)
+
+
+def draw_beam(panel, study):
+    """Errors against the beam itself: exact motion over the meshes, the steps on every mesh, those on the scene's bold."""
+    group, beam = study["motion"], plots.group_of(study, "beam", "against_beam = .true. in &precision")
+    methods, varied, masses = (np.array(plots.texts_of(group[name])) for name in ("method", "varied", "mass"))
+    seconds, errors, elements = (group[name][:] for name in ("seconds", "error_history", "elements"))
+    of_mesh = (varied == "mesh_elements") & (seconds > 0.0)
+    for number, mass in enumerate(("consistent", "redistributed")):
+        mine = of_mesh & (methods == "exact") & (masses == mass)
+        if not mine.any():
+            continue
+        style = dict(color=plots.COLOURS[number], linestyle=plots.DASHES[number], marker=plots.MARKERS[number])
+        panel.loglog(seconds[mine] * 1e3, errors[mine], markersize=3.5, label=f"exact, {mass}", **style)
+        for place in zip(seconds[mine] * 1e3, errors[mine], elements[mine]):
+            panel.annotate(f"{place[2]}", place[:2], (3, 2), textcoords="offset points", fontsize=6.5, color=style["color"])
+    paper = elements[varied == "step"][0] if (varied == "step").any() else 0
+    for method in dict.fromkeys(methods[of_mesh & (methods != "exact")]):
+        for mesh in sorted(set(elements[of_mesh])):
+            mine = of_mesh & (methods == method) & (elements == mesh)
+            name = {paper: f"{NAMES[method]}, n = {mesh}", max(elements[of_mesh]): f"{NAMES[method]}, other n"}.get(mesh)
+            panel.loglog(
+                seconds[mine] * 1e3,
+                errors[mine],
+                color=plots.COLOURS[2] if mesh == paper else "0.7",
+                linewidth=1.4 if mesh == paper else 0.7,
+                marker="." if mesh == paper else None,
+                label=name,
+            )
+    panel.axhspan(1e-12, float(beam.attrs["uncertainty"]), color="0.92", zorder=0)
+    panel.set_ylim(1e-10, 1.0)
+    panel.set_xlabel("time of a run, ms")
 
 
 def whole_decades(panel):
@@ -166,6 +198,7 @@ def main():
     parser.add_argument("files", type=Path, nargs="+", help="results files of scenes with &precision")
     parser.add_argument("--error", choices=list(ERRORS), default="history", help="which error of the motion")
     parser.add_argument("--growth", action="store_true", help="growth of cost, of the first file")
+    parser.add_argument("--beam", action="store_true", help="the error against the beam itself")
     parser.add_argument("--skips", action="store_true", help="what each skip saves")
     parser.add_argument("--out", type=Path, help="picture; default: the first file with the ending .png")
     arguments = parser.parse_args()
@@ -186,12 +219,15 @@ def main():
         for panel, (file, study) in zip(panels[0], motions):
             varied = np.array(plots.texts_of(study["motion/varied"]))
             modes = (varied == "hop_tolerance").sum() <= 1 and (varied == "mode_tolerance").any()
-            draw_motion(panel, study, arguments.error, "mode_tolerance" if modes else "hop_tolerance")
+            if arguments.beam:
+                draw_beam(panel, study)
+            else:
+                draw_motion(panel, study, arguments.error, "mode_tolerance" if modes else "hop_tolerance")
             if np.ptp(np.log10(panel.xaxis.get_data_interval())) < 1.0:
                 whole_decades(panel)
             panel.set_title(plots.title_of(file))
-        panels[0][0].set_ylabel(ERRORS[arguments.error])
-        panels[0][-1].legend(loc="best")
+        panels[0][0].set_ylabel(ERRORS["history" if arguments.beam else arguments.error])
+        panels[0][0 if arguments.beam else -1].legend(loc="best")
         figure.tight_layout()
     else:
         figure, panel = plt.subplots(figsize=(plots.WIDTH, 3.9))

@@ -70,16 +70,20 @@ contains
    end function horizon_of
 
    !> Take the facts of a run.
-   pure subroutine facts_of(response, horizon, balance, facts)
+   pure subroutine facts_of(response, horizon, balance, facts, every)
       !> The run, with all histories, energies, and the shape at the horizon
       type(response_t), intent(in) :: response
       !> Up to here
       real(wp), intent(in) :: horizon
       type(balance_t), intent(in) :: balance
       type(motion_facts_t), intent(out) :: facts
+      !> Take every so many samples, of which the horizon is one; default 1
+      integer, intent(in), optional :: every
 
-      integer :: i, last
+      integer :: i, last, stride
 
+      stride = 1
+      if (present(every)) stride = every
       last = count(response%tau <= horizon*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
       do i = 1, response%event_count
          associate (event => response%events(i))
@@ -92,31 +96,34 @@ contains
       associate (energy => response%energy)
          facts%energy = (energy%kinetic(last) + energy%strain(last) + energy%stop(last))/response%initial_energy
       end associate
-      facts%impulse = contact_impulse(response, balance, last)
-      allocate (facts%history(last, 2))
-      facts%history(:, 1) = response%history(eta_stop)%values(:last)
-      facts%history(:, 2) = response%history(eta_tip)%values(:last)
+      facts%impulse = contact_impulse(response, balance, last, stride)
+      allocate (facts%history((last - 1)/stride + 1, 2))
+      facts%history(:, 1) = response%history(eta_stop)%values(:last:stride)
+      facts%history(:, 2) = response%history(eta_tip)%values(:last:stride)
    end subroutine facts_of
 
    !> What the stop has given to the beam up to the last sample, from the balance with the static shape s of a unit
    !> force at the stop: s.(M y'' + 2 zeta K y' + K y) = s_c f with s.K y = y_c, integrated. Only y_c is integrated over
    !> samples; the force itself falls within a fraction of a sample after each impact. The shape kept is that at this
    !> instant.
-   pure function contact_impulse(response, balance, last) result(impulse)
+   pure function contact_impulse(response, balance, last, every) result(impulse)
       !> The run, with one shape
       type(response_t), intent(in) :: response
       type(balance_t), intent(in) :: balance
-      !> Last sample
+      !> Last sample, and the distance of those to take
       integer, intent(in) :: last
+      integer, intent(in) :: every
       real(wp) :: impulse
 
       real(wp) :: way
+      integer :: n
 
-      associate (eta => response%history(eta_stop)%values, tau => response%tau)
-         way = sum(0.5_wp*(eta(2:last) + eta(:last - 1))*(tau(2:last) - tau(:last - 1))) + balance%preload*tau(last)
+      n = (last - 1)/every + 1
+      associate (eta => response%history(eta_stop)%values(:last:every), tau => response%tau(:last:every))
+         way = sum(0.5_wp*(eta(2:) + eta(:n - 1))*(tau(2:) - tau(:n - 1))) + balance%preload*tau(n)
          impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, 1)) &
             + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, 1)) &
-            + balance%two_zeta*(eta(last) - eta(1)) + way
+            + balance%two_zeta*(eta(n) - eta(1)) + way
          impulse = impulse/balance%flexibility
       end associate
    end function contact_impulse
@@ -166,23 +173,32 @@ contains
       errors%history = maxval(abs(facts%history(:samples, :) - reference%history(:samples, :)))
    end function difference_of
 
-   !> What two runs, the second with half the step of the first, tend to if their errors fall with its square.
-   pure subroutine extrapolate(coarse, fine, limit)
-      !> The runs
+   !> What two runs tend to, the second with half the step or with elements of half the length: their errors fall with a
+   !> power of it.
+   pure subroutine extrapolate(coarse, fine, limit, order)
+      !> The runs; the second sampled like the first, or twice as densely
       type(motion_facts_t), intent(in) :: coarse
       type(motion_facts_t), intent(in) :: fine
       !> Sampled like the coarse one
       type(motion_facts_t), intent(out) :: limit
+      !> The power; default 2
+      integer, intent(in), optional :: order
 
-      integer :: samples
+      integer :: every, samples
+      real(wp) :: part
 
-      samples = min(size(coarse%history, 1), (size(fine%history, 1) + 1)/2)
-      limit%impact_tau = (4.0_wp*fine%impact_tau - coarse%impact_tau)/3.0_wp
-      limit%impact_velocity = (4.0_wp*fine%impact_velocity - coarse%impact_velocity)/3.0_wp
-      limit%energy = (4.0_wp*fine%energy - coarse%energy)/3.0_wp
-      limit%impulse = (4.0_wp*fine%impulse - coarse%impulse)/3.0_wp
-      allocate (limit%history(samples, 2))
-      limit%history(:, :) = (4.0_wp*fine%history(:2*samples - 1:2, :) - coarse%history(:samples, :))/3.0_wp
+      part = 1.0_wp/3.0_wp
+      if (present(order)) part = 1.0_wp/real(2**order - 1, wp)
+      every = merge(2, 1, size(fine%history, 1) > size(coarse%history, 1))
+      samples = min(size(coarse%history, 1), (size(fine%history, 1) - 1)/every + 1)
+      limit%impact_tau = fine%impact_tau + part*(fine%impact_tau - coarse%impact_tau)
+      limit%impact_velocity = fine%impact_velocity + part*(fine%impact_velocity - coarse%impact_velocity)
+      limit%energy = fine%energy + part*(fine%energy - coarse%energy)
+      limit%impulse = fine%impulse + part*(fine%impulse - coarse%impulse)
+      associate (last => every*(samples - 1) + 1)
+         limit%history = fine%history(:last:every, :) &
+            + part*(fine%history(:last:every, :) - coarse%history(:samples, :))
+      end associate
    end subroutine extrapolate
 
 end module motion_errors

@@ -54,7 +54,7 @@ module motion_tasks
 contains
 
    !> A task of the scene's with its beam assembled, which keeps events only.
-   subroutine prepare_task(scene, elements, task, error, with_modes)
+   subroutine prepare_task(scene, elements, task, error, with_modes, mass)
       type(scene_t), intent(in) :: scene
       !> Its mesh
       integer, intent(in) :: elements
@@ -64,8 +64,11 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> Find all modes, too; default false
       logical, intent(in), optional :: with_modes
+      !> One of the `mass_` constants; default the scene's
+      integer, intent(in), optional :: mass
 
       task%scene = scene
+      if (present(mass)) task%scene%mesh%mass = mass
       task%elements = elements
       task%ratio = scene%mesh%ratio
       task%output = no_output()

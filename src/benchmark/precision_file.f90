@@ -1,6 +1,7 @@
 !> The results file of a study of run time against error.
 module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
+   use cheapest_ways, only: cheapest_of, error_bounds, parts_of_error, way_name, ways_of
    use failures, only: failure_t
    use file_system, only: make_folder
    use hdf5_writing, only: hdf5_group_t
@@ -8,9 +9,9 @@ module precision_file
    use machine_facts, only: compiler_name, kind_of_build, options_of_compiler, processor_name
    use motion_errors, only: motion_errors_t
    use number_text, only: to_text
-   use precision_types, only: precision_t, varied_names
+   use precision_types, only: precision_t, varied_names, varied_step
    use results_file, only: begin_results, finish_results
-   use scene_types, only: contender_names, scene_t
+   use scene_types, only: contender_names, mass_names, scene_t
    use timed_tasks, only: clock_resolution, timing_t
    implicit none (type, external)
    private
@@ -40,6 +41,7 @@ contains
       call group%attribute('build', kind_of_build())
       call group%attribute('clock_resolution', clock_resolution())
       if (allocated(study%motion)) call write_motion(group%group('motion'), study)
+      if (allocated(study%beam)) call write_beam(group%group('beam'), study)
       if (allocated(study%parts)) call write_parts(group%group('parts'), study)
       if (allocated(study%curves)) call write_curves(group%group('growth'), study)
       if (allocated(study%savings)) call write_savings(group%group('skips'), study)
@@ -69,6 +71,7 @@ contains
          call group%add('mode_tolerance', entries%mode_tolerance, '1', &
             'eta by which leaving out modes may change the motion', along=along)
          call group%add('elements', entries%elements, '1', 'elements of the mesh', along=along)
+         call group%add('mass', mass_names(entries%mass), 'none', 'mass matrix', along=along)
          call group%add('seconds', entries%whole%median, 's', &
             'whole run from the assembled beam, events only: median', along=along)
          call group%add('seconds_lower_quartile', entries%whole%lower_quartile, 's', 'its lower quartile', along=along)
@@ -93,6 +96,46 @@ contains
          call write_errors(check, 'difference', [study%check%between_steps, study%check%difference], 'pair')
       end associate
    end subroutine write_motion
+
+   !> What stands for the beam, and the fastest way to each error against it.
+   subroutine write_beam(group, study)
+      type(hdf5_group_t), intent(in) :: group
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      type(hdf5_group_t) :: one
+      integer, allocatable :: varied(:)
+      real(wp), allocatable :: parts(:, :)
+      integer :: i, k
+
+      associate (beam => study%beam, entries => study%motion, ways => ways_of(study%motion))
+         call group%attribute('elements', real(beam%elements, wp))
+         call group%attribute('mass', mass_names(beam%mass))
+         call group%attribute('uncertainty', beam%uncertainty)
+         call group%attribute('no_other_mass', beam%no_other)
+         call group%add('pair', [1, 2], '1', &
+            '1: the run for the beam and the same on half the elements; 2: and one with the other mass matrix', &
+            is_scale=.true.)
+         call write_errors(group, 'difference', [beam%half, beam%other], 'pair')
+         do k = 1, size(ways)
+            one = group%group('way_'//to_text(k))
+            call one%attribute('name', way_name(entries(ways(k))))
+            call one%add('error', error_bounds, '1', 'largest difference of eta from the beam', is_scale=.true.)
+            call one%add('entry', [(cheapest_of(entries, entries(ways(k)), error_bounds(i)), i=1, &
+               size(error_bounds))], '1', 'the fastest entry of ../../motion within it; 0: none', along='error')
+         end do
+         allocate (varied, source=pack([(i, i=1, size(entries))], entries%varied == varied_step))
+         one = group%group('parts_of_error')
+         call one%add('entry', varied, '1', 'entry of ../../motion: steps on the mesh of the scene', is_scale=.true.)
+         allocate (parts(3, size(varied)))
+         do i = 1, size(varied)
+            parts(:, i) = parts_of_error(entries, varied(i))
+         end do
+         call one%add('step', parts(1, :), '1', 'error of eta against exact motion on that mesh', along='entry')
+         call one%add('mesh', parts(2, :), '1', 'error of exact motion on that mesh; -1: not known', along='entry')
+         call one%add('both', parts(3, :), '1', 'error against the beam; -1: not known', along='entry')
+      end associate
+   end subroutine write_beam
 
    !> A dataset for each kind of error.
    subroutine write_errors(group, prefix, errors, along)

@@ -4,7 +4,7 @@ module precision_study
    use failures, only: failure_t
    use kinds, only: wp
    use memory_needs, only: add_modes, add_samples, need_t
-   use motion_precision, only: comparison_step, compare_motion
+   use motion_precision, only: comparison_step, compare_motion, finer
    use motion_tasks, only: full_output, prepare_task, settings_for, task_run, task_t
    use precision_file, only: write_precision
    use precision_tables, only: print_precision
@@ -49,7 +49,8 @@ contains
          if (allocated(precision%steps)) then
             if (size(precision%steps) > 0) step = minval(precision%steps)
          end if
-         if (allocated(precision%mesh_elements)) elements = max(elements, maxval(precision%mesh_elements))
+         if (allocated(precision%mesh_elements)) elements = max(elements, &
+            finer*maxval(precision%mesh_elements))
          call add_samples(precision%duration/step, 34, '&precision', &
             'give &precision a shorter duration or longer steps', need)
       end associate

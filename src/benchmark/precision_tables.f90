@@ -1,10 +1,12 @@
 !> Tables of run time against error for people to read.
 module precision_tables
+   use cheapest_ways, only: cheapest_of, error_bounds, parts_of_error, way_name, ways_of
    use kinds, only: wp
    use machine_facts, only: compiler_name, kind_of_build, processor_name
    use number_text, only: to_text
-   use precision_types, only: motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_names
-   use scene_types, only: contender_names, scene_t
+   use precision_types, only: motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, varied_names, &
+      varied_step
+   use scene_types, only: contender_exact, contender_names, mass_names, scene_t
    use solver_precision, only: rounding_start
    implicit none (type, external)
    private
@@ -21,6 +23,7 @@ contains
       write (unit, '(a)') scene%name//': '//scene%title
       write (unit, '(2x, a)') processor_name()//', '//compiler_name()//', '//kind_of_build()
       if (allocated(study%motion)) call print_motion(unit, study)
+      if (allocated(study%beam)) call print_beam(unit, study)
       if (allocated(study%parts)) call print_parts(unit, study)
       if (allocated(study%curves)) call print_curves(unit, study)
       if (allocated(study%savings)) call print_savings(unit, study)
@@ -33,18 +36,22 @@ contains
       type(precision_t), intent(in) :: study
 
       character(*), parameter :: numbers = '(2x, a22, a16, es10.1, 6es10.1, es11.2, a)'
+      character(40) :: name
       integer :: i
 
       write (unit, '(/, 2x, a22, a16, 7a10, a11, a)') adjustl('method                '), 'varied', 'value', 'tau_1', &
          'v_1', 'history', 'energy', 'impulse', 'ledger', 'seconds', '  quartiles'
       do i = 1, size(study%motion)
          associate (entry => study%motion(i), errors => study%motion(i)%errors)
+            if (allocated(study%beam) .and. entry%varied == varied_mesh .and. entry%contender /= contender_exact) cycle
             if (entry%failure /= '') then
                write (unit, '(2x, a22, a16, es10.1, 2x, a)') contender_names(entry%contender), &
                   varied_names(entry%varied), value_of(entry), trim(entry%failure)
                cycle
             end if
-            write (unit, numbers) contender_names(entry%contender), adjustr(varied_names(entry%varied)(:16)), &
+            name = contender_names(entry%contender)(:len(name))
+            if (allocated(study%beam) .and. entry%varied == varied_mesh) name = way_name(entry)
+            write (unit, numbers) name(:22), adjustr(varied_names(entry%varied)(:16)), &
                value_of(entry), &
                errors%impact_tau, errors%impact_velocity, errors%history, errors%energy, errors%impulse, &
                errors%ledger, &
@@ -69,6 +76,58 @@ contains
          end if
       end associate
    end subroutine print_motion
+
+   !> What to take for each error against the beam itself, and what Newmark's error is made of on the scene's mesh.
+   subroutine print_beam(unit, study)
+      !> Where to
+      integer, intent(in) :: unit
+      !> What was found
+      type(precision_t), intent(in) :: study
+
+      integer :: i, k
+
+      associate (entries => study%motion, beam => study%beam, ways => ways_of(study%motion))
+         write (unit, '(/, 2x, a, f0.3, a)') 'fastest run with such an error of eta against the beam, to tau = ', &
+            study%horizon, ': ms, elements, step'
+         write (unit, '(2x, a8, *(a36))') 'error', (trim(way_name(entries(ways(k)))), k=1, size(ways))
+         do i = 1, size(error_bounds)
+            write (unit, '(2x, es8.0, *(a36))') error_bounds(i), &
+               (cell(cheapest_of(entries, entries(ways(k)), error_bounds(i))), k=1, size(ways))
+         end do
+         write (unit, '(2x, a, i0, a, es8.1)') 'the beam: exact, '//trim(mass_names(beam%mass))//', ', beam%elements, &
+            ' elements; on half of them eta differs by', beam%half%history
+         write (unit, '(2x, a, es8.1)') 'of the fourth order, it is known to', beam%uncertainty
+         if (beam%no_other /= '') then
+            write (unit, '(2x, a)') 'no other mass matrix: '//trim(beam%no_other)
+         else
+            write (unit, '(2x, a, es8.1)') 'with the other mass matrix, extrapolated where of first order, by', &
+               beam%other%history
+         end if
+         write (unit, '(/, 2x, a22, 4a12)') 'error of eta          ', 'step', "the step's", "the mesh's", 'both'
+         do i = 1, size(entries)
+            if (entries(i)%varied == varied_step) write (unit, '(2x, a22, 4es12.1)') &
+               contender_names(entries(i)%contender), entries(i)%step, parts_of_error(entries, i)
+         end do
+      end associate
+
+   contains
+
+      !> An entry in short; none: a dash.
+      function cell(number) result(text)
+         integer, intent(in) :: number
+         character(36) :: text
+
+         text = '-'
+         if (number > 0) then
+            associate (one => study%motion(number))
+               write (text, '(es8.2, i6)') 1.0e3_wp*one%whole%median, one%elements
+               if (one%contender /= contender_exact) write (text(15:), '(es9.1)') one%step
+            end associate
+         end if
+         text = adjustr(text)
+      end function cell
+
+   end subroutine print_beam
 
    !> The value that an entry varies.
    pure function value_of(entry) result(value)

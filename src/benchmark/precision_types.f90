@@ -3,10 +3,11 @@ module precision_types
    use kinds, only: i8, wp
    use motion_errors, only: motion_errors_t
    use run_settings, only: name_length
+   use scene_types, only: mass_consistent
    use timed_tasks, only: timing_t
    implicit none (type, external)
    private
-   public :: motion_entry_t, timed_part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t
+   public :: motion_entry_t, timed_part_t, curve_t, solver_entry_t, check_t, saving_t, precision_t, beam_t
    public :: varied_step, varied_hop, varied_modes, varied_mesh, varied_names
 
    !> What an entry differs in from its neighbours.
@@ -30,6 +31,8 @@ module precision_types
       real(wp) :: hop_tolerance = 0.0_wp
       real(wp) :: mode_tolerance = 0.0_wp
       integer :: elements = 0
+      !> One of the `mass_` constants
+      integer :: mass = mass_consistent
       !> A whole run from the assembled beam, events only; and without what runs of one beam share
       type(timing_t) :: whole
       type(timing_t) :: motion
@@ -93,9 +96,25 @@ module precision_types
       character(name_length) :: compared = ''
    end type saving_t
 
+   !> The run that stands for the beam itself, and how far from it are what should meet it.
+   type :: beam_t
+      integer :: elements = 0
+      !> One of the `mass_` constants
+      integer :: mass = mass_consistent
+      !> The same on half the elements; with the other mass matrix, extrapolated where that is of the first order
+      type(motion_errors_t) :: half
+      type(motion_errors_t) :: other
+      !> Why there is no other; empty: there is
+      character(failure_length) :: no_other = ''
+      !> What is left of an error of the fourth order when the elements are halved: how well it knows eta
+      real(wp) :: uncertainty = 0.0_wp
+   end type beam_t
+
    type :: precision_t
       type(motion_entry_t), allocatable :: motion(:)
       type(check_t) :: check
+      !> Unallocated: not asked for
+      type(beam_t), allocatable :: beam
       !> Up to here histories are compared: the peak of the third rebound, or the end of the run
       real(wp) :: horizon = 0.0_wp
       type(timed_part_t), allocatable :: parts(:)

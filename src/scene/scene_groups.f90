@@ -318,8 +318,10 @@ contains
          a_stop, default='1e-2, 1e-3 ... 1e-12'))
       call table%bind(precision%mode_tolerances, name_t('mode_tolerances', 'mode tolerances of exact motion', &
          mode_range, a_stop, default='none'))
-      call table%bind(precision%mesh_elements, name_t('mesh_elements', 'meshes of exact motion', &
+      call table%bind(precision%mesh_elements, name_t('mesh_elements', 'meshes of exact motion; against_beam: of all', &
          range_t(1, most_elements_dense), a_stop, default='none'))
+      call table%bind(precision%against_beam, name_t('against_beam', &
+         'find the cheapest way to each error against the beam itself: every method on every mesh', needs=a_stop))
       call table%bind(precision%scaling_elements, name_t('scaling_elements', &
          'meshes over which cost and memory grow', elements_range, a_stop, default='none'))
       call table%bind(precision%scaling_modes, name_t('scaling_modes', 'modes for which these are solved', &

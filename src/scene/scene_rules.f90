@@ -49,6 +49,7 @@ module scene_rules
    type(demand_t), parameter :: demands(*) = [ &
       demand_t('precision', '', 'stop frequencies', &
       'needs &stop / to compare motion, or &frequencies / to compare solvers'), &
+      demand_t('precision', 'against_beam', 'mesh_elements', 'needs mesh_elements too, the meshes to compare'), &
       demand_t('response', '', 'stop', 'needs a stop; add &stop / (with or without names in it)'), &
       demand_t('sweep', '', 'response', a_response), &
       demand_t('cases', '', 'response', a_response), &

@@ -122,6 +122,8 @@ module scene_types
       real(wp), allocatable :: hop_tolerances(:)
       real(wp), allocatable :: mode_tolerances(:)
       integer, allocatable :: mesh_elements(:)
+      !> Compare all methods on these meshes with the beam itself
+      logical :: against_beam = .false.
       !> Meshes and lengths over which the growth of the cost is measured
       integer, allocatable :: scaling_elements(:)
       real(wp), allocatable :: scaling_durations(:)
