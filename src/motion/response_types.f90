@@ -133,6 +133,8 @@ module response_types
       real(wp) :: ratio = 1.0_wp
       !> The inertia of the stop's node belongs to its neighbours
       logical :: is_redistributed = .false.
+      !> They do not, but would better
+      logical :: adds_mass = .false.
       !> Elements of the finer mesh; 0: the mesh was given, none was compared
       integer :: compared = 0
       !> Asked for

@@ -256,6 +256,8 @@ contains
       type(mesh_check_t), intent(in) :: check
 
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
+      if (check%adds_mass) call print_line(unit, '', &
+         "the mesh adds to the mass that is struck: mass = 'auto' errs less")
       if (check%compared == 0) return
       call print_line(unit, '', 'with '//to_text(check%compared)//' elements the motion differs by '// &
          rounded(check%difference)//' until tau = '//rounded(check%horizon))
