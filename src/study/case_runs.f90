@@ -34,19 +34,21 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
-      type(scene_t) :: extremes(2)
+      type(scene_t), allocatable :: extremes(:)
       integer :: i
 
-      extremes = scene
-      call set_parameter(extremes(1), scene%cases%parameter, minval(scene%cases%values))
-      call set_parameter(extremes(2), scene%cases%parameter, maxval(scene%cases%values))
+      if (scene%mesh%tolerance > 0.0_wp) then
+         allocate (extremes(2), source=scene)
+         call set_parameter(extremes(1), scene%cases%parameter, minval(scene%cases%values))
+         call set_parameter(extremes(2), scene%cases%parameter, maxval(scene%cases%values))
+      end if
       allocate (cases(size(scene%cases%values)))
       do i = 1, size(cases)
          cases(i)%scene = scene
          cases(i)%value = scene%cases%values(i)
          cases(i)%scene%output%measures = .true.
          call set_parameter(cases(i)%scene, scene%cases%parameter, cases(i)%value)
-         if (scene%cases%parameter%is_of_beam) extremes = cases(i)%scene
+         if (allocated(extremes) .and. scene%cases%parameter%is_of_beam) extremes(:) = cases(i)%scene
          call find_case_beam(cases(i)%scene, [cases(i)%value], [scene%cases%parameter%is_of_beam], beam, &
             extremes)
          if (allocated(beam%trouble)) then

@@ -52,16 +52,18 @@ contains
       logical, intent(in) :: is_of_beam(:)
       type(case_beam_t), intent(inout) :: beam
       !> The case with the least and with the greatest values of all parameters that make no other beam, [2]: a mesh
-      !> found for both serves all cases of that beam, whichever comes first; not used where the mesh is given
-      type(scene_t), intent(in) :: extremes(:)
+      !> found for both serves all cases of that beam, whichever comes first. Not given: the mesh is
+      type(scene_t), intent(in), optional :: extremes(:)
 
-      type(case_beam_t) :: other
+      ! large, and threads have small stacks
+      type(case_beam_t), allocatable :: other
 
       if (allocated(beam%values)) then
          if (all(abs(values - beam%values) <= 0.0_wp .or. .not. is_of_beam)) return
          deallocate (beam%values)
       end if
-      if (scene%mesh%tolerance > 0.0_wp) then
+      if (present(extremes)) then
+         allocate (other)
          call find_beam(extremes(1), beam)
          call find_beam(extremes(2), other)
          if (.not. allocated(other%trouble) .and. other%check%elements > beam%check%elements) beam = other
@@ -76,12 +78,13 @@ contains
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(out) :: beam
 
-      type(scene_t) :: exact
-      type(trial_t) :: first
+      type(scene_t), allocatable :: exact
+      type(trial_t), allocatable :: first
       type(run_settings_t) :: settings
 
       if (scene%mesh%tolerance > 0.0_wp) then
-         exact = scene
+         allocate (exact, source=scene)
+         allocate (first)
          exact%response%method = method_exact
          call make_case_beam(exact, meshes(1), 1.0_wp, first%beam)
          if (allocated(first%beam%trouble)) then
@@ -106,11 +109,12 @@ contains
       real(wp), intent(in) :: grading
       type(case_beam_t), intent(out) :: beam
 
-      type(trial_t) :: coarse, fine
+      type(trial_t), allocatable :: coarse, fine
       type(mesh_check_t) :: check(size(meshes))
       real(wp) :: least
       integer :: i, last, stalled
 
+      allocate (coarse, fine)
       least = huge(1.0_wp)
       stalled = 0
       call try(scene, settings, meshes(1), grading, coarse)
@@ -206,7 +210,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       real(wp) :: grading
 
-      type(trial_t) :: equal, graded, fine
+      type(trial_t), allocatable :: equal, graded, fine
       type(mesh_check_t) :: of_equal, of_graded
       type(section_t) :: section
       real(wp) :: thickest, thinnest
@@ -217,6 +221,7 @@ contains
       thickest = area(section, 1.0_wp)
       thinnest = area(section, 0.5_wp/real(graded_elements, wp))
       if (thinnest >= 0.7_wp*thickest) return
+      allocate (equal, graded, fine)
       call try(scene, settings, graded_elements, 1.0_wp, equal)
       call try(scene, settings, graded_elements, min(most_graded, sqrt(thickest/thinnest)), graded)
       call try(scene, settings, fine_elements, 1.0_wp, fine)

@@ -31,8 +31,9 @@ module sweep_run
       !> The scene with the parameters of the present case; it keeps measures only
       type(scene_t) :: scene
       type(case_beam_t) :: beam
-      !> The cases with the least and with the greatest values of what makes no other beam
-      type(scene_t) :: extremes(2)
+      !> The cases with the least and with the greatest values of what makes no other beam, [2]; unallocated: the mesh
+      !> is given
+      type(scene_t), allocatable :: extremes(:)
    end type runner_t
 
    !> What the threads share.
@@ -223,7 +224,7 @@ contains
 
       runner%scene = scene
       runner%scene%output = output_settings_t(history=.false., measures=.true., most_peaks=peak_count)
-      if (scene%mesh%tolerance > 0.0_wp) runner%extremes = runner%scene
+      if (scene%mesh%tolerance > 0.0_wp) allocate (runner%extremes(2), source=runner%scene)
    end subroutine start_runner
 
    !> Run a case.
@@ -243,7 +244,7 @@ contains
 
       do k = 1, size(values)
          call set_parameter(runner%scene, plan%axes(k)%parameter, values(k))
-         if (runner%scene%mesh%tolerance <= 0.0_wp) cycle
+         if (.not. allocated(runner%extremes)) cycle
          associate (axis => plan%axes(k))
             call set_parameter(runner%extremes(1), axis%parameter, merge(values(k), axis%least, &
                axis%parameter%is_of_beam))
