@@ -107,6 +107,7 @@ contains
       call start_vector(natural, deflection, basis(:, :found + 1))
 
       before = 0.0_wp
+      ready = 0
       next_look = min(2*wanted, least_steps)
       do step = 1, limit
          place = found + step
