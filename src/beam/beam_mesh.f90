@@ -2,6 +2,8 @@
 module beam_mesh
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
+   use number_text, only: to_text
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
    public :: mesh_t, make_mesh
@@ -25,6 +27,8 @@ module beam_mesh
       real(wp), allocatable :: tip_distance(:)
       !> Node at the stop
       integer :: stop_node = 0
+      !> Nodes at the further positions that were asked for; unallocated: none were
+      integer, allocatable :: more_nodes(:)
    end type mesh_t
 
 contains
@@ -34,7 +38,7 @@ contains
    !> The tip never moves: a stop too near to it (`nearest_to_tip`) is at the tip.
    !>
    !> Fails when an element vanishes in working precision.
-   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error)
+   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, more_positions)
       !> Number of elements, >= 1
       integer, intent(in) :: elements
       !> Ratio of neighbouring lengths, > 0; above 1 the long element is at the clamp
@@ -44,6 +48,8 @@ contains
       type(mesh_t), intent(out) :: mesh
       !> Set when no such partition exists
       type(failure_t), allocatable, intent(out) :: error
+      !> x/L of further stops and of supports, in (0, 1]: each gets a node, too
+      real(wp), intent(in), optional :: more_positions(:)
 
       real(wp), allocatable :: relative(:)
       real(wp) :: step
@@ -66,6 +72,12 @@ contains
          return
       end if
       call place_nodes(mesh)
+      if (present(more_positions)) then
+         if (size(more_positions) > 0) then
+            call put_nodes(mesh, [stop_position, more_positions], error)
+            return
+         end if
+      end if
       mesh%stop_node = mesh%elements
       if (1.0_wp - stop_position >= nearest_to_tip*(stop_position - mesh%position(max(0, elements - 2)))) then
          call put_node_at_stop(mesh, stop_position, error)
@@ -115,6 +127,86 @@ contains
       total = before + rest
       lost = (total - before) - rest
    end subroutine add_up
+
+   !> A node at each of several positions, whatever their order: the nearest one moves there, unless it is at another of
+   !> them or would leave too short an element; then an element is split.
+   pure subroutine put_nodes(mesh, positions, error)
+      !> The mesh that changes
+      type(mesh_t), intent(inout) :: mesh
+      !> x/L, the first that of `stop_node`
+      real(wp), intent(in) :: positions(:)
+      !> Set where two of them are too near to each other
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer :: order(size(positions)), node(size(positions))
+      logical, allocatable :: is_taken(:)
+      integer :: i
+
+      order = ascending_order(positions)
+      allocate (is_taken(mesh%elements), source=.false.)
+      is_taken(mesh%elements) = .true.
+      do i = 1, size(order)
+         associate (x => positions(order(i)))
+            if (1.0_wp - x < nearest_to_tip*(x - mesh%position(max(0, mesh%elements - 2)))) then
+               node(order(i)) = -1
+            else
+               call put_node(mesh, x, is_taken, node(order(i)))
+            end if
+            if (node(order(i)) == 0) then
+               call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop or a support is too near to &
+               &that of another, to the clamp or to the tip for an element between them')
+               return
+            end if
+         end associate
+      end do
+      where (node == -1) node = mesh%elements
+      mesh%stop_node = node(1)
+      allocate (mesh%more_nodes, source=node(2:))
+   end subroutine put_nodes
+
+   !> A node at a position beyond those that are taken.
+   pure subroutine put_node(mesh, x, is_taken, node)
+      !> The mesh that changes
+      type(mesh_t), intent(inout) :: mesh
+      !> x/L
+      real(wp), intent(in) :: x
+      !> The nodes that stay where they are, [elements]
+      logical, allocatable, intent(inout) :: is_taken(:)
+      !> The one; 0: there is no room for it
+      integer, intent(out) :: node
+
+      ! Elements beside each other differ by no more than this because a node moved
+      real(wp), parameter :: least_share = 0.25_wp
+      real(wp) :: left, right
+      integer :: element
+
+      node = minloc(abs(mesh%position(1:) - x), dim=1)
+      if (abs(mesh%position(node) - x) <= 4.0_wp*epsilon(1.0_wp)) then
+         is_taken(node) = .true.
+         return
+      end if
+      if (.not. is_taken(node)) then
+         left = x - mesh%position(node - 1)
+         right = mesh%position(node + 1) - x
+         if (node + 1 == mesh%elements) right = 1.0_wp - x
+         if (min(left, right) >= least_share*max(left, right)) then
+            mesh%length(node:node + 1) = [left, right]
+            is_taken(node) = .true.
+            call place_nodes(mesh)
+            return
+         end if
+      end if
+      element = count(mesh%position < x)
+      left = x - mesh%position(element - 1)
+      right = mesh%position(element) - x
+      node = 0
+      if (min(left, right) < nearest_to_tip*(left + right)) return
+      node = element
+      mesh%length = [mesh%length(:element - 1), left, right, mesh%length(element + 1:)]
+      is_taken = [is_taken(:element - 1), .true., is_taken(element:)]
+      mesh%elements = mesh%elements + 1
+      call place_nodes(mesh)
+   end subroutine put_node
 
    !> Move the nearest interior node to the stop, or split the only element.
    pure subroutine put_node_at_stop(mesh, stop_position, error)

@@ -10,7 +10,15 @@ module beam_model
    use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
    implicit none (type, external)
    private
-   public :: beam_model_t, make_beam_model, static_shape
+   public :: beam_model_t, beam_support_t, make_beam_model, static_shape
+
+   !> A support along the beam, a stop that is always closed.
+   type :: beam_support_t
+      !> Its degree of freedom, displacement or slope
+      integer :: dof = 0
+      !> Of its spring, E Ibar = L = 1; 0: it is rigid
+      real(wp) :: stiffness = 0.0_wp
+   end type beam_support_t
 
    !> Degrees of freedom 2 i - 1 and 2 i: y and dy/dx of node i = 1 ... n.
    type :: beam_model_t
@@ -18,12 +26,16 @@ module beam_model
       type(mesh_t) :: mesh
       !> mu, in rho Abar L
       real(wp) :: tip_mass_ratio = 0.0_wp
-      !> K and M, of one profile
+      !> K and M, of one profile; the springs of supports are in K, rigid supports are not held yet
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
       !> Displacements of the stop point and of the tip
       integer :: stop_dof = 0
       integer :: tip_dof = 0
+      !> Displacements of all stop points, the first among them, in the scene's order
+      integer, allocatable :: stop_dofs(:)
+      !> Supports along the beam; of size 0 where there are none
+      type(beam_support_t), allocatable :: supports(:)
       !> The inertia of the stop's node belongs to its neighbours, and its displacement is continued so
       logical :: is_redistributed = .false.
       type(continuation_t) :: continuation
@@ -34,7 +46,7 @@ module beam_model
 contains
 
    !> Assemble K and M.
-   pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model, is_redistributed)
+   pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model, is_redistributed, supports)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> mu, >= 0
@@ -42,6 +54,8 @@ contains
       type(beam_model_t), intent(out) :: model
       !> Give the inertia of the stop's node to its neighbours; default false
       logical, intent(in), optional :: is_redistributed
+      !> Along the beam; the mesh has nodes there. The other further nodes, which come first, are those of stops
+      type(beam_support_t), intent(in), optional :: supports(:)
 
       integer :: dofs(4), element, i
       integer, allocatable :: first_row(:)
@@ -51,6 +65,13 @@ contains
       model%tip_mass_ratio = tip_mass_ratio
       model%stop_dof = 2*mesh%stop_node - 1
       model%tip_dof = 2*mesh%elements - 1
+      allocate (model%supports(0))
+      if (present(supports)) model%supports = supports
+      model%stop_dofs = [model%stop_dof]
+      if (allocated(mesh%more_nodes)) then
+         model%stop_dofs = [model%stop_dof, &
+            2*mesh%more_nodes(:size(mesh%more_nodes) - size(model%supports)) - 1]
+      end if
       if (present(is_redistributed)) model%is_redistributed = is_redistributed
       allocate (first_row(2*mesh%elements))
       do i = 1, mesh%elements
@@ -75,6 +96,9 @@ contains
       end do
       if (model%is_redistributed) call redistribute(section, mesh, model%continuation, model%mass)
       call add_to_diagonal(model%mass, model%tip_dof, tip_mass_ratio)
+      do i = 1, size(model%supports)
+         call add_to_diagonal(model%stiffness, model%supports(i)%dof, model%supports(i)%stiffness)
+      end do
    end subroutine make_beam_model
 
    !> The static shape under a point force at the stop point that moves this point by 1.

@@ -9,6 +9,7 @@ module motion_run
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
    use stop_laws, only: is_rigid
+   use stop_surfaces, only: is_plain
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes
@@ -62,6 +63,10 @@ contains
       !> Set when the run cannot have one
       type(failure_t), allocatable, intent(out) :: error
 
+      if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
+         call fail(error, status_bad_input, 'one stop below the beam, without supports along it, is all that runs yet')
+         return
+      end if
       if (.not. model%has_massless_node) return
       if (settings%response%method == method_exact .and. is_rigid(settings%stop)) return
       call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &

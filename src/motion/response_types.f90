@@ -9,7 +9,7 @@ module response_types
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: response_t, event_t, append_event, event_names
+   public :: response_t, event_t, surface_record_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation
    public :: is_contact_start, is_contact_end, miss_of_energies
    public :: mode_check_t, mesh_check_t, run_measures_t, quiet_level, quiet_energy
@@ -47,6 +47,8 @@ module response_types
       real(wp) :: impulse = 0.0_wp
       !> Change of the beam's energy at the event
       real(wp) :: energy_change = 0.0_wp
+      !> Which surface of those of all stops, in the scene's order, below before above
+      integer :: surface = 1
    end type event_t
 
    !> The ledger at the sample times. Kinetic + strain + stop + dissipated_* - created is constant.
@@ -152,6 +154,25 @@ module response_types
       real(wp), allocatable :: values(:)
    end type series_t
 
+   !> What happens at one surface, where there are several.
+   type :: surface_record_t
+      !> Which &stop it belongs to; 1 below the beam, -1 above
+      integer :: stop = 1
+      integer :: sign = 1
+      !> Lc/L, and d in units of displacement
+      real(wp) :: position = 1.0_wp
+      real(wp) :: height = 0.0_wp
+      !> eta of the stop point, y - d there, its velocity, and Pbar, >= 0, at the sample times; unallocated: not asked for
+      real(wp), allocatable :: eta(:)
+      real(wp), allocatable :: velocity(:)
+      real(wp), allocatable :: force(:)
+      !> Its part of the ledger
+      real(wp), allocatable :: energy(:)
+      real(wp), allocatable :: dissipated(:)
+      !> Its measures; those of the whole run (rebounds, quiet, energies) are not meant
+      type(run_measures_t), allocatable :: measures
+   end type surface_record_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are meant
       type(event_t), allocatable :: events(:)
@@ -160,6 +181,8 @@ module response_types
       real(wp), allocatable :: tau(:)
       !> Those of `history_table` at the sample times
       type(series_t) :: history(history_count)
+      !> Surfaces in the scene's order, below before above; unallocated: there is one
+      type(surface_record_t), allocatable :: surfaces(:)
       !> Ledger; unallocated: not asked for
       type(energy_t), allocatable :: energy
       !> Measures; unallocated: not asked for

@@ -236,7 +236,7 @@ contains
          'd, the stop above the unstressed beam, length', position_range, instead_of='preload'))
       call table%bind(physical%initial_height, name_t('initial_height', 'y_c(0) above the unstressed beam, length', &
          position_range, instead_of='preload'))
-      call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
+      call table%bind(stop%law, name_t('law', 'model of the stop'), law_names(:2))
       call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
          range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true.)))
       call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &

@@ -8,7 +8,8 @@ module run_settings
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t
-   public :: law_restitution, law_three_element, law_names
+   public :: law_restitution, law_three_element, law_spring_damper, law_names
+   public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
    public :: name_length
@@ -20,6 +21,13 @@ module run_settings
    integer, parameter :: law_restitution = 1
    !> Model B: spring parallel to a Maxwell branch.
    integer, parameter :: law_three_element = 2
+   !> A spring and a damper side by side, which push and never pull.
+   integer, parameter :: law_spring_damper = 3
+
+   !> The stop is below the beam, as the paper's, above it, or on both sides.
+   integer, parameter :: side_below = 1
+   integer, parameter :: side_above = 2
+   integer, parameter :: side_both = 3
 
    !> The impulse acts on the whole beam.
    integer, parameter :: impulse_momentum = 1
@@ -32,7 +40,9 @@ module run_settings
    integer, parameter :: method_newmark = 2
 
    !> The constants above as users write them.
-   character(*), parameter :: law_names(2) = [character(name_length) :: 'restitution', 'three_element']
+   character(*), parameter :: law_names(3) = [character(name_length) :: 'restitution', 'three_element', &
+      'spring_damper']
+   character(*), parameter :: side_names(3) = [character(name_length) :: 'below', 'above', 'both']
    character(*), parameter :: impulse_names(2) = [character(name_length) :: 'momentum', 'nodal']
    character(*), parameter :: method_names(2) = [character(name_length) :: 'exact', 'newmark']
 
@@ -40,9 +50,12 @@ module run_settings
    type :: stop_settings_t
       !> Lc / L
       real(wp) :: position = 1.0_wp
-      !> delta = d / (y_c(0) - d)
+      !> One of the `side_` constants
+      integer :: side = side_below
+      !> delta = d / (y_c(0) - d), of a stop above with both signs turned; on both sides it is minus the clearance. y_c(0)
+      !> is that of the stop from which the beam is released
       real(wp) :: preload = 0.0_wp
-      !> `law_restitution` or `law_three_element`
+      !> One of the `law_` constants
       integer :: law = law_restitution
       !> eps, 0 to 1
       real(wp) :: restitution = 0.6_wp
@@ -52,7 +65,7 @@ module run_settings
       real(wp) :: stiffness_ratio = 1.0e4_wp
       !> beta, the second spring in units of the first
       real(wp) :: branch_ratio = 20.0_wp
-      !> c* = c omega1 / (3 E Ibar / L^3)
+      !> c* = c omega1 / (3 E Ibar / L^3), in the branch or beside the spring
       real(wp) :: damper_ratio = 0.3_wp
    end type stop_settings_t
 
@@ -109,6 +122,10 @@ module run_settings
       type(output_settings_t) :: output
       !> hbar/L, which makes Pbar of a force
       real(wp) :: height_ratio = 0.075_wp
+      !> Stops that the scene gives besides; unallocated: it has one
+      type(stop_settings_t), allocatable :: more_stops(:)
+      !> From which of all the beam is released
+      integer :: pulled = 1
    end type run_settings_t
 
 end module run_settings

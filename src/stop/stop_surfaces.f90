@@ -1,0 +1,122 @@
+!> The surfaces that a beam can meet: one of a stop below or above it, two of a stop on both sides.
+!>
+!> With the sign s = 1 below and -1 above all of them are alike: the gap of a surface at height d is s (y - d), and its
+!> force acts on the beam along s.
+module stop_surfaces
+   use kinds, only: wp
+   use run_settings, only: law_spring_damper, run_settings_t, side_above, side_below, side_both, stop_settings_t
+   implicit none (type, external)
+   private
+   public :: surface_t, surfaces_of, stops_of, is_plain
+
+   type :: surface_t
+      !> Which &stop of the scene it belongs to, and which surface of all in the scene's order, below before above
+      integer :: stop = 1
+      integer :: number = 1
+      !> s
+      real(wp) :: sign = 1.0_wp
+      !> s d in units of displacement: the same as the `preload` of its stop
+      real(wp) :: height = 0.0_wp
+      !> The beam is released from it
+      logical :: is_pulled = .false.
+      !> Position, law and what that has
+      type(stop_settings_t) :: settings
+   end type surface_t
+
+contains
+
+   !> Is it the paper's problem: one stop below the beam, of one of its two laws?
+   pure function is_plain(settings) result(answer)
+      type(run_settings_t), intent(in) :: settings
+      logical :: answer
+
+      answer = .not. allocated(settings%more_stops) .and. settings%stop%side == side_below .and. &
+         settings%stop%law /= law_spring_damper
+   end function is_plain
+
+   !> All stops of a run in the scene's order.
+   pure function stops_of(settings) result(stops)
+      type(run_settings_t), intent(in) :: settings
+      type(stop_settings_t), allocatable :: stops(:)
+
+      integer :: further
+
+      further = 0
+      if (allocated(settings%more_stops)) further = size(settings%more_stops)
+      allocate (stops(1 + further))
+      stops(1) = settings%stop
+      if (further > 0) stops(2:) = settings%more_stops
+   end function stops_of
+
+   !> All surfaces, in an order that does not depend on the scene's: along the beam, below before above, the highest
+   !> first.
+   pure function surfaces_of(settings) result(surfaces)
+      type(run_settings_t), intent(in) :: settings
+      type(surface_t), allocatable :: surfaces(:)
+
+      type(stop_settings_t), allocatable :: stops(:)
+      type(surface_t) :: surface
+      integer :: i, place, total
+
+      stops = stops_of(settings)
+      allocate (surfaces(2*size(stops)))
+      total = 0
+      do i = 1, size(stops)
+         surface = surface_t(stop=i, height=stops(i)%preload, settings=stops(i))
+         if (stops(i)%side /= side_above) then
+            surface%sign = 1.0_wp
+            surface%is_pulled = i == settings%pulled
+            total = total + 1
+            surface%number = total
+            surfaces(total) = surface
+         end if
+         if (stops(i)%side /= side_below) then
+            surface%sign = -1.0_wp
+            surface%is_pulled = i == settings%pulled .and. stops(i)%side /= side_both
+            total = total + 1
+            surface%number = total
+            surfaces(total) = surface
+         end if
+      end do
+      do i = 2, total
+         surface = surfaces(i)
+         place = i
+         do while (place > 1)
+            if (.not. stands_before(surface, surfaces(place - 1))) exit
+            surfaces(place) = surfaces(place - 1)
+            place = place - 1
+         end do
+         surfaces(place) = surface
+      end do
+      surfaces = surfaces(:total)
+   end function surfaces_of
+
+   !> Does one surface stand before another? Those that are alike in all keep the scene's order.
+   elemental function stands_before(one, other) result(answer)
+      type(surface_t), intent(in) :: one
+      type(surface_t), intent(in) :: other
+      logical :: answer
+
+      real(wp) :: a(9), b(9)
+      integer :: first
+
+      a = keys(one)
+      b = keys(other)
+      first = findloc(abs(a - b) > 0.0_wp, .true., dim=1)
+      answer = .false.
+      if (first > 0) answer = a(first) < b(first)
+   end function stands_before
+
+   !> What the order goes by, the first first.
+   pure function keys(surface) result(values)
+      type(surface_t), intent(in) :: surface
+      real(wp) :: values(9)
+
+      associate (settings => surface%settings)
+         values = [settings%position, -surface%sign, -surface%height, real(settings%law, wp), &
+            real(settings%impulse, wp), -settings%restitution, settings%stiffness_ratio, settings%branch_ratio, &
+            settings%damper_ratio]
+      end associate
+   end function keys
+
+end module stop_surfaces
