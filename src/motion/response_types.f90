@@ -141,8 +141,8 @@ module response_types
       integer :: compared = 0
       !> Asked for
       real(wp) :: tolerance = 0.0_wp
-      !> Up to here both were compared, tau, and their greatest difference in eta of stop and tip or in tau of the first
-      !> impact
+      !> Up to here both were compared, tau, and their greatest difference in eta of stop and tip or in tau of first
+      !> impact or quiet
       real(wp) :: horizon = 0.0_wp
       real(wp) :: difference = 0.0_wp
       !> They agree within the tolerance

@@ -208,7 +208,7 @@ contains
 
       call table%open(group_t('mesh', in_motion_and_benchmark))
       call table%bind(mesh%tolerance, name_t('tolerance', &
-         'find the elements: eta of stop and tip and tau of the first impact settle within this', &
+         'find the elements: eta of stop and tip, tau of first impact and quiet settle within this', &
          range_t(1.0e-10_wp, 0.1_wp), default='elements as given', is_optional=.true.))
       call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
          condition_t(without='tolerance', phrase='a mesh that is given, not with tolerance'), &

@@ -8,7 +8,7 @@ module mesh_choice
    use kinds, only: wp
    use mode_choice, only: compare_runs, trial_settings
    use motion_run, only: run_motion
-   use response_types, only: mesh_check_t, mode_check_t, response_t
+   use response_types, only: mesh_check_t, mode_check_t, response_t, run_measures_t
    use run_settings, only: method_exact, run_settings_t
    use scene_beam_model, only: run_of, section_of
    use scene_types, only: scene_t
@@ -180,7 +180,7 @@ contains
       ratio = grading**(1.0_wp/real(elements - 1, wp))
    end function ratio_of
 
-   !> The greatest difference of two runs in eta of stop and tip and in the instant of the first impact.
+   !> The greatest difference of two runs in eta of stop and tip and in the instants of the first impact and of quiet.
    pure subroutine compare(duration, coarse, fine, check)
       !> Of both
       real(wp), intent(in) :: duration
@@ -199,8 +199,19 @@ contains
       associate (one => coarse%response%measures, other => fine%response%measures)
          if (one%has_met_stop .and. other%has_met_stop) check%difference = max(check%difference, &
             abs(one%first_impact_tau - other%first_impact_tau))
+         check%difference = max(check%difference, abs(quiet_by(one, found%horizon) - quiet_by(other, found%horizon)))
       end associate
    end subroutine compare
+
+   !> The instant of quiet, or the horizon if that comes first.
+   pure function quiet_by(measures, horizon) result(tau)
+      type(run_measures_t), intent(in) :: measures
+      real(wp), intent(in) :: horizon
+      real(wp) :: tau
+
+      tau = horizon
+      if (measures%is_quiet) tau = min(measures%quiet_tau, horizon)
+   end function quiet_by
 
    !> Longest over shortest element: what the scene gives; of a beam that is thinner at the tip, equal elements or ones
    !> as long as its waves are there, whichever a coarse mesh does better with.
