@@ -6,8 +6,9 @@
 !> the modes of the beam with the stop's spring attached. Near s = -1/(2 zeta), where the heavily damped modes
 !> crowd, differences of poles are taken in e = 1 + 2 zeta s, whose leading digits would be lost in s.
 module contact_secular
+   use constrained_modes, only: attach_spring
    use kinds, only: wp
-   use modal_beam, only: attach_spring, modal_beam_t
+   use modal_beam, only: modal_beam_t
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private

@@ -2,6 +2,7 @@
 !> its stop and its length, can share them; they are never changed by a run, so threads share them too.
 module free_modes
    use beam_model, only: beam_model_t
+   use constrained_modes, only: attach_supports
    use failures, only: failure_t
    use kinds, only: lambda1, wp
    use modal_beam, only: make_modal_beam, make_support, modal_beam_t, support_t
@@ -48,6 +49,7 @@ contains
       call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, error, &
          modes%mode)
       if (allocated(error)) return
+      call attach_supports(model%supports, modes%lambda, modes%mode)
       modes%elements = model%mesh%elements
       modes%stop_dof = model%stop_dof
       modes%tip_dof = model%tip_dof

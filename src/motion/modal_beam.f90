@@ -1,13 +1,12 @@
 !> The beam in its free modes, with what the motion needs of each: frequency, and value at the stop and at the
 !> tip. Mass-normalised modes: M becomes the unit matrix, K the squared frequencies.
 module modal_beam
-   use bracketed_zero, only: bracket_t, enter, go_to
+   use constrained_modes, only: constrain
    use damped_oscillators, only: make_oscillators, oscillators_t
    use kinds, only: wp
-   use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: modal_beam_t, make_modal_beam, support_t, make_support, pinned_beam_t, make_pinned_beam, attach_spring
+   public :: modal_beam_t, make_modal_beam, support_t, make_support, pinned_beam_t, make_pinned_beam
    public :: to_pinned, to_free
 
    type :: modal_beam_t
@@ -84,69 +83,23 @@ contains
       beam%flexibility = sum(stop_value**2/beam%oscillators%square) + beam%node_flexibility
    end subroutine make_modal_beam
 
-   !> Modes of the beam held at the stop point.
-   !>
-   !> With b_i the free modes at the stop the pinned frequencies w are the roots of
-   !> sum b_i^2/(W_i^2 - w^2) = 0, one between each two neighbouring poles, and the modes are
-   !> r b_i/(W_i^2 - w^2), r their reaction (Dowell, J. Appl. Mech. 46 (1979) 206: free vibrations of a
-   !> linear structure with constraints). A root is sought as its distance from the nearer pole, so
-   !> that no difference W_i^2 - w^2 cancels. A mode with a node at the stop (b_i vanishes) is its own pinned mode.
-   !> Where the stop holds a massless node the flexibility f of its spring is added to the sum, and there is one more
-   !> root, above all poles.
+   !> Modes of the beam held at the stop point, and the static shape that moves it. Where the stop holds a massless node
+   !> there is one more mode.
    pure subroutine make_support(beam, support)
       type(modal_beam_t), intent(in) :: beam
       type(support_t), intent(out) :: support
 
-      integer, allocatable :: active(:)
-      real(wp), allocatable :: square(:)
-      real(wp), allocatable :: distance(:, :), consistent(:)
-      real(wp) :: norm
-      integer, allocatable :: order(:)
-      integer :: i, j, a, n, alone, modes, roots
-
-      n = beam%count
-      modes = n
-      if (beam%node_flexibility <= 0.0_wp) modes = n - 1
+      call constrain(beam%oscillators%square, beam%stop_value, beam%node_flexibility, support%square, support%mode, &
+         support%reaction)
       support%made = .true.
-      allocate (support%mode(n, modes), support%reaction(modes), support%square(modes), square(modes))
-      support%mode = 0.0_wp
       support%static_force = 1.0_wp/beam%flexibility
       allocate (support%static, source=beam%stop_value/beam%oscillators%square*support%static_force)
-      associate (b => beam%stop_value, w2 => beam%oscillators%square)
-         allocate (active, source=pack([(i, i=1, n)], abs(b) > 1.0e-14_wp*maxval(abs(b))))
-         j = 0
-         do i = 1, n
-            if (any(active == i)) cycle
-            j = j + 1
-            square(j) = w2(i)
-            support%reaction(j) = 0.0_wp
-            support%mode(i, j) = 1.0_wp
-         end do
-         alone = j
-         roots = modes - alone
-         allocate (distance(size(active), roots), consistent(size(active)))
-         do a = 1, roots
-            call root_between(w2(active), b(active)**2, beam%node_flexibility, a, square(alone + a), distance(:, a))
-         end do
-         call consistent_weights(w2(active), sum(b(active)**2), beam%node_flexibility, distance, consistent)
-         consistent = sign(sqrt(consistent), b(active))
-         do a = 1, roots
-            norm = 1.0_wp/sqrt(sum((consistent/distance(:, a))**2))
-            support%reaction(alone + a) = norm
-            support%mode(active, alone + a) = norm*consistent/distance(:, a)
-         end do
-      end associate
-      order = ascending_order(square)
-      support%mode = support%mode(:, order)
-      support%reaction = support%reaction(order)
       allocate (support%tip_value, source=matmul(beam%tip_value, support%mode))
       support%static_tip = sum(beam%tip_value*support%static)
-      if (beam%stop_is_tip) then
-         ! held exactly, not to rounding
-         support%tip_value = 0.0_wp
-         support%static_tip = 1.0_wp
-      end if
-      support%square(:) = square(order)
+      if (.not. beam%stop_is_tip) return
+      ! held exactly, not to rounding
+      support%tip_value = 0.0_wp
+      support%static_tip = 1.0_wp
    end subroutine make_support
 
    !> The beam held at the stop, ready to move.
@@ -223,115 +176,5 @@ contains
          end if
       end do
    end function to_free
-
-   !> Weights for which the computed roots are exact; they differ from the given ones by rounding only, but modes
-   !> made of them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
-   pure subroutine consistent_weights(pole, total, constant, distance, weight)
-      !> Poles, ascending
-      real(wp), intent(in) :: pole(:)
-      !> Sum of the weights
-      real(wp), intent(in) :: total
-      !> Constant besides the poles' terms; above 0 there is a root above the last pole
-      real(wp), intent(in) :: constant
-      !> pole - root, [poles, roots]
-      real(wp), intent(in) :: distance(:, :)
-      !> The weights, [poles]
-      real(wp), intent(out) :: weight(:)
-
-      integer :: i, k
-
-      do i = 1, size(pole)
-         weight(i) = total
-         if (constant > 0.0_wp) weight(i) = -constant*distance(i, size(pole))
-         ! root k lies between poles k and k + 1: factor by factor, nothing overflows
-         do k = 1, size(pole) - 1
-            if (k < i) then
-               weight(i) = weight(i)*(distance(i, k)/(pole(i) - pole(k)))
-            else
-               weight(i) = weight(i)*(-distance(i, k)/(pole(k + 1) - pole(i)))
-            end if
-         end do
-      end do
-   end subroutine consistent_weights
-
-   !> Modes of the beam with a spring at the stop point: roots of 1/k + sum b_i^2/(W_i^2 - w^2) = 0.
-   pure subroutine attach_spring(free_square, stop_value, stiffness, square, at_stop)
-      !> W_i^2 of the free modes, ascending
-      real(wp), intent(in) :: free_square(:)
-      !> b_i, none zero
-      real(wp), intent(in) :: stop_value(:)
-      !> k > 0
-      real(wp), intent(in) :: stiffness
-      !> w^2 with the spring, ascending
-      real(wp), intent(out) :: square(:)
-      !> The modes with the spring at the stop point
-      real(wp), intent(out) :: at_stop(:)
-
-      real(wp) :: distance(size(free_square))
-      integer :: i
-
-      do i = 1, size(free_square)
-         call root_between(free_square, stop_value**2, 1.0_wp/stiffness, i, square(i), distance)
-         at_stop(i) = 1.0_wp/(stiffness*sqrt(sum((stop_value/distance)**2)))
-      end do
-   end subroutine attach_spring
-
-   !> The root of constant + sum weight_k/(pole_k - x) between two neighbouring poles, or above the last.
-   pure subroutine root_between(pole, weight, constant, left, root, distance)
-      !> Poles, ascending and distinct
-      real(wp), intent(in) :: pole(:)
-      !> Weights, > 0
-      real(wp), intent(in) :: weight(:)
-      !> Constant, >= 0; > 0 for the root above the last pole
-      real(wp), intent(in) :: constant
-      !> The root lies between poles `left` and `left` + 1
-      integer, intent(in) :: left
-      real(wp), intent(out) :: root
-      !> pole_k - root, to full relative precision, [size(pole)]
-      real(wp), intent(out) :: distance(:)
-
-      type(bracket_t) :: bracket
-      real(wp) :: shifted(size(pole)), gap, low, high, next, value, slope
-      integer :: origin
-
-      origin = left
-      low = 0.0_wp
-      if (left == size(pole)) then
-         high = sum(weight)/constant*(1.0_wp + 4.0_wp*epsilon(1.0_wp))
-      else
-         gap = pole(left + 1) - pole(left)
-         high = 0.5_wp*gap
-         ! the function grows from -infinity to +infinity; its sign in the middle tells the nearer pole
-         value = constant + sum(weight/((pole - pole(left)) - 0.5_wp*gap))
-         if (value <= 0.0_wp) then
-            origin = left + 1
-            low = -0.5_wp*gap
-            high = 0.0_wp
-         end if
-      end if
-      shifted = pole - pole(origin)
-      bracket = bracket_t(low=low, high=high, point=0.5_wp*(low + high), grows=.true., &
-         least_step=epsilon(1.0_wp), least_value=-1.0_wp)
-      do while (.not. bracket%is_found)
-         associate (x => bracket%point)
-            value = constant + sum(weight/(shifted - x))
-            slope = sum(weight/(shifted - x)**2)
-            call enter(bracket, value)
-            ! Newton on x f(x), whose pole at the origin is gone
-            next = x - x*value/(value + x*slope)
-         end associate
-         associate (low => bracket%low, high => bracket%high)
-            if (.not. (next > low .and. next < high)) then
-               next = 0.5_wp*(low + high)
-               ! towards a pole halve the exponent, not the interval
-               if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
-               if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
-            end if
-         end associate
-         call go_to(bracket, next)
-      end do
-      root = pole(origin) + bracket%point
-      distance = shifted - bracket%point
-   end subroutine root_between
 
 end module modal_beam

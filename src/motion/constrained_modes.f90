@@ -1,0 +1,206 @@
+!> Modes of a structure that is held at a point, or gets a spring there, from those that it has without.
+!>
+!> With W_i^2 the squared frequencies and b_i the modes at the point, mass-normalised, the new squared frequencies w^2 are
+!> the roots of f + sum b_i^2/(W_i^2 - w^2) = 0, f the flexibility of the spring, 0 where it is rigid: one between each
+!> two neighbouring poles and, with a spring, one above all. The modes are r b_i/(W_i^2 - w^2), r their reaction (Dowell,
+!> J. Appl. Mech. 46 (1979) 206: free vibrations of a linear structure with constraints). A root is sought as its distance
+!> from the nearer pole, so that no difference W_i^2 - w^2 cancels.
+module constrained_modes
+   use beam_model, only: beam_support_t
+   use bracketed_zero, only: bracket_t, enter, go_to
+   use kinds, only: wp
+   use sorting, only: ascending_order
+   implicit none (type, external)
+   private
+   public :: attach_supports, constrain, attach_spring
+
+contains
+
+   !> Modes of a beam with supports along it, one support after the other.
+   pure subroutine attach_supports(supports, lambda, mode)
+      type(beam_support_t), intent(in) :: supports(:)
+      !> lambda_i, ascending; without supports in, with them out, one less for each rigid one
+      real(wp), allocatable, intent(inout) :: lambda(:)
+      !> The modes, mass-normalised, [degrees of freedom, modes]
+      real(wp), allocatable, intent(inout) :: mode(:, :)
+
+      real(wp), allocatable :: change(:, :), reaction(:), square(:)
+      real(wp) :: flexibility
+      integer :: i
+
+      do i = 1, size(supports)
+         flexibility = 0.0_wp
+         if (supports(i)%stiffness > 0.0_wp) flexibility = 1.0_wp/supports(i)%stiffness
+         call constrain(lambda**4, mode(supports(i)%dof, :), flexibility, square, change, reaction)
+         lambda = sqrt(sqrt(square))
+         mode = matmul(mode, change)
+      end do
+      do i = 1, size(supports)
+         ! held exactly, not to rounding
+         if (supports(i)%stiffness <= 0.0_wp) mode(supports(i)%dof, :) = 0.0_wp
+      end do
+   end subroutine attach_supports
+
+   !> Modes with the point held, or on a spring. A mode with a node there (b_i vanishes) stays as it is.
+   pure subroutine constrain(square, value, flexibility, new_square, mode, reaction)
+      !> W_i^2, ascending, [modes]
+      real(wp), intent(in) :: square(:)
+      !> b_i, [modes]
+      real(wp), intent(in) :: value(:)
+      !> f of the spring; 0: the point is held, and there is one mode less
+      real(wp), intent(in) :: flexibility
+      !> w^2, ascending, [new]
+      real(wp), allocatable, intent(out) :: new_square(:)
+      !> The new modes in the old ones, orthonormal, [modes, new]
+      real(wp), allocatable, intent(out) :: mode(:, :)
+      !> Reaction per unit of each, [new]
+      real(wp), allocatable, intent(out) :: reaction(:)
+
+      integer, allocatable :: active(:), order(:)
+      real(wp), allocatable :: distance(:, :), consistent(:), roots(:)
+      real(wp) :: norm
+      integer :: i, j, a, n, alone, modes
+
+      n = size(square)
+      modes = n
+      if (flexibility <= 0.0_wp) modes = n - 1
+      allocate (mode(n, modes), reaction(modes), roots(modes))
+      mode = 0.0_wp
+      allocate (active, source=pack([(i, i=1, n)], abs(value) > 1.0e-14_wp*maxval(abs(value))))
+      j = 0
+      do i = 1, n
+         if (any(active == i)) cycle
+         j = j + 1
+         roots(j) = square(i)
+         reaction(j) = 0.0_wp
+         mode(i, j) = 1.0_wp
+      end do
+      alone = j
+      allocate (distance(size(active), modes - alone), consistent(size(active)))
+      do a = 1, modes - alone
+         call root_between(square(active), value(active)**2, flexibility, a, roots(alone + a), distance(:, a))
+      end do
+      call consistent_weights(square(active), sum(value(active)**2), flexibility, distance, consistent)
+      consistent = sign(sqrt(consistent), value(active))
+      do a = 1, modes - alone
+         norm = 1.0_wp/sqrt(sum((consistent/distance(:, a))**2))
+         reaction(alone + a) = norm
+         mode(active, alone + a) = norm*consistent/distance(:, a)
+      end do
+      order = ascending_order(roots)
+      mode = mode(:, order)
+      reaction = reaction(order)
+      new_square = roots(order)
+   end subroutine constrain
+
+   !> Weights for which the computed roots are exact; they differ from the given ones by rounding only, but modes
+   !> made of them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
+   pure subroutine consistent_weights(pole, total, constant, distance, weight)
+      !> Poles, ascending
+      real(wp), intent(in) :: pole(:)
+      !> Sum of the weights
+      real(wp), intent(in) :: total
+      !> Constant besides the poles' terms; above 0 there is a root above the last pole
+      real(wp), intent(in) :: constant
+      !> pole - root, [poles, roots]
+      real(wp), intent(in) :: distance(:, :)
+      !> The weights, [poles]
+      real(wp), intent(out) :: weight(:)
+
+      integer :: i, k
+
+      do i = 1, size(pole)
+         weight(i) = total
+         if (constant > 0.0_wp) weight(i) = -constant*distance(i, size(pole))
+         ! root k lies between poles k and k + 1: factor by factor, nothing overflows
+         do k = 1, size(pole) - 1
+            if (k < i) then
+               weight(i) = weight(i)*(distance(i, k)/(pole(i) - pole(k)))
+            else
+               weight(i) = weight(i)*(-distance(i, k)/(pole(k + 1) - pole(i)))
+            end if
+         end do
+      end do
+   end subroutine consistent_weights
+
+   !> Modes of the beam with a spring at the stop point: roots of 1/k + sum b_i^2/(W_i^2 - w^2) = 0.
+   pure subroutine attach_spring(free_square, stop_value, stiffness, square, at_stop)
+      !> W_i^2 of the free modes, ascending
+      real(wp), intent(in) :: free_square(:)
+      !> b_i, none zero
+      real(wp), intent(in) :: stop_value(:)
+      !> k > 0
+      real(wp), intent(in) :: stiffness
+      !> w^2 with the spring, ascending
+      real(wp), intent(out) :: square(:)
+      !> The modes with the spring at the stop point
+      real(wp), intent(out) :: at_stop(:)
+
+      real(wp) :: distance(size(free_square))
+      integer :: i
+
+      do i = 1, size(free_square)
+         call root_between(free_square, stop_value**2, 1.0_wp/stiffness, i, square(i), distance)
+         at_stop(i) = 1.0_wp/(stiffness*sqrt(sum((stop_value/distance)**2)))
+      end do
+   end subroutine attach_spring
+
+   !> The root of constant + sum weight_k/(pole_k - x) between two neighbouring poles, or above the last.
+   pure subroutine root_between(pole, weight, constant, left, root, distance)
+      !> Poles, ascending and distinct
+      real(wp), intent(in) :: pole(:)
+      !> Weights, > 0
+      real(wp), intent(in) :: weight(:)
+      !> Constant, >= 0; > 0 for the root above the last pole
+      real(wp), intent(in) :: constant
+      !> The root lies between poles `left` and `left` + 1
+      integer, intent(in) :: left
+      real(wp), intent(out) :: root
+      !> pole_k - root, to full relative precision, [size(pole)]
+      real(wp), intent(out) :: distance(:)
+
+      type(bracket_t) :: bracket
+      real(wp) :: shifted(size(pole)), gap, low, high, next, value, slope
+      integer :: origin
+
+      origin = left
+      low = 0.0_wp
+      if (left == size(pole)) then
+         high = sum(weight)/constant*(1.0_wp + 4.0_wp*epsilon(1.0_wp))
+      else
+         gap = pole(left + 1) - pole(left)
+         high = 0.5_wp*gap
+         ! the function grows from -infinity to +infinity; its sign in the middle tells the nearer pole
+         value = constant + sum(weight/((pole - pole(left)) - 0.5_wp*gap))
+         if (value <= 0.0_wp) then
+            origin = left + 1
+            low = -0.5_wp*gap
+            high = 0.0_wp
+         end if
+      end if
+      shifted = pole - pole(origin)
+      bracket = bracket_t(low=low, high=high, point=0.5_wp*(low + high), grows=.true., &
+         least_step=epsilon(1.0_wp), least_value=-1.0_wp)
+      do while (.not. bracket%is_found)
+         associate (x => bracket%point)
+            value = constant + sum(weight/(shifted - x))
+            slope = sum(weight/(shifted - x)**2)
+            call enter(bracket, value)
+            ! Newton on x f(x), whose pole at the origin is gone
+            next = x - x*value/(value + x*slope)
+         end associate
+         associate (low => bracket%low, high => bracket%high)
+            if (.not. (next > low .and. next < high)) then
+               next = 0.5_wp*(low + high)
+               ! towards a pole halve the exponent, not the interval
+               if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
+               if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
+            end if
+         end associate
+         call go_to(bracket, next)
+      end do
+      root = pole(origin) + bracket%point
+      distance = shifted - bracket%point
+   end subroutine root_between
+
+end module constrained_modes
