@@ -1,6 +1,7 @@
 !> The stop that a run's settings ask for.
 module stop_laws
-   use run_settings, only: law_restitution, law_three_element, stop_settings_t
+   use run_settings, only: law_restitution, law_spring_damper, law_three_element, stop_settings_t
+   use spring_damper_stop, only: make_spring_damper
    use three_element_stop, only: make_three_element
    use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
@@ -27,6 +28,8 @@ contains
       case (law_three_element)
          allocate (stop, source=make_three_element(settings%stiffness_ratio, settings%branch_ratio, &
             settings%damper_ratio))
+      case (law_spring_damper)
+         allocate (stop, source=make_spring_damper(settings%stiffness_ratio, settings%damper_ratio))
       end select
    end subroutine make_yielding_stop
 

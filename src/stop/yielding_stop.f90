@@ -11,7 +11,7 @@ module yielding_stop
    private
    public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, mean_force_coefficients
 
-   !> What the stop answers to exp(s tau): P = k u + beta k s/(s + nu) u.
+   !> What the stop answers to exp(s tau): P = k u + c s u + beta k s/(s + nu) u.
    type :: impedance_t
       !> k
       real(wp) :: stiffness = 0.0_wp
@@ -19,6 +19,8 @@ module yielding_stop
       real(wp) :: branch_stiffness = 0.0_wp
       !> nu = beta k / c; 0: the damper does not yield; `huge`: the branch bears nothing
       real(wp) :: relaxation_rate = 0.0_wp
+      !> c of a damper beside the spring
+      real(wp) :: viscosity = 0.0_wp
    end type impedance_t
 
    !> A step of fixed length in which u changes linearly.

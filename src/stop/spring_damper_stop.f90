@@ -1,0 +1,71 @@
+!> A spring k and a damper c side by side between the beam and the stop: P = max(0, k u + c u').
+!>
+!> No surface comes back on its own: P vanishes while the stop is still indented, and from then on the spring pushes the
+!> damper alone, at the pace of the beam. The force in the branch is that of the damper.
+module spring_damper_stop
+   use kinds, only: lambda1_power4, wp
+   use yielding_stop, only: stop_step_t, yielding_stop_t
+   implicit none (type, external)
+   private
+   public :: spring_damper_t, make_spring_damper
+
+   type, extends(yielding_stop_t) :: spring_damper_t
+   contains
+      procedure :: step
+      procedure :: energy
+      procedure :: unload
+   end type spring_damper_t
+
+contains
+
+   !> The stop from the ratios of a scene.
+   elemental function make_spring_damper(stiffness_ratio, damper_ratio) result(stop)
+      !> kappa
+      real(wp), intent(in) :: stiffness_ratio
+      !> c*
+      real(wp), intent(in) :: damper_ratio
+      type(spring_damper_t) :: stop
+
+      stop%stiffness = 3.0_wp*stiffness_ratio/lambda1_power4
+      stop%viscosity = 3.0_wp*damper_ratio/lambda1_power4
+   end function make_spring_damper
+
+   !> What happens in a step of contact.
+   pure function step(self, length)
+      class(spring_damper_t), intent(in) :: self
+      real(wp), intent(in) :: length
+      type(stop_step_t) :: step
+
+      real(wp) :: per_step
+
+      per_step = 0.0_wp
+      if (length > 0.0_wp) per_step = self%viscosity/length
+      step%mean_slope = 0.5_wp*self%stiffness + per_step
+      step%mean_indentation = 0.5_wp*self%stiffness - per_step
+      step%decay = 0.0_wp
+      step%gain = per_step
+   end function step
+
+   !> Without force the beam leaves; the indentation is where the beam is.
+   pure subroutine unload(self, indentation, branch_force)
+      class(spring_damper_t), intent(in) :: self
+      real(wp), intent(inout) :: indentation
+      real(wp), intent(inout) :: branch_force
+
+      branch_force = -self%stiffness*indentation
+   end subroutine unload
+
+   !> Energy in the spring.
+   pure function energy(self, indentation, branch_force)
+      class(spring_damper_t), intent(in) :: self
+      real(wp), intent(in) :: indentation
+      real(wp), intent(in) :: branch_force
+      real(wp) :: energy
+
+      ! the damper holds none
+      associate (unused => branch_force)
+      end associate
+      energy = 0.5_wp*self%stiffness*max(indentation, 0.0_wp)**2
+   end function energy
+
+end module spring_damper_stop
