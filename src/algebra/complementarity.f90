@@ -1,4 +1,5 @@
-!> The linear complementarity problem of a few contacts (docs/theory.md, section 17).
+!> z >= 0 with w = A z + q >= 0 and z_i w_i = 0: forces or impulses that push, gaps or rates that do not close
+!> (docs/theory.md, section 17). There is one solution where A is positive definite.
 module complementarity
    use kinds, only: wp
    implicit none (type, external)
@@ -7,66 +8,112 @@ module complementarity
 
 contains
 
-   !> x >= 0 with y = right + matrix x >= 0 and x y = 0, place by place: one solution, as the matrix is positive definite.
-   !>
-   !> The set of places where x may be positive changes by the first that is violated until none is (Murty, Linear
-   !> Algebra Appl. 5 (1972) 65).
+   !> The first component that is negative changes sides (Murty, Linear Algebra Appl. 5 (1972) 65). With a positive
+   !> definite matrix this ends; where rounding keeps it from ending, the set that is violated least is taken. The
+   !> values follow from the final set alone.
    pure subroutine solve_complementarity(matrix, right, solution, is_positive)
-      !> Symmetric and positive definite, [size, size]
+      !> A, symmetric, positive definite, [n, n]
       real(wp), intent(in) :: matrix(:, :)
-      !> y where x vanishes, [size]
+      !> q, [n]
       real(wp), intent(in) :: right(:)
-      !> x, [size]
+      !> z, [n]
       real(wp), intent(out) :: solution(:)
-      !> Places at which y vanishes for x, [size]
+      !> Where w is zero and z may be positive, [n]
       logical, intent(out) :: is_positive(:)
 
-      integer, parameter :: most_changes = 4096
-      real(wp) :: rest(size(right))
-      logical :: is_wrong(size(right))
-      integer :: change, first
+      integer, parameter :: most_rounds = 1000
+      logical :: least_set(size(right))
+      real(wp) :: violation(size(right)), least
+      integer :: first, round
 
       is_positive = .false.
-      do change = 1, most_changes
-         call solve_among(matrix, -right, is_positive, solution)
-         rest = right + matmul(matrix, solution)
-         is_wrong = merge(solution < 0.0_wp, rest < 0.0_wp, is_positive)
-         first = findloc(is_wrong, .true., dim=1)
-         if (first == 0) return
+      least_set = .false.
+      least = huge(1.0_wp)
+      do round = 1, most_rounds
+         call solve_active(matrix, right, is_positive, solution)
+         violation = violations(matrix, right, is_positive, solution)
+         first = findloc(violation > 0.0_wp, .true., dim=1)
+         if (first == 0) exit
+         if (maxval(violation) < least) then
+            least = maxval(violation)
+            least_set = is_positive
+         end if
          is_positive(first) = .not. is_positive(first)
       end do
-      ! rounding lets a place that belongs to neither go to and fro
+      if (first > 0) then
+         is_positive = least_set
+         call solve_active(matrix, right, is_positive, solution)
+      end if
       solution = max(solution, 0.0_wp)
    end subroutine solve_complementarity
 
-   !> Solve some of the equations, the other unknowns 0: by Cholesky's decomposition.
-   pure subroutine solve_among(matrix, right, is_in, solution)
-      !> Symmetric and positive definite, [size, size]
+   !> By how much, relative to its terms, each component is beyond rounding negative.
+   pure function violations(matrix, right, is_positive, solution) result(violation)
+      !> A and q
       real(wp), intent(in) :: matrix(:, :)
       real(wp), intent(in) :: right(:)
-      !> The equations
-      logical, intent(in) :: is_in(:)
+      !> The active set, and its solution
+      logical, intent(in) :: is_positive(:)
+      real(wp), intent(in) :: solution(:)
+      real(wp) :: violation(size(right))
+
+      real(wp) :: value, terms
+      integer :: i, n
+
+      n = size(right)
+      violation = 0.0_wp
+      do i = 1, n
+         if (is_positive(i)) then
+            value = solution(i)
+            terms = maxval(abs(solution))
+         else
+            value = right(i) + dot_product(matrix(:, i), solution)
+            terms = abs(right(i)) + dot_product(abs(matrix(:, i)), abs(solution))
+         end if
+         if (value < -8.0_wp*real(n, wp)*epsilon(1.0_wp)*terms) violation(i) = -value/terms
+      end do
+   end function violations
+
+   !> A z + q = 0 on the active set, z = 0 beside it: Cholesky's elimination without pivoting. An equation that depends
+   !> on those before it is left out.
+   pure subroutine solve_active(matrix, right, is_positive, solution)
+      !> A and q
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), intent(in) :: right(:)
+      logical, intent(in) :: is_positive(:)
+      !> z
       real(wp), intent(out) :: solution(:)
 
-      real(wp) :: factor(size(right), size(right))
-      integer :: place(size(right)), i, j, n
+      real(wp) :: rows(size(right), size(right))
+      integer :: i, j, n
+      logical :: stays(size(right))
 
-      n = count(is_in)
-      place(:n) = pack([(i, i=1, size(right))], is_in)
-      solution = 0.0_wp
-      factor = 0.0_wp
-      associate (x => solution, p => place)
-         do j = 1, n
-            factor(j, j) = sqrt(max(matrix(p(j), p(j)) - sum(factor(j, :j - 1)**2), tiny(1.0_wp)))
-            do i = j + 1, n
-               factor(i, j) = (matrix(p(i), p(j)) - sum(factor(i, :j - 1)*factor(j, :j - 1)))/factor(j, j)
-            end do
-            x(p(j)) = (right(p(j)) - sum(factor(j, :j - 1)*x(p(:j - 1))))/factor(j, j)
+      n = size(right)
+      rows = matrix
+      solution = merge(-right, 0.0_wp, is_positive)
+      stays = is_positive
+      do j = 1, n
+         if (.not. stays(j)) cycle
+         stays(j) = rows(j, j) > 4.0_wp*epsilon(1.0_wp)*matrix(j, j)
+         if (.not. stays(j)) then
+            solution(j) = 0.0_wp
+            cycle
+         end if
+         do i = j + 1, n
+            if (.not. stays(i)) cycle
+            associate (factor => rows(i, j)/rows(j, j))
+               rows(i, j + 1:) = rows(i, j + 1:) - factor*rows(j, j + 1:)
+               solution(i) = solution(i) - factor*solution(j)
+            end associate
          end do
-         do j = n, 1, -1
-            x(p(j)) = (x(p(j)) - sum(factor(j + 1:n, j)*x(p(j + 1:n))))/factor(j, j)
+      end do
+      do j = n, 1, -1
+         if (.not. stays(j)) cycle
+         do i = j + 1, n
+            if (stays(i)) solution(j) = solution(j) - rows(j, i)*solution(i)
          end do
-      end associate
-   end subroutine solve_among
+         solution(j) = solution(j)/rows(j, j)
+      end do
+   end subroutine solve_active
 
 end module complementarity

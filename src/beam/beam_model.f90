@@ -10,7 +10,7 @@ module beam_model
    use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
    implicit none (type, external)
    private
-   public :: beam_model_t, beam_support_t, make_beam_model, static_shape
+   public :: beam_model_t, beam_support_t, make_beam_model, hold_supports, static_shape
 
    !> A support along the beam, a stop that is always closed.
    type :: beam_support_t
@@ -100,6 +100,38 @@ contains
          call add_to_diagonal(model%stiffness, model%supports(i)%dof, model%supports(i)%stiffness)
       end do
    end subroutine make_beam_model
+
+   !> The beam with its rigid supports held: their degrees of freedom are bound to nothing else, and stay at rest.
+   pure function hold_supports(model) result(held)
+      type(beam_model_t), intent(in) :: model
+      type(beam_model_t) :: held
+
+      integer :: i
+
+      held = model
+      do i = 1, size(model%supports)
+         if (model%supports(i)%stiffness > 0.0_wp) cycle
+         call cut_off(held%stiffness, model%supports(i)%dof)
+         call cut_off(held%mass, model%supports(i)%dof)
+      end do
+   end function hold_supports
+
+   !> Let a row and its column be those of the unit matrix.
+   pure subroutine cut_off(matrix, dof)
+      type(skyline_t), intent(inout) :: matrix
+      !> The row
+      integer, intent(in) :: dof
+
+      integer :: column
+
+      associate (place => matrix%diagonal)
+         matrix%values(place(dof) - (dof - matrix%first_row(dof)):place(dof)) = 0.0_wp
+         do column = dof + 1, matrix%order
+            if (matrix%first_row(column) <= dof) matrix%values(place(column) - (column - dof)) = 0.0_wp
+         end do
+         matrix%values(place(dof)) = 1.0_wp
+      end associate
+   end subroutine cut_off
 
    !> The static shape under a point force at the stop point that moves this point by 1.
    pure subroutine static_shape(model, shape, error)

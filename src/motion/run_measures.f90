@@ -12,11 +12,13 @@ module run_measures
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       quiet_energy, response_t, run_measures_t
    use run_settings, only: stop_settings_t
+   use sorting, only: ascending_order
    use stop_laws, only: make_yielding_stop
    use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
-   public :: tally_t, start_tally, take_impulse, take_contact, end_episode, mark_energy, add_rebound, finish_tally
+   public :: tally_t, start_tally, open_tally, take_impulse, take_contact, end_episode, mark_energy, add_rebound
+   public :: finish_tally, gather_measures
    public :: early_part, excess_of, force_window, row_of
 
    !> A rigid stop's force is the mean over so long from the beginning of an episode, tau.
@@ -48,7 +50,7 @@ module run_measures
 
 contains
 
-   !> Begin a run.
+   !> Begin a run with one stop below the beam.
    subroutine start_tally(stop, start_energy, force_scale, tally)
       type(stop_settings_t), intent(in) :: stop
       !> Energy of the static shape of the start, whose stop point is 1 + delta away from where it is unstressed
@@ -59,19 +61,39 @@ contains
       type(tally_t), intent(out) :: tally
 
       class(yielding_stop_t), allocatable :: yielding
-      real(wp) :: compliance
+      real(wp) :: compliance, rest_force
 
-      tally%force_scale = force_scale
-      tally%start_energy = start_energy
       call make_yielding_stop(stop, yielding)
-      tally%yields = allocated(yielding)
-      if (stop%preload <= 0.0_wp) return
-      ! of the beam, and of the stop in a row with it
-      compliance = 0.5_wp*(1.0_wp + stop%preload)**2/start_energy
-      if (tally%yields) compliance = compliance + 1.0_wp/yielding%stiffness
-      tally%rest_force = stop%preload/compliance
-      tally%rest_energy = 0.5_wp*stop%preload*tally%rest_force
+      rest_force = 0.0_wp
+      if (stop%preload > 0.0_wp) then
+         ! of the beam, and of the stop in a row with it
+         compliance = 0.5_wp*(1.0_wp + stop%preload)**2/start_energy
+         if (allocated(yielding)) compliance = compliance + 1.0_wp/yielding%stiffness
+         rest_force = stop%preload/compliance
+      end if
+      call open_tally(allocated(yielding), start_energy, rest_force, 0.5_wp*stop%preload*rest_force, force_scale, tally)
    end subroutine start_tally
+
+   !> Begin a run with any surface.
+   pure subroutine open_tally(yields, start_energy, rest_force, rest_energy, force_scale, tally)
+      !> The surface is not rigid
+      logical, intent(in) :: yields
+      !> Energy at the start
+      real(wp), intent(in) :: start_energy
+      !> Force of the surface, and energy of all, at rest at the end of all motion
+      real(wp), intent(in) :: rest_force
+      real(wp), intent(in) :: rest_energy
+      !> Pbar per unit of force
+      real(wp), intent(in) :: force_scale
+      !> Ready for the first phase
+      type(tally_t), intent(out) :: tally
+
+      tally%yields = yields
+      tally%start_energy = start_energy
+      tally%rest_force = rest_force
+      tally%rest_energy = rest_energy
+      tally%force_scale = force_scale
+   end subroutine open_tally
 
    !> An impulse at an instant.
    elemental subroutine take_impulse(tally, tau, impulse)
@@ -192,7 +214,7 @@ contains
    end subroutine add_rebound
 
    !> The end of the run.
-   pure subroutine finish_tally(tally, response, duration, lost, created, most_peaks, measures)
+   pure subroutine finish_tally(tally, response, duration, lost, created, most_peaks, measures, surface)
       !> What has gathered
       type(tally_t), intent(inout) :: tally
       !> The run, with its events
@@ -207,6 +229,8 @@ contains
       integer, intent(in) :: most_peaks
       !> Its final energy, rebounds and instant of quiet are there
       type(run_measures_t), intent(inout) :: measures
+      !> Only the events of this surface are meant; default: all
+      integer, intent(in), optional :: surface
 
       real(wp) :: shares(5), above
       integer :: peaks
@@ -235,14 +259,16 @@ contains
          measures%peak_eta = measures%peak_eta(:peaks)
          measures%peak_tau = measures%peak_tau(:peaks)
       end if
-      call measure_events(response, measures)
+      call measure_events(response, measures, surface)
    end subroutine finish_tally
 
    !> What the events alone tell.
-   pure subroutine measure_events(response, measures)
+   pure subroutine measure_events(response, measures, surface)
       type(response_t), intent(in) :: response
       !> What was measured; the length of the run is there
       type(run_measures_t), intent(inout) :: measures
+      !> Of this surface only; default: of all
+      integer, intent(in), optional :: surface
 
       integer :: contacts, i
       logical :: in_contact
@@ -252,6 +278,9 @@ contains
       contacts = 0
       in_contact = .false.
       do i = 1, response%event_count
+         if (present(surface)) then
+            if (response%events(i)%surface /= surface) cycle
+         end if
          associate (event => response%events(i))
             if (event%kind == event_impact .or. event%kind == event_contact) measures%impacts = measures%impacts + 1
             if (.not. measures%has_met_stop .and. arrives(event%kind)) then
@@ -276,6 +305,46 @@ contains
       measures%total_contact = sum(measures%contact_end - measures%contact_start)
       if (contacts > 0) measures%longest_contact = maxval(measures%contact_end - measures%contact_start)
    end subroutine measure_events
+
+   !> The measures of a run with several surfaces, of which each has its own: sums, the first, the longest, the greatest
+   !> of all. Rebounds, quiet and energies are those of the surface from which the beam was released.
+   pure subroutine gather_measures(response, pulled)
+      !> Its surfaces have measures; it gets those of the run
+      type(response_t), intent(inout) :: response
+      !> The surface from which the beam was released
+      integer, intent(in) :: pulled
+
+      integer :: k
+      integer, allocatable :: order(:)
+      real(wp), allocatable :: start(:), end(:)
+
+      allocate (response%measures, source=response%surfaces(pulled)%measures)
+      allocate (start(0), end(0))
+      associate (whole => response%measures)
+         whole%impacts = 0
+         whole%has_met_stop = .false.
+         do k = 1, size(response%surfaces)
+            associate (own => response%surfaces(k)%measures)
+               whole%impacts = whole%impacts + own%impacts
+               start = [start, own%contact_start]
+               end = [end, own%contact_end]
+               whole%greatest_force = max(whole%greatest_force, own%greatest_force)
+               whole%greatest_impulse = max(whole%greatest_impulse, own%greatest_impulse)
+               if (.not. own%has_met_stop) cycle
+               if (whole%has_met_stop .and. own%first_impact_tau >= whole%first_impact_tau) cycle
+               whole%has_met_stop = .true.
+               whole%first_impact_tau = own%first_impact_tau
+               whole%first_impact_velocity = own%first_impact_velocity
+            end associate
+         end do
+         order = ascending_order(start)
+         whole%contact_start = start(order)
+         whole%contact_end = end(order)
+         whole%total_contact = sum(end - start)
+         whole%longest_contact = 0.0_wp
+         if (size(start) > 0) whole%longest_contact = maxval(end - start)
+      end associate
+   end subroutine gather_measures
 
    !> The measures in the order of the table; what did not happen is NaN.
    pure function row_of(measures) result(row)

@@ -154,7 +154,7 @@ contains
    end subroutine end_flight
 
    !> The end of the run.
-   pure subroutine finish_steps(measurer, duration, lost, created, most_peaks, measures, response)
+   pure subroutine finish_steps(measurer, duration, lost, created, most_peaks, measures, response, surface)
       !> What the steps told
       type(step_measurer_t), intent(inout) :: measurer
       !> Length of the run, tau
@@ -168,14 +168,20 @@ contains
       type(run_measures_t), intent(inout) :: measures
       !> The run, with its events; gets the measures
       type(response_t), intent(inout) :: response
+      !> They are those of this surface; default: of the whole run
+      integer, intent(in), optional :: surface
 
       ! it still rises to its highest point
       if (measurer%peak_tau >= measurer%tau) measurer%in_flight = .false.
       call end_flight(measurer, measures)
-      call finish_tally(measurer%tally, response, duration, lost, created, most_peaks, measures)
+      call finish_tally(measurer%tally, response, duration, lost, created, most_peaks, measures, surface)
       measures%is_quiet = abs(measurer%eta) <= quiet_level
       measures%quiet_tau = last_loud_time(measurer%loud)
-      allocate (response%measures, source=measures)
+      if (present(surface)) then
+         allocate (response%surfaces(surface)%measures, source=measures)
+      else
+         allocate (response%measures, source=measures)
+      end if
    end subroutine finish_steps
 
    !> The greatest value in a step.

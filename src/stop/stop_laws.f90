@@ -1,12 +1,13 @@
 !> The stop that a run's settings ask for.
 module stop_laws
+   use kinds, only: lambda1_power4, wp
    use run_settings, only: law_restitution, law_spring_damper, law_three_element, stop_settings_t
    use spring_damper_stop, only: make_spring_damper
    use three_element_stop, only: make_three_element
    use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
-   public :: is_rigid, make_yielding_stop
+   public :: is_rigid, static_stiffness, make_yielding_stop
 
 contains
 
@@ -17,6 +18,15 @@ contains
 
       answer = settings%law == law_restitution
    end function is_rigid
+
+   !> k, what a stop at rest answers to an indentation of 1; 0: it is rigid.
+   elemental function static_stiffness(settings) result(stiffness)
+      type(stop_settings_t), intent(in) :: settings
+      real(wp) :: stiffness
+
+      stiffness = 0.0_wp
+      if (.not. is_rigid(settings)) stiffness = 3.0_wp*settings%stiffness_ratio/lambda1_power4
+   end function static_stiffness
 
    !> A stop that yields.
    subroutine make_yielding_stop(settings, stop)

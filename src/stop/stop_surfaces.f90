@@ -4,10 +4,10 @@
 !> force acts on the beam along s.
 module stop_surfaces
    use kinds, only: wp
-   use run_settings, only: law_spring_damper, run_settings_t, side_above, side_below, side_both, stop_settings_t
+   use run_settings, only: law_restitution, law_spring_damper, run_settings_t, side_above, side_below, side_both, stop_settings_t
    implicit none (type, external)
    private
-   public :: surface_t, surfaces_of, stops_of, is_plain
+   public :: surface_t, surfaces_of, stops_of, is_plain, acting
 
    type :: surface_t
       !> Which &stop of the scene it belongs to, and which surface of all in the scene's order, below before above
@@ -90,6 +90,31 @@ contains
       end do
       surfaces = surfaces(:total)
    end function surfaces_of
+
+   !> Which of them act? Of rigid ones at one point and on one side the highest does alone, of equal ones the one with the
+   !> greatest restitution.
+   pure function acting(surfaces, dofs) result(acts)
+      type(surface_t), intent(in) :: surfaces(:)
+      !> Degree of freedom of each
+      integer, intent(in) :: dofs(:)
+      logical :: acts(size(surfaces))
+
+      real(wp) :: difference
+      integer :: i, k
+
+      acts = .true.
+      do k = 1, size(surfaces)
+         do i = 1, size(surfaces)
+            if (i == k .or. dofs(i) /= dofs(k) .or. surfaces(i)%sign*surfaces(k)%sign < 0.0_wp) cycle
+            if (any([surfaces(i)%settings%law, surfaces(k)%settings%law] /= law_restitution)) cycle
+            difference = surfaces(i)%height - surfaces(k)%height
+            if (.not. abs(difference) > 0.0_wp) then
+               difference = surfaces(i)%settings%restitution - surfaces(k)%settings%restitution
+            end if
+            if (difference > 0.0_wp .or. (.not. abs(difference) > 0.0_wp .and. i < k)) acts(k) = .false.
+         end do
+      end do
+   end function acting
 
    !> Does one surface stand before another? Those that are alike in all keep the scene's order.
    elemental function stands_before(one, other) result(answer)

@@ -1,0 +1,109 @@
+!> Beam and surfaces at rest: where a run starts, and where it ends at last.
+!>
+!> Scales: displacement eta, forces Pbar / (hbar/L), as of the laws of the stops.
+module static_states
+   use beam_model, only: beam_model_t, hold_supports
+   use failures, only: fail, failure_t, status_bad_input
+   use kinds, only: lambda1_power4, wp
+   use complementarity, only: solve_complementarity
+   use number_text, only: to_text
+   use skyline_matrix, only: factorise, skyline_t, solve_factorised
+   use stop_laws, only: static_stiffness
+   use stop_surfaces, only: surface_t
+   implicit none (type, external)
+   private
+   public :: find_static_start, find_static_rest
+
+contains
+
+   !> At rest in the static shape of a force at the stop from which the beam is released, 1 away from its surface.
+   pure subroutine find_static_start(model, surfaces, displacement, error)
+      type(beam_model_t), intent(in) :: model
+      !> All surfaces
+      type(surface_t), intent(in) :: surfaces(:)
+      !> y and dy/dx of the nodes, [order]
+      real(wp), allocatable, intent(out) :: displacement(:)
+      !> Set when no force at that stop moves it, or when the shape reaches beyond another surface
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! more than rounding, less than anything meant
+      real(wp), parameter :: tolerance = 1.0e-9_wp
+      type(skyline_t) :: factors
+      real(wp) :: gap
+      integer :: dof, k, pulled
+
+      call factorise_stiffness(model, factors, error)
+      if (allocated(error)) return
+      pulled = findloc(surfaces%is_pulled, .true., dim=1)
+      dof = model%stop_dofs(surfaces(pulled)%stop)
+      if (any(model%supports%dof == dof .and. model%supports%stiffness <= 0.0_wp)) then
+         call fail(error, status_bad_input, 'the beam cannot be pulled away from a stop at a rigid support')
+         return
+      end if
+      allocate (displacement(factors%order), source=0.0_wp)
+      displacement(dof) = 1.0_wp
+      call solve_factorised(factors, displacement)
+      displacement = displacement*(surfaces(pulled)%sign*(1.0_wp + surfaces(pulled)%height)/displacement(dof))
+      do k = 1, size(surfaces)
+         gap = surfaces(k)%sign*displacement(model%stop_dofs(surfaces(k)%stop)) - surfaces(k)%height
+         if (gap >= -tolerance*max(1.0_wp, abs(surfaces(k)%height))) cycle
+         call fail(error, status_bad_input, 'the beam, pulled away from the stop at '// &
+            to_text(surfaces(pulled)%settings%position)//', starts beyond the surface at '// &
+            to_text(surfaces(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled')
+         return
+      end do
+   end subroutine find_static_start
+
+   !> At rest on the surfaces that carry it: forces that push only, their yielding ones in a row with the beam.
+   pure subroutine find_static_rest(model, surfaces, forces, energy, error)
+      type(beam_model_t), intent(in) :: model
+      !> Surfaces that act; of rigid ones at one point only one a side
+      type(surface_t), intent(in) :: surfaces(:)
+      !> P of each
+      real(wp), intent(out) :: forces(:)
+      !> Of the beam and of all springs
+      real(wp), intent(out) :: energy
+      !> Set when the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skyline_t) :: factors
+      real(wp) :: compliance(size(surfaces), size(surfaces)), stiffness
+      real(wp), allocatable :: shape(:)
+      integer :: dofs(size(surfaces)), k
+      logical :: carries(size(surfaces))
+
+      forces = 0.0_wp
+      energy = 0.0_wp
+      call factorise_stiffness(model, factors, error)
+      if (allocated(error)) return
+      dofs = model%stop_dofs(surfaces%stop)
+      allocate (shape(factors%order))
+      do k = 1, size(surfaces)
+         shape = 0.0_wp
+         if (.not. any(model%supports%dof == dofs(k) .and. model%supports%stiffness <= 0.0_wp)) then
+            shape(dofs(k)) = lambda1_power4*surfaces(k)%sign
+            call solve_factorised(factors, shape)
+         end if
+         compliance(:, k) = surfaces%sign*shape(dofs)
+         stiffness = static_stiffness(surfaces(k)%settings)
+         if (stiffness > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness
+      end do
+      call solve_complementarity(compliance, -surfaces%height, forces, carries)
+      energy = 0.5_wp*dot_product(forces, matmul(compliance, forces))
+   end subroutine find_static_rest
+
+   !> The stiffness of the beam on its supports, factorised.
+   pure subroutine factorise_stiffness(model, factors, error)
+      type(beam_model_t), intent(in) :: model
+      type(skyline_t), intent(out) :: factors
+      !> Set when it is singular
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(beam_model_t) :: held
+
+      held = hold_supports(model)
+      factors = held%stiffness
+      call factorise(factors, error)
+   end subroutine factorise_stiffness
+
+end module static_states
