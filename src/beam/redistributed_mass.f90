@@ -7,12 +7,12 @@
 module redistributed_mass
    use beam_element, only: element_mass, hermite_shape
    use beam_mesh, only: mesh_t
-   use beam_section, only: area, section_t
+   use beam_section, only: section_t
    use kinds, only: wp
    use skyline_matrix, only: add_element, skyline_t
    implicit none (type, external)
    private
-   public :: continuation_t, continuation_at_stop, redistribute, errs_less
+   public :: continuation_t, continuation_at_stop, redistribute
 
    !> t: y_c = sum weight y_dof for every motion that is a polynomial of low degree around the node.
    type :: continuation_t
@@ -26,27 +26,6 @@ module redistributed_mass
    real(wp), parameter :: least_base = 0.5_wp
 
 contains
-
-   !> Does a rigid stop err less with the redistributed matrix than with the consistent one? That adds a part of its
-   !> last element to the mass that is struck, an error of the first order in its length; redistributed, frequencies
-   !> lose a digit, and a point mass lighter than an element chatters at the scale of the mesh. Where the point mass is
-   !> this share of the last element both err alike (uniform beams of 3 to 128 elements, mu from 0 to 10, zeta 0.001
-   !> and 0.02: root mean square of eta over the first five of tau). Without a point mass the consistent one errs 4 to
-   !> 20 times less up to 16 elements.
-   pure function errs_less(section, mesh, tip_mass_ratio) result(answer)
-      type(section_t), intent(in) :: section
-      type(mesh_t), intent(in) :: mesh
-      !> mu
-      real(wp), intent(in) :: tip_mass_ratio
-      logical :: answer
-
-      real(wp), parameter :: share = 0.7_wp
-
-      associate (length => mesh%length(mesh%elements))
-         answer = mesh%stop_node == mesh%elements .and. &
-            tip_mass_ratio >= share*length*area(section, 0.5_wp*length)
-      end associate
-   end function errs_less
 
    !> The continuation of the displacement at the stop: between two elements the cubic of the displacements and slopes
    !> at their far ends, at the tip that of the displacements of the two nodes before and of the slopes of the last

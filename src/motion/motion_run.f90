@@ -4,8 +4,8 @@ module motion_run
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
+   use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
-   use redistributed_mass, only: errs_less
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
    use stop_laws, only: is_rigid
@@ -38,8 +38,9 @@ contains
       end select
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
-      response%mesh_check%adds_mass = .not. model%is_redistributed .and. is_rigid(settings%stop) .and. &
-         settings%stop%impulse == impulse_momentum .and. errs_less(model%section, model%mesh, model%tip_mass_ratio)
+      response%mesh_check%adds_mass = .not. model%is_redistributed .and. &
+         settings%stop%impulse == impulse_momentum .and. &
+         errs_less_redistributed(model%section, model%mesh, model%tip_mass_ratio, settings)
       if (allocated(response%measures)) response%measures%mesh_elements = model%mesh%elements
    end subroutine run_motion
 

@@ -5,9 +5,9 @@ module paper_cases
    use beam_section, only: section_t, tapered_section
    use failures, only: failure_t
    use kinds, only: wp
-   use redistributed_mass, only: errs_less
+   use mass_choice, only: errs_less_redistributed
    use run_settings, only: impulse_momentum, impulse_nodal, law_restitution, law_three_element, method_exact, &
-      method_newmark, stop_settings_t
+      method_newmark, run_settings_t, stop_settings_t
    implicit none (type, external)
    private
    public :: figure_case_t, way_t, height_ratio, make_ways, model_of_case, stop_of_case
@@ -87,13 +87,15 @@ contains
 
       type(mesh_t) :: mesh
       type(section_t) :: section
+      type(run_settings_t) :: settings
       logical :: is_redistributed
 
       call make_mesh(way%elements, 1.0_wp, this%position, mesh, error)
       if (allocated(error)) return
       section = tapered_section(height_ratio + 0.5_wp*this%taper, max(height_ratio - 0.5_wp*this%taper, 0.0_wp))
-      is_redistributed = way%chooses_mass .and. .not. this%stiffness > 0.0_wp
-      if (is_redistributed) is_redistributed = errs_less(section, mesh, this%tip_mass)
+      settings%stop = stop_of_case(this, way%impulse)
+      is_redistributed = way%chooses_mass
+      if (is_redistributed) is_redistributed = errs_less_redistributed(section, mesh, this%tip_mass, settings)
       call make_beam_model(section, mesh, this%tip_mass, model, is_redistributed)
    end subroutine model_of_case
 

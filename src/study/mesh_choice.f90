@@ -10,7 +10,7 @@ module mesh_choice
    use motion_run, only: run_motion
    use response_types, only: mesh_check_t, mode_check_t, response_t, run_measures_t
    use run_settings, only: method_exact, run_settings_t
-   use scene_beam_model, only: run_of, section_of
+   use scene_beam_model, only: redistributes, run_of, section_of
    use scene_types, only: scene_t
    implicit none (type, external)
    private
@@ -57,43 +57,65 @@ contains
 
       ! large, and threads have small stacks
       type(case_beam_t), allocatable :: other
+      logical :: is_at_hand
 
-      if (allocated(beam%values)) then
-         if (all(abs(values - beam%values) <= 0.0_wp .or. .not. is_of_beam)) return
-         deallocate (beam%values)
+      is_at_hand = allocated(beam%values)
+      if (is_at_hand) is_at_hand = all(abs(values - beam%values) <= 0.0_wp .or. .not. is_of_beam)
+      if (.not. is_at_hand) then
+         if (present(extremes)) then
+            allocate (other)
+            call find_beam(extremes(1), beam)
+            call find_beam(extremes(2), other)
+            if (.not. allocated(other%trouble) .and. other%check%elements > beam%check%elements) beam = other
+         else
+            call find_beam(scene, beam)
+         end if
+         beam%values = values
       end if
-      if (present(extremes)) then
-         allocate (other)
-         call find_beam(extremes(1), beam)
-         call find_beam(extremes(2), other)
-         if (.not. allocated(other%trouble) .and. other%check%elements > beam%check%elements) beam = other
-      else
-         call find_beam(scene, beam)
-      end if
-      allocate (beam%values, source=values)
+      call fit_mass(scene, beam)
    end subroutine find_case_beam
+
+   !> The mass matrix may be another one where only the stop differs from that of the case for which the beam was made.
+   subroutine fit_mass(scene, beam)
+      type(scene_t), intent(in) :: scene
+      type(case_beam_t), intent(inout) :: beam
+
+      type(case_beam_t), allocatable :: other
+
+      if (allocated(beam%trouble)) return
+      if (beam%model%is_redistributed .eqv. redistributes(scene, beam%model%mesh)) return
+      allocate (other)
+      if (beam%check%compared > 0) then
+         call make_case_beam(scene, beam%check%elements, beam%check%ratio, other)
+      else
+         call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, other)
+      end if
+      other%check = beam%check
+      other%check%is_redistributed = other%model%is_redistributed
+      other%values = beam%values
+      beam = other
+   end subroutine fit_mass
 
    !> The beam of a scene on the mesh that it gives or asks for.
    subroutine find_beam(scene, beam)
       type(scene_t), intent(in) :: scene
       type(case_beam_t), intent(out) :: beam
 
-      type(scene_t), allocatable :: exact
-      type(trial_t), allocatable :: first
+      type(case_beam_t), allocatable :: first
       type(run_settings_t) :: settings
 
       if (scene%mesh%tolerance > 0.0_wp) then
-         allocate (exact, source=scene)
+         settings = run_of(scene)
+         settings%response%method = method_exact
          allocate (first)
-         exact%response%method = method_exact
-         call make_case_beam(exact, meshes(1), 1.0_wp, first%beam)
-         if (allocated(first%beam%trouble)) then
-            beam = first%beam
+         call make_case_beam(scene, meshes(1), 1.0_wp, first, settings)
+         if (allocated(first%trouble)) then
+            beam = first
             return
          end if
-         settings = trial_settings(run_of(exact), first%beam%modes%lambda(1))
+         settings = trial_settings(settings, first%modes%lambda(1))
          settings%output%measures = .true.
-         call settle(exact, settings, grading_of(exact, settings), beam)
+         call settle(scene, settings, grading_of(scene, settings), beam)
          if (scene%response%method /= method_exact) beam%modes = free_modes_t()
       else
          call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
@@ -162,7 +184,7 @@ contains
       type(trial_t), intent(out) :: trial
 
       trial%elements = elements
-      call make_case_beam(scene, elements, ratio_of(grading, elements), trial%beam)
+      call make_case_beam(scene, elements, ratio_of(grading, elements), trial%beam, settings)
       if (allocated(trial%beam%trouble)) then
          allocate (trial%error, source=trial%beam%trouble)
          return

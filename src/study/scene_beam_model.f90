@@ -5,14 +5,13 @@ module scene_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
    use failures, only: failure_t
    use kinds, only: wp
-   use redistributed_mass, only: errs_less
-   use run_settings, only: impulse_momentum, run_settings_t
+   use mass_choice, only: errs_less_redistributed
+   use run_settings, only: run_settings_t
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section_table
-   use stop_laws, only: is_rigid
    implicit none (type, external)
    private
-   public :: section_of, model_of, motion_model_of, run_of
+   public :: section_of, model_of, motion_model_of, redistributes, run_of
 
 contains
 
@@ -59,16 +58,22 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(mesh_t) :: mesh
-      logical :: is_redistributed
 
       call make_mesh(elements, ratio, scene%stop%position, mesh, error)
       if (allocated(error)) return
-      is_redistributed = scene%mesh%mass == mass_redistributed
-      if (scene%mesh%mass == mass_auto .and. is_rigid(scene%stop) .and. scene%stop%impulse == impulse_momentum) then
-         is_redistributed = errs_less(section_of(scene%beam), mesh, scene%tip_mass_ratio)
-      end if
-      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, is_redistributed)
+      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, redistributes(scene, mesh))
    end subroutine motion_model_of
+
+   !> Is the mass matrix of a scene's runs the one that is redistributed at the stop?
+   pure function redistributes(scene, mesh) result(answer)
+      type(scene_t), intent(in) :: scene
+      type(mesh_t), intent(in) :: mesh
+      logical :: answer
+
+      answer = scene%mesh%mass == mass_redistributed
+      if (scene%mesh%mass == mass_auto) answer = errs_less_redistributed(section_of(scene%beam), mesh, &
+         scene%tip_mass_ratio, run_of(scene))
+   end function redistributes
 
    !> The run that a scene describes.
    pure function run_of(scene) result(settings)
