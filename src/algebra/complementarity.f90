@@ -4,7 +4,7 @@ module complementarity
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: solve_complementarity
+   public :: solve_complementarity, solve_active
 
 contains
 

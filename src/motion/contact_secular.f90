@@ -13,6 +13,7 @@ module contact_secular
    implicit none (type, external)
    private
    public :: secular_t, make_secular, first_guess, find_all_roots, distances, inverses, secular, exponents, size_of
+   public :: find_mode_poles, root_distances, sum_of_inverses
 
    !> The secular function, with its poles: of a weakly coupled mode the exponent lies so near to its pole that
    !> only their distance can carry the digits, so every root is kept as a pole and an offset.
@@ -46,9 +47,6 @@ contains
       class(impedance_t), intent(in) :: spring
       type(secular_t), intent(out) :: problem
 
-      integer :: i
-      real(wp) :: damping, square
-
       problem%modes = size(active)
       problem%has_branch = spring%branch_stiffness > 0.0_wp
       problem%roots = 2*size(active) + merge(1, 0, problem%has_branch)
@@ -61,23 +59,7 @@ contains
       allocate (problem%weight(size(active)), problem%square(size(active)))
       problem%weight(:) = beam%stop_value(active)**2
       problem%square(:) = beam%oscillators%square(active)
-      do i = 1, size(active)
-         square = problem%square(i)
-         damping = 2.0_wp*zeta**2*square - 1.0_wp
-         associate (p => problem%pole(2*i - 1:2*i), e => problem%relative(2*i - 1:2*i))
-            if (damping > 1.0_wp) then
-               ! the two values of e are each other's inverse
-               e(1) = -1.0_wp/(damping + sqrt((damping - 1.0_wp)*(damping + 1.0_wp)))
-               e(2) = 1.0_wp/e(1)
-               p = (e - 1.0_wp)/problem%two_zeta
-            else
-               p(1) = cmplx(-zeta*square, &
-                  sqrt(square)*sqrt((1.0_wp - zeta*sqrt(square))*(1.0_wp + zeta*sqrt(square))), wp)
-               p(2) = conjg(p(1))
-               e = 1.0_wp + problem%two_zeta*p
-            end if
-         end associate
-      end do
+      call find_mode_poles(problem%square, zeta, problem%pole, problem%relative)
       if (problem%has_branch) then
          problem%pole(problem%poles) = -spring%relaxation_rate
          problem%relative(problem%poles) = 1.0_wp - problem%two_zeta*spring%relaxation_rate
@@ -85,6 +67,37 @@ contains
       allocate (problem%crowded(problem%poles))
       problem%crowded(:) = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_secular
+
+   !> Exponents of the free modes, pairs side by side.
+   pure subroutine find_mode_poles(squares, zeta, pole, relative)
+      !> W_i^2, [modes]
+      real(wp), intent(in) :: squares(:)
+      real(wp), intent(in) :: zeta
+      !> Them, and 1 + 2 zeta pole, [2 modes at least]
+      complex(wp), intent(inout) :: pole(:)
+      complex(wp), intent(inout) :: relative(:)
+
+      integer :: i
+      real(wp) :: damping, square
+
+      do i = 1, size(squares)
+         square = squares(i)
+         damping = 2.0_wp*zeta**2*square - 1.0_wp
+         associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
+            if (damping > 1.0_wp) then
+               ! the two values of e are each other's inverse
+               e(1) = -1.0_wp/(damping + sqrt((damping - 1.0_wp)*(damping + 1.0_wp)))
+               e(2) = 1.0_wp/e(1)
+               p = (e - 1.0_wp)/(2.0_wp*zeta)
+            else
+               p(1) = cmplx(-zeta*square, &
+                  sqrt(square)*sqrt((1.0_wp - zeta*sqrt(square))*(1.0_wp + zeta*sqrt(square))), wp)
+               p(2) = conjg(p(1))
+               e = 1.0_wp + 2.0_wp*zeta*p
+            end if
+         end associate
+      end do
+   end subroutine find_mode_poles
 
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
    elemental function pole_difference(problem, a, b) result(difference)

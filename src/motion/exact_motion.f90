@@ -1,7 +1,7 @@
 !> The response in closed form between events: free modes of the beam, then model A or B of the stop.
 module exact_motion
    use beam_model, only: beam_model_t
-   use exact_run, only: run_phases
+   use exact_run, only: advance, run_phases
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use held_contact, only: held_contact_t, make_held_contact
@@ -12,9 +12,12 @@ module exact_motion
    use phase_measures, only: finish_measures, start_measures
    use response_records, only: count_samples, open_records
    use response_types, only: mode_check_t, response_t
-   use run_recorder, only: make_recorder
+   use run_recorder, only: make_recorder, recorder_t
    use run_settings, only: impulse_nodal, run_settings_t
+   use several_contacts, only: several_contacts_t
+   use several_start, only: finish_several, start_several
    use stop_laws, only: is_rigid, make_yielding_stop
+   use stop_surfaces, only: is_plain
    use yielding_contact, only: make_yielding_contact, yielding_contact_t
    use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
@@ -39,18 +42,19 @@ contains
 
       if (present(shared)) then
          if (allocated(shared%lambda)) then
-            call respond(shared, settings, response, error)
+            call respond(model, shared, settings, response, error)
             return
          end if
       end if
       call find_free_modes(model, own, error)
       if (allocated(error)) return
-      call respond(own, settings, response, error)
+      call respond(model, own, settings, response, error)
       response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
    !> Choose the modes and run.
-   subroutine respond(modes, settings, response, error)
+   subroutine respond(model, modes, settings, response, error)
+      type(beam_model_t), intent(in) :: model
       !> The modes of the free beam
       type(free_modes_t), intent(in) :: modes
       !> Stop, damping, samples, tolerances, output
@@ -62,6 +66,10 @@ contains
 
       type(mode_check_t) :: check
 
+      if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
+         call run_among_surfaces(model, modes, settings, response, error)
+         return
+      end if
       check%kept = size(modes%lambda)
       if (.not. settings%response%keep_all_modes .and. settings%stop%impulse /= impulse_nodal) then
          call choose_modes(modes, settings, check)
@@ -135,7 +143,7 @@ contains
       type(motion_t) :: motion
       real(wp), allocatable :: start(:)
       real(wp) :: depth, pull
-      integer :: i, samples
+      integer :: samples
 
       call make_modal_beam(modes%square(:kept), modes%mode(modes%stop_dof, :kept), modes%mode(modes%tip_dof, :kept), &
          settings%zeta, beam, modes%node_flexibility)
@@ -163,21 +171,70 @@ contains
          call finish_measures(motion%measurer, settings%response%duration, motion%recorder%ledger, response)
       end if
       if (.not. allocated(response%shape_tau)) return
-      associate (recorder => motion%recorder)
-         do i = 1, modes%elements
-            response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) &
-               - settings%stop%preload
-            response%shape_slope(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_z)
-            response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_v)
-            response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_v)
-         end do
-         associate (node => modes%stop_dof/2 + 1)
-            response%shape_displacement(node, :) = response%shape_displacement(node, :) + recorder%shape_node(1, :)
-            response%shape_velocity(node, :) = response%shape_velocity(node, :) + recorder%shape_node(2, :)
-         end associate
-      end associate
-      response%shape_displacement(0, :) = -settings%stop%preload
+      call fill_shapes(modes, settings%stop%preload, motion%recorder, response)
    end subroutine run_in_modes
+
+   !> Any number of stops, with all modes.
+   subroutine run_among_surfaces(model, modes, settings, response, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      type(response_t), intent(out) :: response
+      !> Set when the run cannot start, or fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(several_contacts_t), target :: phase
+      type(motion_t) :: motion
+      integer :: samples, standstill
+      logical :: is_last
+
+      samples = count_samples(settings%response%duration, settings%response%step)
+      call open_records(modes%elements, settings%output, samples, settings%response%step, response)
+      call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
+      call start_several(model, modes, settings, samples, phase, motion, response, error)
+      if (allocated(error)) return
+      standstill = 0
+      is_last = .false.
+      do while (.not. (is_last .or. allocated(motion%error)))
+         call advance(phase, settings%response, standstill, motion, response, is_last)
+      end do
+      response%ends_in_contact = any(phase%now%states%is_closed)
+      response%factorisations = motion%factorisations
+      response%mode_check%kept = size(modes%square)
+      if (allocated(motion%error)) then
+         call move_alloc(motion%error, error)
+         return
+      end if
+      call finish_several(settings, phase, motion, response)
+      if (.not. allocated(response%shape_tau)) return
+      associate (state => phase%now%states(phase%now%pulled))
+         call fill_shapes(modes, state%surface%sign*state%surface%height, motion%recorder, response)
+      end associate
+   end subroutine run_among_surfaces
+
+   !> The whole beam at the instants that were kept.
+   subroutine fill_shapes(modes, height, recorder, response)
+      type(free_modes_t), intent(in) :: modes
+      !> delta: where eta is 0
+      real(wp), intent(in) :: height
+      type(recorder_t), intent(in) :: recorder
+      type(response_t), intent(inout) :: response
+
+      integer :: i, kept
+
+      kept = size(recorder%shape_z, 1)
+      do i = 1, modes%elements
+         response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) - height
+         response%shape_slope(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_z)
+         response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_v)
+         response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_v)
+      end do
+      associate (node => modes%stop_dof/2 + 1)
+         response%shape_displacement(node, :) = response%shape_displacement(node, :) + recorder%shape_node(1, :)
+         response%shape_velocity(node, :) = response%shape_velocity(node, :) + recorder%shape_node(2, :)
+      end associate
+      response%shape_displacement(0, :) = -height
+   end subroutine fill_shapes
 
    !> The stop of a run: it yields or holds.
    subroutine make_contact(beam, modes, settings, contact)

@@ -11,7 +11,7 @@ module exact_run
    use run_settings, only: response_settings_t
    implicit none (type, external)
    private
-   public :: run_phases
+   public :: run_phases, advance
 
 contains
 
@@ -50,29 +50,46 @@ contains
       do
          phase => flight
          if (contact%is_closed) phase => contact
-         call phase%begin(motion)
-         if (allocated(motion%error)) exit
-         call phase%find_end(settings%duration - motion%tau)
-         response%evaluations = response%evaluations + phase%search%evaluations
-         standstill = standstill + 1
-         if (phase%search%outcome /= found_taken_back) then
-            is_last = phase%search%outcome == found_none
-            if (is_last) phase%search%time = settings%duration - motion%tau
-            call record_phase(phase, is_last, motion, response)
-            if (.not. is_last) call phase%finish(motion)
-            call phase%measure(is_last, motion)
-            if (is_last) exit
-            if (motion%tau + phase%search%time > motion%tau) standstill = 0
-            motion%tau = motion%tau + phase%search%time
-         end if
-         call phase%follow(motion, response)
-         call watch_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
-         if (allocated(motion%error)) exit
+         call advance(phase, settings, standstill, motion, response, is_last)
+         if (is_last .or. allocated(motion%error)) exit
       end do
       response%ends_in_contact = contact%is_closed
       response%factorisations = response%factorisations + motion%factorisations
       call move_alloc(motion%error, error)
    end subroutine run_phases
+
+   !> One phase, and what follows.
+   subroutine advance(phase, settings, standstill, motion, response, is_last)
+      class(phase_t), target, intent(inout) :: phase
+      !> Length of the run, limit of events
+      type(response_settings_t), intent(in) :: settings
+      !> Phases that ended at the instant at which they began, one after the other
+      integer, intent(inout) :: standstill
+      !> Its error is set where the run may not go on
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+      !> The run ends with it
+      logical, intent(out) :: is_last
+
+      is_last = .false.
+      call phase%begin(motion)
+      if (allocated(motion%error)) return
+      call phase%find_end(settings%duration - motion%tau)
+      response%evaluations = response%evaluations + phase%search%evaluations
+      standstill = standstill + 1
+      if (phase%search%outcome /= found_taken_back) then
+         is_last = phase%search%outcome == found_none
+         if (is_last) phase%search%time = settings%duration - motion%tau
+         call record_phase(phase, is_last, motion, response)
+         if (.not. is_last) call phase%finish(motion)
+         call phase%measure(is_last, motion)
+         if (is_last) return
+         if (motion%tau + phase%search%time > motion%tau) standstill = 0
+         motion%tau = motion%tau + phase%search%time
+      end if
+      call phase%follow(motion, response)
+      call watch_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
+   end subroutine advance
 
    !> Events that do not end: too many of them, or none that advances.
    subroutine watch_events(events, limit, standstill, tau, error)

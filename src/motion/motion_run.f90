@@ -4,12 +4,17 @@ module motion_run
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
+<<<<<<< HEAD
    use mass_choice, only: errs_less_redistributed
+=======
+   use kinds, only: wp
+>>>>>>> c141245 (Move a beam among any number of surfaces in closed form)
    use newmark_motion, only: check_newmark, newmark_response
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
    use stop_laws, only: is_rigid
-   use stop_surfaces, only: is_plain
+   use static_states, only: find_static_start
+   use stop_surfaces, only: is_plain, surfaces_of
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes
@@ -64,12 +69,18 @@ contains
       !> Set when the run cannot have one
       type(failure_t), allocatable, intent(out) :: error
 
+      real(wp), allocatable :: start(:)
+
       if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
-         call fail(error, status_bad_input, 'one stop below the beam, without supports along it, is all that runs yet')
-         return
+         call find_static_start(model, surfaces_of(settings), start, error)
+         if (allocated(error)) return
+         if (settings%response%method == method_newmark) then
+            call fail(error, status_bad_input, 'one stop below the beam, without supports along it, is all that runs yet')
+            return
+         end if
       end if
       if (.not. model%has_massless_node) return
-      if (settings%response%method == method_exact .and. is_rigid(settings%stop)) return
+      if (settings%response%method == method_exact .and. is_rigid(settings%stop) .and. .not. allocated(start)) return
       call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &
       &method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; else take 'consistent' or 'auto'")
    end subroutine check_node

@@ -133,7 +133,7 @@ contains
    end subroutine measure_force
 
    !> The end of the run.
-   subroutine finish_measures(measurer, duration, ledger, response)
+   subroutine finish_measures(measurer, duration, ledger, response, surface)
       !> What the phases told
       type(measurer_t), intent(inout) :: measurer
       !> Length of the run, tau
@@ -142,6 +142,8 @@ contains
       type(ledger_t), intent(in) :: ledger
       !> The run, with its events; gets the measures
       type(response_t), intent(inout) :: response
+      !> Only the events of this surface are meant; default: all
+      integer, intent(in), optional :: surface
 
       type(run_measures_t) :: measures
       class(viewed_signal_t), allocatable :: depth
@@ -153,7 +155,7 @@ contains
       lost_beam = measurer%tally%start_energy + ledger%created - ledger%dissipated_impact - measurer%lost_stop &
          - measures%final_energy
       call finish_tally(measurer%tally, response, duration, [lost_beam, measurer%lost_stop, ledger%dissipated_impact], &
-         ledger%created, measurer%most_peaks, measures)
+         ledger%created, measurer%most_peaks, measures, surface)
       last = 0.0_wp
       is_loud = .false.
       if (allocated(measurer%loud)) then

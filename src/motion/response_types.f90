@@ -10,7 +10,7 @@ module response_types
    implicit none (type, external)
    private
    public :: response_t, event_t, surface_record_t, append_event, event_names
-   public :: event_impact, event_capture, event_release, event_contact, event_separation
+   public :: event_impact, event_capture, event_release, event_contact, event_separation, event_blow
    public :: is_contact_start, is_contact_end, miss_of_energies
    public :: mode_check_t, mesh_check_t, run_measures_t, quiet_level, quiet_energy
 
@@ -24,9 +24,11 @@ module response_types
    integer, parameter :: event_contact = 4
    !> Model B: contact ends.
    integer, parameter :: event_separation = 5
+   !> Model A: a stop that holds the stop point takes an impulse as another is hit.
+   integer, parameter :: event_blow = 6
    !> The constants above in words.
-   character(*), parameter :: event_names(5) = [character(10) :: 'impact', 'capture', 'release', 'contact', &
-      'separation']
+   character(*), parameter :: event_names(6) = [character(10) :: 'impact', 'capture', 'release', 'contact', &
+      'separation', 'blow']
 
    !> The stop point is quiet while |eta_c| stays within this; a flight that rises above it is a rebound.
    real(wp), parameter :: quiet_level = 0.02_wp

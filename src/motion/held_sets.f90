@@ -1,0 +1,219 @@
+!> The beam in its free modes, held at some of the surfaces that it can meet: what swings then, and what is at rest
+!> (docs/theory.md, section 17). Held at none it swings in its free modes.
+module held_sets
+   use complementarity, only: solve_active
+   use constrained_modes, only: constrain
+   use damped_oscillators, only: make_oscillators, oscillators_t
+   use kinds, only: wp
+   use modal_signal, only: make_modal_signal, modal_signal_t
+   implicit none (type, external)
+   private
+   public :: free_beam_t, held_set_t, make_held_set, into_held, out_of_held
+
+   !> The beam in its free modes, and the surfaces.
+   type :: free_beam_t
+      type(oscillators_t) :: oscillators
+      !> s b_i: mode i at each surface, with its sign, [modes, surfaces]
+      real(wp), allocatable :: value(:, :)
+      !> Mode i at the tip, [modes]
+      real(wp), allocatable :: tip_value(:)
+      !> Heights of the surfaces, [surfaces]
+      real(wp), allocatable :: height(:)
+      !> s where a surface is at the tip, else 0, [surfaces]
+      real(wp), allocatable :: tip_sign(:)
+   end type free_beam_t
+
+   type :: held_set_t
+      !> The surfaces that hold it
+      integer, allocatable :: held(:)
+      !> Modes left
+      integer :: count = 0
+      type(oscillators_t) :: oscillators
+      !> They in the free modes, orthonormal, [free, count]; unallocated: they are the free modes
+      real(wp), allocatable :: mode(:, :)
+      !> Reaction of each surface that holds it per unit of mode (and of 2 zeta times its rate), [held, count]
+      real(wp), allocatable :: reaction(:, :)
+      !> At rest: displacement in the free modes, gaps, reactions, tip, energy, [free], [surfaces], [held]
+      real(wp), allocatable :: static(:), static_gap(:), static_force(:)
+      real(wp) :: static_tip = 0.0_wp
+      real(wp) :: static_energy = 0.0_wp
+      !> Modes at the surfaces and at the tip, [count, surfaces], [count]
+      real(wp), allocatable :: value(:, :)
+      real(wp), allocatable :: tip_value(:)
+      !> Of a force at a surface the parts that the surfaces which hold it take at once, [held, surfaces]
+      real(wp), allocatable :: share(:, :)
+      !> Gaps and reactions as signals, [surfaces], [held]; their state is set by who looks at them
+      type(modal_signal_t), allocatable :: gap(:), force(:)
+   end type held_set_t
+
+   !> Below this, W^2 times the square of a rounding error is no energy to speak of.
+   real(wp), parameter :: least_stiff = 1.0e14_wp
+
+contains
+
+   !> Hold the beam, at one surface after the other.
+   subroutine make_held_set(beam, held, set)
+      type(free_beam_t), intent(in) :: beam
+      !> Surfaces, no two at one point
+      integer, intent(in) :: held(:)
+      !> Must stay where it is: its signals point to its oscillators
+      type(held_set_t), target, intent(out) :: set
+
+      real(wp), allocatable :: square(:), change(:, :), row(:), new(:), fixed(:), reaction(:, :)
+      integer :: i, k
+
+      set%held = held
+      square = beam%oscillators%square
+      set%value = beam%value
+      set%tip_value = beam%tip_value
+      allocate (set%reaction(0, size(square)))
+      allocate (set%share(size(held), size(beam%height)), source=0.0_wp)
+      do i = 1, size(held)
+         call constrain(square, set%value(:, held(i)), 0.0_wp, new, change, row)
+         ! what of a force here the surfaces before take
+         fixed = set%share(:i - 1, held(i))
+         allocate (reaction(i, size(new)))
+         reaction(:i - 1, :) = matmul(set%reaction, change)
+         do k = 1, i - 1
+            reaction(k, :) = reaction(k, :) - fixed(k)*row
+         end do
+         reaction(i, :) = row
+         call move_alloc(reaction, set%reaction)
+         do k = 1, size(beam%height)
+            call share_out(set%value(:, held(i)), set%value(:, k), fixed, i, set%share(:, k))
+         end do
+         set%value = matmul(transpose(change), set%value)
+         set%tip_value = matmul(set%tip_value, change)
+         if (allocated(set%mode)) then
+            set%mode = matmul(set%mode, change)
+         else
+            set%mode = change
+         end if
+         square = new
+      end do
+      set%count = size(square)
+      call make_oscillators(square, 0.5_wp*beam%oscillators%two_zeta, set%oscillators)
+      ! held exactly, not to rounding
+      set%value(:, held) = 0.0_wp
+      call find_rest(beam, set)
+      allocate (set%gap(size(beam%height)), set%force(size(held)))
+      do k = 1, size(beam%height)
+         call make_modal_signal(set%oscillators, set%static_gap(k), set%value(:, k), set%gap(k))
+      end do
+      do k = 1, size(held)
+         call make_modal_signal(set%oscillators, set%static_force(k), set%reaction(k, :), set%force(k))
+         set%force(k)%is_viscous = .true.
+      end do
+   end subroutine make_held_set
+
+   !> A force at a surface, as far as the surface held last takes it at once, and with it those before.
+   pure subroutine share_out(last, value, before, place, share)
+      !> Modes at the surface held last, and at that of the force
+      real(wp), intent(in) :: last(:)
+      real(wp), intent(in) :: value(:)
+      !> Share of a force at the surface held last, [place - 1]
+      real(wp), intent(in) :: before(:)
+      integer, intent(in) :: place
+      !> Share of the force, [held]
+      real(wp), intent(inout) :: share(:)
+
+      real(wp) :: part
+
+      part = sum(last*value)/sum(last**2)
+      share(place) = part
+      share(:place - 1) = share(:place - 1) - part*before
+   end subroutine share_out
+
+   !> At rest on the surfaces that hold it, nothing else acting.
+   pure subroutine find_rest(beam, set)
+      type(free_beam_t), intent(in) :: beam
+      type(held_set_t), intent(inout) :: set
+
+      real(wp) :: flexibility(size(set%held), size(set%held))
+      integer :: j, k
+
+      allocate (set%static(size(beam%oscillators%square)), source=0.0_wp)
+      allocate (set%static_force(size(set%held)), source=0.0_wp)
+      associate (h => beam%height(set%held), b => beam%value(:, set%held), square => beam%oscillators%square)
+         do k = 1, size(set%held)
+            do j = 1, size(set%held)
+               flexibility(j, k) = sum(b(:, j)*b(:, k)/square)
+            end do
+         end do
+         call solve_active(flexibility, -h, spread(.true., 1, size(h)), set%static_force)
+         set%static(:) = matmul(b, set%static_force)/square
+         set%static_energy = 0.5_wp*sum(set%static_force*h)
+      end associate
+      allocate (set%static_gap(size(beam%height)))
+      do k = 1, size(beam%height)
+         set%static_gap(k) = sum(beam%value(:, k)*set%static) - beam%height(k)
+      end do
+      set%static_gap(set%held) = 0.0_wp
+      set%static_tip = sum(beam%tip_value*set%static)
+      do k = 1, size(set%held)
+         if (abs(beam%tip_sign(set%held(k))) <= 0.0_wp) cycle
+         set%static_tip = beam%tip_sign(set%held(k))*beam%height(set%held(k))
+         set%tip_value = 0.0_wp
+      end do
+   end subroutine find_rest
+
+   !> Displacements that hold the surfaces, less those at rest, from free modes to those of the set. In a mode far
+   !> stiffer than the others the rounding error of the sum is a great force, so where that is better the forces are
+   !> summed instead: w_j^2 p_j = sum psi_ij W_i^2 q_i.
+   pure function into_held(beam, set, q) result(p)
+      type(free_beam_t), intent(in) :: beam
+      type(held_set_t), intent(in) :: set
+      !> Free modal coordinates, [free]
+      real(wp), intent(in) :: q(:)
+      real(wp) :: p(set%count)
+
+      real(wp) :: moved(size(q)), forces(size(q))
+      integer :: j
+
+      if (.not. allocated(set%mode)) then
+         p = q
+         return
+      end if
+      moved = q - set%static
+      p = matmul(moved, set%mode)
+      if (set%oscillators%square(set%count) < least_stiff) return
+      forces = beam%oscillators%square*moved
+      do j = 1, set%count
+         if (sum(abs(set%mode(:, j)*forces)) < set%oscillators%square(j)*sum(abs(set%mode(:, j)*moved))) then
+            p(j) = sum(set%mode(:, j)*forces)/set%oscillators%square(j)
+         end if
+      end do
+   end function into_held
+
+   !> And back: W_i^2 q_i = sum psi_ij w_j^2 p_j + b_i' (sum reaction_j p_j).
+   pure function out_of_held(beam, set, p) result(q)
+      type(free_beam_t), intent(in) :: beam
+      type(held_set_t), intent(in) :: set
+      !> [count]
+      real(wp), intent(in) :: p(:)
+      real(wp) :: q(size(beam%tip_value))
+
+      real(wp), dimension(size(set%held)) :: reaction, magnitude
+      real(wp) :: forces(set%count)
+      integer :: i
+
+      if (.not. allocated(set%mode)) then
+         q = p
+         return
+      end if
+      q = matmul(set%mode, p)
+      if (set%oscillators%square(set%count) >= least_stiff) then
+         forces = set%oscillators%square*p
+         reaction = matmul(set%reaction, p)
+         magnitude = matmul(abs(set%reaction), abs(p))
+         do i = 1, size(q)
+            if (sum(abs(set%mode(i, :)*forces)) + sum(abs(beam%value(i, set%held))*magnitude) < &
+               beam%oscillators%square(i)*sum(abs(set%mode(i, :)*p))) then
+               q(i) = (sum(set%mode(i, :)*forces) + sum(beam%value(i, set%held)*reaction))/beam%oscillators%square(i)
+            end if
+         end do
+      end if
+      q = set%static + q
+   end function out_of_held
+
+end module held_sets

@@ -1,0 +1,400 @@
+!> A beam that presses on several stops that yield, in closed form (docs/theory.md, section 17).
+!>
+!> Everything that moves is a sum of exp(s t) over the roots s of `joint_secular`, its amplitudes the residues of the
+!> Laplace transform. The beam is given in any modes of it, free or held elsewhere.
+module joint_modes
+   use contact_secular, only: distances, size_of
+   use damped_oscillators, only: oscillators_t
+   use failures, only: fail, failure_t, status_run_failed
+   use joint_secular, only: find_joint_roots, joint_secular_t, joint_vectors_t, make_joint_secular, solve_small, &
+      vectors_at
+   use kinds, only: wp
+   use yielding_stop, only: impedance_t
+   implicit none (type, external)
+   private
+   public :: joint_modes_t, make_joint_modes, joint_amplitudes
+
+   !> Modes whose values at the stops are below this share of the greatest do not feel them.
+   real(wp), parameter :: least_coupling = 1.0e-100_wp
+
+   !> Above this condition two exponents are taken together, by so many points of a circle around both.
+   real(wp), parameter :: greatest_condition = 1.0e3_wp
+   integer, parameter :: circle_points = 48
+
+   type :: joint_modes_t
+      !> The stops
+      type(impedance_t), allocatable :: spring(:)
+      real(wp) :: two_zeta = 0.0_wp
+      !> Number of terms; of a conjugate pair only the one with Im s > 0 is kept
+      integer :: count = 0
+      !> Exponents s, and 1 for a real one, 2 for a pair, [count]
+      complex(wp), allocatable :: exponent(:)
+      real(wp), allocatable :: weight(:)
+      !> P of each stop, its indentation and its P2 per unit of amplitude, [stops, count]
+      complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
+      !> Each mode of the beam per unit of amplitude, [modes, count], and 1 + 2 zeta s, [count]
+      complex(wp), allocatable :: shape(:, :), viscous(:)
+      !> What makes the amplitude of the state at the start: of heights, of what the stops keep, [stops, count], and of
+      !> the modes, [modes, count]
+      complex(wp), allocatable :: of_height(:, :), of_memory(:, :), of_mode(:, :)
+      !> Modes with nodes at all stops: they swing on as if alone
+      integer, allocatable :: inactive(:)
+      !> Displacement and force of the state of rest per unit of height, [modes, stops], [stops, stops]
+      real(wp), allocatable :: static_shape(:, :), static_force(:, :)
+   end type joint_modes_t
+
+contains
+
+   !> Find all exponents.
+   subroutine make_joint_modes(oscillators, value, spring, modes, error)
+      !> The modes of the beam
+      type(oscillators_t), intent(in) :: oscillators
+      !> They at the stops, [modes, stops]
+      real(wp), intent(in) :: value(:, :)
+      !> [stops]
+      type(impedance_t), intent(in) :: spring(:)
+      type(joint_modes_t), intent(out) :: modes
+      !> Set when the iteration does not converge
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(joint_secular_t) :: problem
+      integer, allocatable :: active(:), near(:), keep(:)
+      complex(wp), allocatable :: offset(:), s(:)
+      real(wp) :: greatest
+      integer :: i, n
+      logical :: converged
+
+      greatest = maxval(abs(value))
+      active = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest)
+      modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
+      call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, spring, problem)
+      n = problem%roots
+      allocate (near(n), offset(n))
+      call find_joint_roots(problem, near, offset, converged)
+      if (.not. converged) then
+         call fail(error, status_run_failed, 'the exponents of a contact with several stops were not found')
+         return
+      end if
+      s = problem%pole(near) + offset
+      keep = pack([(i, i=1, n)], aimag(s) >= 0.0_wp)
+      modes%spring = spring
+      modes%two_zeta = oscillators%two_zeta
+      call make_room(modes, oscillators%count, size(spring), circle_points*size(spring)*size(keep) + size(keep))
+      call add_terms(problem, active, near, offset, s, keep, modes)
+      call cut_to_size(modes)
+      call find_rest(oscillators%square, value, spring, modes)
+   end subroutine make_joint_modes
+
+   !> The state of rest under heights of the stops: the same forces in beam and springs.
+   subroutine find_rest(square, value, spring, modes)
+      !> W_i^2
+      real(wp), intent(in) :: square(:)
+      !> [modes, stops]
+      real(wp), intent(in) :: value(:, :)
+      type(impedance_t), intent(in) :: spring(:)
+      type(joint_modes_t), intent(inout) :: modes
+
+      complex(wp) :: compliance(size(spring), size(spring)), unit(size(spring), size(spring))
+      integer :: j, k
+
+      unit = 0.0_wp
+      do k = 1, size(spring)
+         do j = 1, size(spring)
+            compliance(j, k) = sum(value(:, j)*value(:, k)/square)
+         end do
+         compliance(k, k) = compliance(k, k) + 1.0_wp/spring(k)%stiffness
+         unit(k, k) = 1.0_wp
+      end do
+      modes%static_force = real(solve_small(compliance, unit), wp)
+      modes%static_shape = matmul(value, modes%static_force)/spread(square, 2, size(spring))
+   end subroutine find_rest
+
+   !> A term for each root, circles for those that nearly coalesce.
+   !>
+   !> Two of them have large amplitudes that cancel. Their sum is the integral of the Laplace transform over a circle
+   !> around both, where nothing is large: the points of the trapezoidal rule take their place (Trefethen and Weideman,
+   !> SIAM Rev. 56 (2014) 385).
+   subroutine add_terms(problem, active, near, offset, s, keep, modes)
+      type(joint_secular_t), intent(in) :: problem
+      !> Modes that move a stop point
+      integer, intent(in) :: active(:)
+      !> All roots, by the nearest pole and as they are, and those with a term
+      integer, intent(in) :: near(:)
+      complex(wp), intent(in) :: offset(:)
+      complex(wp), intent(in) :: s(:)
+      integer, intent(in) :: keep(:)
+      !> Gets them
+      type(joint_modes_t), intent(inout) :: modes
+
+      type(joint_vectors_t) :: vectors
+      complex(wp) :: distance(problem%poles), center, direction
+      real(wp) :: apart, room, radius, angle
+      integer :: i, k, m, partner
+      logical :: gone(size(s)), on_axis
+
+      gone = .false.
+      do m = 1, size(keep)
+         if (gone(keep(m))) cycle
+         call distances(problem%secular_t, near(keep(m)), offset(keep(m)), distance)
+         call vectors_at(problem, s(keep(m)), near(keep(m)), distance, vectors)
+         if (vectors%condition > greatest_condition .and. size(s) > 1) then
+            partner = minloc(abs(s - s(keep(m))), dim=1, mask=[(i, i=1, size(s))] /= keep(m))
+            center = 0.5_wp*(s(keep(m)) + s(partner))
+            apart = abs(s(keep(m)) - s(partner))
+            on_axis = abs(aimag(center)) <= apart
+            if (on_axis) center = real(center, wp)
+            room = minval([huge(1.0_wp), abs(s - center)], mask=[.true., [(i, i=1, size(s))] /= keep(m) .and. &
+               [(i, i=1, size(s))] /= partner])
+            room = min(room, minval(abs(problem%pole - center)))
+            ! inside the half plane of decay, far from everything else
+            radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*room)
+            if (radius >= 2.5_wp*apart) then
+               gone(partner) = .true.
+               do k = 1, circle_points
+                  angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
+                  ! around the real axis the lower half is the conjugate of the upper one
+                  if (on_axis .and. k > circle_points/2) exit
+                  direction = cmplx(cos(angle), sin(angle), wp)
+                  call add_point(problem, active, center, radius*direction, modes)
+               end do
+               cycle
+            end if
+         end if
+         call add_root(problem, active, s(keep(m)), problem%relative(near(keep(m))) &
+            + problem%two_zeta*offset(keep(m)), distance, vectors, modes)
+      end do
+   end subroutine add_terms
+
+   !> The term of a root.
+   subroutine add_root(problem, active, s, viscous, distance, vectors, modes)
+      type(joint_secular_t), intent(in) :: problem
+      integer, intent(in) :: active(:)
+      !> The root, 1 + 2 zeta s, and its distances from the poles
+      complex(wp), intent(in) :: s
+      complex(wp), intent(in) :: viscous
+      complex(wp), intent(in) :: distance(:)
+      type(joint_vectors_t), intent(in) :: vectors
+      type(joint_modes_t), intent(inout) :: modes
+
+      complex(wp) :: apart
+      real(wp) :: size_right, size_left
+      integer :: i
+
+      modes%count = modes%count + 1
+      associate (place => modes%count)
+         modes%exponent(place) = s
+         modes%viscous(place) = viscous
+         modes%weight(place) = merge(2.0_wp, 1.0_wp, aimag(s) > 0.0_wp)
+         if (vectors%mode == 0) then
+            call add_lone_branch(problem, s, place, modes)
+            return
+         end if
+         size_right = max(1.0_wp, maxval(size_of(vectors%right)))
+         size_left = max(1.0_wp, maxval(size_of(vectors%left)))
+         apart = vectors%slope/(size_right*size_left)
+         modes%force(:, place) = -vectors%right/size_right
+         do i = 1, size(active)
+            if (i == vectors%mode) then
+               modes%shape(active(i), place) = 1.0_wp/size_right
+            else
+               modes%shape(active(i), place) = sum(problem%value(i, :)*modes%force(:, place)) &
+                  /(distance(2*i - 1)*distance(2*i))
+            end if
+         end do
+         ! l M = -P and l' T' y, with both vectors made smaller
+         modes%of_height(:, place) = -modes%force(:, place)*(size_right/size_left)/apart
+         modes%of_mode(:, place) = -modes%shape(:, place)*(size_right/size_left)/apart
+         modes%of_memory(:, place) = vectors%left/size_left/apart
+         call find_stop_values(problem, s, distance, place, .true., active, modes)
+      end associate
+   end subroutine add_root
+
+   !> A branch on a stop that nothing moves relaxes alone.
+   subroutine add_lone_branch(problem, s, place, modes)
+      type(joint_secular_t), intent(in) :: problem
+      complex(wp), intent(in) :: s
+      integer, intent(in) :: place
+      type(joint_modes_t), intent(inout) :: modes
+
+      integer :: j
+
+      j = minloc(abs(s - problem%pole(problem%branch_pole)), dim=1, mask=problem%branch_pole > 0)
+      modes%force(j, place) = 1.0_wp
+      modes%branch(j, place) = 1.0_wp
+      modes%of_memory(j, place) = 1.0_wp
+      modes%of_height(j, place) = problem%spring(j)%branch_stiffness*s
+   end subroutine add_lone_branch
+
+   !> A point of a circle, with a term for each stop that gives something there.
+   subroutine add_point(problem, active, center, arm, modes)
+      type(joint_secular_t), intent(in) :: problem
+      integer, intent(in) :: active(:)
+      !> The center, and the point less the center
+      complex(wp), intent(in) :: center
+      complex(wp), intent(in) :: arm
+      type(joint_modes_t), intent(inout) :: modes
+
+      complex(wp) :: distance(problem%poles), s, h
+      complex(wp), dimension(size(problem%spring), size(problem%spring)) :: matrix, unit, columns
+      complex(wp), dimension(size(problem%spring)) :: n, m
+      integer :: i, j, near
+
+      s = center + arm
+      near = minloc(abs(problem%pole - s), dim=1)
+      call distances(problem%secular_t, near, s - problem%pole(near), distance)
+      do j = 1, size(n)
+         associate (spring => problem%spring(j))
+            n(j) = 1.0_wp
+            if (problem%branch_pole(j) > 0) n(j) = distance(problem%branch_pole(j))
+            m(j) = n(j)*(spring%stiffness + spring%viscosity*s) + spring%branch_stiffness*s
+         end associate
+      end do
+      matrix = 0.0_wp
+      unit = 0.0_wp
+      do j = 1, size(n)
+         unit(j, j) = 1.0_wp
+         matrix(j, j) = n(j)
+         do i = 1, size(n)
+            h = sum(problem%value(:, i)*problem%value(:, j)/(distance(1:2*problem%modes:2) &
+               *distance(2:2*problem%modes:2)))
+            matrix(i, j) = matrix(i, j) + m(i)*h
+         end do
+      end do
+      columns = solve_small(matrix, unit)
+      do j = 1, size(n)
+         modes%count = modes%count + 1
+         associate (place => modes%count)
+            modes%exponent(place) = s
+            modes%viscous(place) = 1.0_wp + problem%two_zeta*s
+            modes%weight(place) = 2.0_wp
+            modes%force(:, place) = columns(:, j)*(arm/real(circle_points, wp))
+            do i = 1, size(active)
+               modes%shape(active(i), place) = sum(problem%value(i, :)*modes%force(:, place)) &
+                  /(distance(2*i - 1)*distance(2*i))
+               modes%of_mode(active(i), place) = m(j)*problem%value(i, j)/(distance(2*i - 1)*distance(2*i))
+            end do
+            modes%of_height(j, place) = m(j)
+            modes%of_memory(j, place) = 1.0_wp
+            call find_stop_values(problem, s, distance, place, .false., active, modes)
+         end associate
+      end do
+   end subroutine add_point
+
+   !> Indentation and branch of each stop in a term. At a root the stop's own equation holds, which is used where less
+   !> cancels.
+   subroutine find_stop_values(problem, s, distance, place, is_root, active, modes)
+      type(joint_secular_t), intent(in) :: problem
+      complex(wp), intent(in) :: s
+      complex(wp), intent(in) :: distance(:)
+      !> The term
+      integer, intent(in) :: place
+      logical, intent(in) :: is_root
+      integer, intent(in) :: active(:)
+      type(joint_modes_t), intent(inout) :: modes
+
+      complex(wp) :: terms(size(active)), relaxed, total
+      real(wp) :: magnitude
+      integer :: j
+
+      do j = 1, size(problem%spring)
+         associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
+            branch => modes%branch(j, place))
+            terms = problem%value(:, j)*modes%shape(active, place)
+            u = -sum(terms)
+            relaxed = 1.0_wp
+            if (problem%branch_pole(j) > 0) relaxed = distance(problem%branch_pole(j))
+            total = (spring%stiffness + spring%viscosity*s)*relaxed + spring%branch_stiffness*s
+            magnitude = (spring%stiffness + spring%viscosity*size_of(s))*size_of(relaxed) &
+               + spring%branch_stiffness*size_of(s)
+            if (is_root .and. magnitude*sum(size_of(terms)) > size_of(relaxed*force)*(magnitude/size_of(total))) then
+               u = force*relaxed/total
+            end if
+            branch = 0.0_wp
+            if (problem%branch_pole(j) == 0) cycle
+            if (is_root .and. spring%branch_stiffness*size_of(s) < spring%stiffness*size_of(relaxed)) then
+               branch = spring%branch_stiffness*s/relaxed*u
+            else
+               branch = force - spring%stiffness*u
+            end if
+         end associate
+      end do
+   end subroutine find_stop_values
+
+   !> Room for some terms.
+   pure subroutine make_room(modes, beam, stops, most)
+      type(joint_modes_t), intent(inout) :: modes
+      !> Modes of the beam
+      integer, intent(in) :: beam
+      integer, intent(in) :: stops
+      !> Terms at most
+      integer, intent(in) :: most
+
+      allocate (modes%exponent(most), modes%weight(most), modes%viscous(most))
+      allocate (modes%force(stops, most), modes%indentation(stops, most), modes%branch(stops, most), &
+         modes%of_height(stops, most), modes%of_memory(stops, most), modes%shape(beam, most), &
+         modes%of_mode(beam, most), source=(0.0_wp, 0.0_wp))
+   end subroutine make_room
+
+   !> Keep the room that is used.
+   pure subroutine cut_to_size(modes)
+      type(joint_modes_t), intent(inout) :: modes
+
+      associate (n => modes%count)
+         modes%exponent = modes%exponent(:n)
+         modes%weight = modes%weight(:n)
+         modes%viscous = modes%viscous(:n)
+         modes%force = modes%force(:, :n)
+         modes%indentation = modes%indentation(:, :n)
+         modes%branch = modes%branch(:, :n)
+         modes%of_height = modes%of_height(:, :n)
+         modes%of_memory = modes%of_memory(:, :n)
+         modes%shape = modes%shape(:, :n)
+         modes%of_mode = modes%of_mode(:, :n)
+      end associate
+   end subroutine cut_to_size
+
+   !> Amplitudes from the state at the start of a contact: what moves is rest + sum weight Re (amplitude value exp(s t)).
+   pure subroutine joint_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
+      !> W_i^2 of the beam's modes
+      real(wp), intent(in) :: square(:)
+      type(joint_modes_t), intent(in) :: modes
+      !> Of the stops, from where the beam's modes swing about, [stops]
+      real(wp), intent(in) :: height(:)
+      !> u and P2 at the start: from displacements the indentation of a hard stop would be rounding error, [stops]
+      real(wp), intent(in) :: indentation(:)
+      real(wp), intent(in) :: branch_force(:)
+      !> State of the modes, [modes]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Without the weight, [count]
+      complex(wp), intent(out) :: amplitude(:)
+
+      complex(wp) :: as_is, other, forces
+      real(wp) :: scale, other_scale, places, memory(size(height)), force_scale
+      integer :: m
+
+      do m = 1, size(height)
+         associate (spring => modes%spring(m))
+            memory(m) = branch_force(m) - spring%branch_stiffness*indentation(m)
+            if (spring%branch_stiffness <= 0.0_wp) memory(m) = -spring%viscosity*indentation(m)
+         end associate
+      end do
+      do m = 1, modes%count
+         associate (s => modes%exponent(m), shape => modes%of_mode(:, m))
+            ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
+            ! s (s + 2 zeta W^2)/D = 1 - W^2/D, where what cancels for great s is the indentation
+            forces = sum(shape*(square*z))
+            force_scale = sum(size_of(shape)*abs(square*z))
+            places = sum(size_of(shape)*abs(z))
+            as_is = sum(modes%of_height(:, m)*height)/s - s*sum(shape*z) - modes%two_zeta*forces
+            scale = sum(size_of(modes%of_height(:, m))*abs(height))/size_of(s) + size_of(s)*places &
+               + modes%two_zeta*force_scale
+            other = (sum(modes%of_height(:, m)*indentation) + forces)/s
+            other_scale = (sum(size_of(modes%of_height(:, m))*abs(indentation)) + force_scale)/size_of(s)
+            if (other_scale < scale) as_is = other
+            amplitude(m) = as_is - sum(shape*v) + sum(modes%of_memory(:, m)*memory)
+         end associate
+      end do
+   end subroutine joint_amplitudes
+
+end module joint_modes

@@ -1,0 +1,454 @@
+!> The phase of a beam among any number of surfaces: one set of closed ones, until the first of its signals falls to zero
+!> (docs/theory.md, section 17).
+module several_contacts
+   use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
+   use contact_sets, only: losses_in, ready_for_losses
+   use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample, sampler_t
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
+   use kinds, only: wp
+   use motion_phases, only: found_taken_back, measure_energy, motion_t, phase_t
+   use response_types, only: response_t, surface_record_t
+   use run_recorder, only: asked_t, charge_event, sample_t
+   use several_events, only: follow_end
+   use several_measures, only: measure_surfaces
+   use several_state, only: end_force, end_gap, free_state, move_to, several_t, signal_of, search_surface, take_over, &
+      whole_gap
+   use surface_states, only: energy_in, indent, recover, surface_state_t
+   implicit none (type, external)
+   private
+   public :: several_contacts_t
+
+   type, extends(phase_t) :: several_contacts_t
+      type(several_t) :: now
+      !> Pbar per unit of force
+      real(wp) :: force_scale = 0.0_wp
+      !> A flight after a rebound that stays below this is captured
+      real(wp) :: hop_tolerance = 0.0_wp
+      !> What ends the phase, and how the search of each surface went
+      integer :: ended = 0
+      integer :: ended_by = end_gap
+      type(search_t), allocatable :: searches(:)
+      !> State of the set's modes as it ends, [modes]
+      real(wp), allocatable :: z_end(:), v_end(:)
+      type(sampler_t) :: sampler
+      !> Energy of the modes as the phase starts
+      real(wp) :: start_energy = 0.0_wp
+      !> The surfaces as it starts
+      type(surface_state_t), allocatable :: at_start(:)
+      !> What is kept of each surface, and of how many samples
+      type(surface_record_t), allocatable :: records(:)
+      integer :: kept = 0
+   contains
+      procedure :: begin
+      procedure :: find_end
+      procedure :: go_to
+      procedure :: take_sample
+      procedure :: energy_at
+      procedure :: finish
+      procedure :: measure
+      procedure :: follow
+   end type several_contacts_t
+
+contains
+
+   !> Take over the state of the motion.
+   subroutine begin(self, motion)
+      class(several_contacts_t), target, intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+
+      logical :: is_new
+
+      call take_over(self%now, motion%q, motion%v, is_new, motion%error)
+      if (allocated(motion%error)) return
+      if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
+      if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) call ready_for_losses(self%now%set)
+      if (.not. all(self%now%states%is_rigid)) self%at_start = self%now%states
+      self%z_end = self%now%z
+      self%v_end = self%now%v
+      self%start_energy = energy_of(self, self%now%z, self%now%v)
+      call self%sampler%restart()
+      ! as many modes, but others
+      self%sampler%has_matrices = .false.
+   end subroutine begin
+
+   !> The first end of any surface. A low hop that nothing interrupts is no flight.
+   subroutine find_end(self, limit)
+      class(several_contacts_t), intent(inout) :: self
+      !> Time left to the end of the run
+      real(wp), intent(in) :: limit
+
+      integer :: ended_by, k
+
+      self%search = search_t(outcome=found_none, time=limit)
+      self%ended = 0
+      do k = 1, size(self%now%states)
+         associate (state => self%now%states(k), search => self%searches(k))
+            if (.not. state%acts) cycle
+            call search_surface(self%now, k, self%search%time, search, ended_by)
+            self%search%evaluations = self%search%evaluations + search%evaluations
+            if (search%outcome == found_none) cycle
+            self%ended = k
+            self%ended_by = ended_by
+            self%search%time = search%time
+            self%search%outcome = search%outcome
+         end associate
+      end do
+      do k = 1, size(self%now%states)
+         associate (state => self%now%states(k), search => self%searches(k))
+            if (.not. state%acts .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
+            state%is_low = state%is_low .and. search%greatest < state%hop_tolerance
+            if (state%is_low) call judge_hop(self, k)
+         end associate
+      end do
+      if (self%ended == 0) return
+      self%search%greatest = self%searches(self%ended)%greatest
+      associate (state => self%now%states(self%ended))
+         if (self%ended_by == end_gap .and. self%search%outcome == found_zero .and. state%hop_tolerance > 0.0_wp &
+            .and. state%is_low .and. state%is_new_flight) self%search%outcome = found_taken_back
+      end associate
+   end subroutine find_end
+
+   !> Does a flight stay below the tolerance through the phase, for certain? As far as the rounding error of the gap can
+   !> tell.
+   subroutine judge_hop(self, k)
+      class(several_contacts_t), intent(inout) :: self
+      integer, intent(in) :: k
+
+      class(viewed_signal_t), allocatable :: gap, room
+      type(search_t) :: rise
+      real(wp) :: noise
+
+      associate (state => self%now%states(k), held => self%now%set%held)
+         call signal_of(self%now, k, whole_gap, gap)
+         noise = 4.0_wp*epsilon(1.0_wp)*(abs(held%static_gap(k)) + sum(abs(held%value(:, k)*self%now%z)))
+         call gap%view(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, room)
+         call first_zero(room, self%search%time, rise)
+         state%is_low = rise%outcome == found_none
+         self%search%evaluations = self%search%evaluations + rise%evaluations
+      end associate
+   end subroutine judge_hop
+
+   !> Free modal state at a time in the phase.
+   subroutine go_to(self, time, q, v, node)
+      class(several_contacts_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: q(:)
+      real(wp), intent(out) :: v(:)
+      real(wp), optional, intent(out) :: node(2)
+
+      real(wp), dimension(size(self%now%z)) :: z, rate
+
+      if (present(node)) node = 0.0_wp
+      call move_to(self%now, time, z, rate)
+      call free_state(self%now, z, rate, q, v)
+   end subroutine go_to
+
+   !> The next sample, also of each surface.
+   subroutine take_sample(self, time, step, asked, sample)
+      class(several_contacts_t), intent(inout) :: self
+      real(wp), intent(in) :: time
+      real(wp), intent(in) :: step
+      type(asked_t), intent(in) :: asked
+      type(sample_t), intent(inout) :: sample
+
+      real(wp), dimension(size(self%now%z)) :: z, v
+      complex(wp), allocatable :: term(:)
+      real(wp) :: gap, rate, total
+      integer :: k
+
+      self%kept = self%kept + 1
+      associate (now => self%now, set => self%now%set, held => self%now%set%held)
+         if (size(set%pressed) > 0) then
+            allocate (term, source=now%amplitude*exp(set%joint%exponent*time))
+            call move_to(now, time, z, v)
+         else
+            allocate (term(0))
+            call next_sample(self%sampler, held%oscillators, now%z, now%v, step, time)
+            z = self%sampler%z
+            v = self%sampler%v
+         end if
+         total = 0.0_wp
+         do k = 1, size(now%states)
+            associate (record => self%records(k), sign => now%states(k)%surface%sign)
+               gap = held%static_gap(k) + sum(held%value(:, k)*z)
+               rate = sum(held%value(:, k)*v)
+               if (allocated(record%eta)) record%eta(self%kept) = sign*gap
+               if (allocated(record%velocity)) record%velocity(self%kept) = sign*rate
+               if (asked%history(force_stop)) then
+                  if (set%is_closed(k)) then
+                     record%force(self%kept) = self%force_scale*force_at(self, k, time, z, v, term)
+                     total = total + record%force(self%kept)
+                  end if
+               end if
+               if (k /= now%pulled) cycle
+               sample%history(eta_stop) = sign*gap
+               sample%history(velocity_stop) = sign*rate
+               sample%history(eta_tip) = held%static_tip + sum(held%tip_value*z) - sign*now%beam%height(k)
+            end associate
+         end do
+         sample%history(force_stop) = total
+         if (asked%energy) call sample_energy(self, time, z, v, term, sample)
+      end associate
+   end subroutine take_sample
+
+   !> Force of a closed surface.
+   function force_at(self, k, time, z, v, term) result(force)
+      class(several_contacts_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Since the start of the phase
+      real(wp), intent(in) :: time
+      !> State of the set's modes
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Terms, where a surface yields
+      complex(wp), intent(in) :: term(:)
+      real(wp) :: force
+
+      integer :: place
+
+      associate (set => self%now%set, held => self%now%set%held)
+         place = findloc(set%pressed, k, dim=1)
+         if (place > 0) then
+            force = set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
+            return
+         end if
+         place = findloc(held%held, k, dim=1)
+         if (size(set%pressed) > 0) then
+            force = set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
+         else
+            force = held%static_force(place) + sum(held%reaction(place, :) &
+               *elastic_and_viscous(held%oscillators, z, v, time, self%now%z, self%now%v))
+         end if
+      end associate
+   end function force_at
+
+   !> Energies of a sample.
+   subroutine sample_energy(self, time, z, v, term, sample)
+      class(several_contacts_t), intent(inout) :: self
+      real(wp), intent(in) :: time
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      complex(wp), intent(in) :: term(:)
+      type(sample_t), intent(inout) :: sample
+
+      type(surface_state_t) :: state
+      real(wp) :: lost(1 + size(self%now%set%pressed))
+      integer :: k, place
+
+      associate (now => self%now, set => self%now%set, held => self%now%set%held)
+         sample%beam_energy = modal_energy(held%oscillators, z, v)
+         sample%lost = 0.0_wp
+         sample%stop_energy = 0.0_wp
+         if (size(set%pressed) > 0) then
+            call losses_in(set, now%amplitude, now%z, now%v, time, lost)
+            sample%lost(1) = lost(1)
+         else
+            sample%lost(1) = self%start_energy - held%static_energy - sum(sample%beam_energy)
+         end if
+         sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
+         do k = 1, size(now%states)
+            if (now%states(k)%is_rigid) cycle
+            state = now%states(k)
+            place = findloc(set%pressed, k, dim=1)
+            if (place > 0) then
+               call keep_indentation(self, place, term, state)
+               state%dissipated = state%dissipated + lost(1 + place)
+            else
+               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
+            end if
+            sample%stop_energy = sample%stop_energy + energy_in(state)
+            sample%lost(2) = sample%lost(2) + (state%dissipated - now%states(k)%dissipated)
+            if (.not. allocated(self%records(k)%energy)) cycle
+            self%records(k)%energy(self%kept) = energy_in(state)
+            self%records(k)%dissipated(self%kept) = state%dissipated
+         end do
+      end associate
+   end subroutine sample_energy
+
+   !> Indentation and force in the branch of a surface that is pressed.
+   subroutine keep_indentation(self, place, term, state)
+      class(several_contacts_t), intent(in) :: self
+      !> Among those that are pressed
+      integer, intent(in) :: place
+      !> Terms at the instant
+      complex(wp), intent(in) :: term(:)
+      type(surface_state_t), intent(inout) :: state
+
+      associate (set => self%now%set)
+         state%depth = set%rest_force(place)/state%spring%stiffness + sum(real(set%joint%indentation(place, :)*term, wp))
+         state%branch_force = sum(real(set%joint%branch(place, :)*term, wp))
+      end associate
+   end subroutine keep_indentation
+
+   !> An open surface that yields after some time.
+   subroutine leave_behind(gap, time, state)
+      !> From where it is home
+      real(wp), intent(in) :: gap
+      real(wp), intent(in) :: time
+      type(surface_state_t), intent(inout) :: state
+
+      real(wp) :: before
+
+      if (.not. state%is_indented) then
+         call recover(state, time)
+         return
+      end if
+      before = energy_in(state)
+      call indent(state, max(-gap, 0.0_wp))
+      state%dissipated = state%dissipated + (before - energy_in(state))
+   end subroutine leave_behind
+
+   !> Energy of beam and stops at a time in the phase.
+   function energy_at(self, time) result(energy)
+      class(several_contacts_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: energy
+
+      type(surface_state_t) :: state
+      real(wp), dimension(size(self%now%z)) :: z, v
+      complex(wp), allocatable :: term(:)
+      integer :: k, place
+
+      associate (now => self%now, set => self%now%set, held => self%now%set%held)
+         call move_to(now, time, z, v)
+         energy = energy_of(self, z, v)
+         if (all(now%states%is_rigid)) return
+         allocate (term(0))
+         if (size(set%pressed) > 0) term = now%amplitude*exp(set%joint%exponent*time)
+         do k = 1, size(now%states)
+            if (now%states(k)%is_rigid) cycle
+            state = self%at_start(k)
+            place = findloc(set%pressed, k, dim=1)
+            if (place > 0) then
+               call keep_indentation(self, place, term, state)
+            else
+               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
+            end if
+            energy = energy + energy_in(state)
+         end do
+      end associate
+   end function energy_at
+
+   !> Energy of the beam.
+   pure function energy_of(self, z, v) result(energy)
+      class(several_contacts_t), intent(in) :: self
+      !> State of the set's modes
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      real(wp) :: energy
+
+      associate (held => self%now%set%held)
+         energy = held%static_energy + 0.5_wp*sum(v**2 + held%oscillators%square*z**2)
+      end associate
+   end function energy_of
+
+   !> Bring the motion to the end of the phase.
+   subroutine finish(self, motion)
+      class(several_contacts_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+
+      call move_to(self%now, self%search%time, self%z_end, self%v_end)
+      call close_books(self, motion)
+      self%now%states%is_new_flight = .false.
+      self%now%states%start_order = 0
+      if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self)
+      call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
+   end subroutine finish
+
+   !> Surfaces and ledger at the end of the phase.
+   subroutine close_books(self, motion)
+      class(several_contacts_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+
+      real(wp) :: lost(1 + size(self%now%set%pressed))
+      complex(wp), allocatable :: term(:)
+      integer :: k, place
+      logical :: keeps
+
+      associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
+         ledger => motion%recorder%ledger)
+         keeps = motion%recorder%asked%energy .or. motion%measurer%is_wanted
+         allocate (term(0))
+         if (size(set%pressed) > 0) then
+            term = now%amplitude*exp(set%joint%exponent*time)
+            if (keeps) call losses_in(set, now%amplitude, now%z, now%v, time, lost)
+         else
+            lost = self%start_energy - energy_of(self, self%z_end, self%v_end)
+         end if
+         if (keeps) ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
+         do k = 1, size(now%states)
+            if (now%states(k)%is_rigid) cycle
+            place = findloc(set%pressed, k, dim=1)
+            if (place > 0) then
+               call keep_indentation(self, place, term, now%states(k))
+               if (keeps) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
+               if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
+            else
+               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*self%z_end), time, now%states(k))
+            end if
+         end do
+         ledger%dissipated_stop = sum(now%states%dissipated)
+      end associate
+   end subroutine close_books
+
+   !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that is:
+   !> by a static shape, as that takes the least energy.
+   subroutine put_right(self)
+      class(several_contacts_t), intent(inout) :: self
+
+      real(wp), parameter :: least = 5.0e-12_wp
+      real(wp) :: dip
+
+      if (self%ended == 0) return
+      associate (held => self%now%set%held, state => self%now%states(self%ended))
+         if (state%is_rigid .and. self%ended_by == end_force) return
+         dip = -state%depth - held%static_gap(self%ended) - sum(held%value(:, self%ended)*self%z_end)
+         if (state%is_rigid .and. dip < least) return
+         if (.not. state%is_rigid .and. self%ended_by == end_gap) return
+         associate (shape => held%value(:, self%ended)/held%oscillators%square)
+            self%z_end = self%z_end + shape*(dip/sum(held%value(:, self%ended)*shape))
+         end associate
+      end associate
+   end subroutine put_right
+
+   !> What the phase tells.
+   subroutine measure(self, is_last, motion)
+      class(several_contacts_t), intent(inout) :: self
+      logical, intent(in) :: is_last
+      type(motion_t), intent(inout) :: motion
+
+      if (.not. motion%measurer%is_wanted) return
+      if (is_last) then
+         call move_to(self%now, self%search%time, self%z_end, self%v_end)
+         self%ended = 0
+         call close_books(self, motion)
+      end if
+      call measure_surfaces(self%now, self%search%time, self%searches%greatest, is_last, motion)
+      ! beam and stops together win no energy
+      if (motion%measurer%tally%has_spent .and. .not. is_last) return
+      call measure_energy(self, energy_of(self, self%z_end, self%v_end) + energy_in_stops(self), motion)
+   end subroutine measure
+
+   !> In the springs of all stops at the end of the phase.
+   pure function energy_in_stops(self) result(energy)
+      class(several_contacts_t), intent(in) :: self
+      real(wp) :: energy
+
+      integer :: k
+
+      energy = 0.0_wp
+      do k = 1, size(self%now%states)
+         energy = energy + energy_in(self%now%states(k))
+      end do
+   end function energy_in_stops
+
+   !> What follows.
+   subroutine follow(self, motion, response)
+      class(several_contacts_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      call follow_end(self%now, self%ended, self%ended_by, self%search, self%hop_tolerance, motion, response)
+   end subroutine follow
+
+end module several_contacts

@@ -1,0 +1,554 @@
+!> What happens where a phase among several surfaces ends: impacts, captures, contacts, releases (docs/theory.md, section
+!> 17).
+module several_events
+   use certified_search, only: found_never_left, search_t
+   use complementarity, only: solve_complementarity
+   use kinds, only: wp
+   use motion_phases, only: found_taken_back, motion_t
+   use response_types, only: append_event, event_blow, event_capture, event_contact, event_impact, event_release, &
+      event_separation, event_t, response_t
+   use run_recorder, only: charge_event
+   use several_state, only: end_force, end_home, end_pull, several_t
+   use phase_measures, only: measure_impulse
+   implicit none (type, external)
+   private
+   public :: follow_end, meet_at_start
+
+   !> So many problems at one instant, then all that is hit is captured.
+   integer, parameter :: most_rounds = 100
+
+   !> Surfaces that are brought to rest, with what that took.
+   type :: captures_t
+      logical, allocatable :: is_in(:)
+      real(wp), allocatable :: velocity(:)
+      real(wp), allocatable :: impulse(:)
+      real(wp), allocatable :: energy_change(:)
+   end type captures_t
+
+contains
+
+   !> What follows the end of a phase.
+   subroutine follow_end(self, k, ended_by, search, hop_tolerance, motion, response)
+      type(several_t), intent(inout) :: self
+      !> The surface that ended it, and how
+      integer, intent(in) :: k
+      integer, intent(in) :: ended_by
+      type(search_t), intent(in) :: search
+      !> A flight that stays below this is a capture
+      real(wp), intent(in) :: hop_tolerance
+      type(motion_t), intent(inout) :: motion
+      !> Gets the events
+      type(response_t), intent(inout) :: response
+
+      type(captures_t) :: captures
+
+      associate (state => self%states(k))
+         select case (ended_by)
+         case (end_force)
+            call let_go(self, k, motion, response)
+         case (end_home)
+            state%is_indented = .false.
+            state%depth = 0.0_wp
+            state%start_order = 1
+         case (end_pull)
+            call close_surface(self, k, 1, motion, response)
+         case default
+            if (.not. state%is_rigid) then
+               call meet_yielding(self, k, search, motion, response)
+               return
+            end if
+            call no_captures(size(self%states), captures)
+            captures%is_in(k) = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
+               (state%hop_tolerance > 0.0_wp .and. state%is_low)
+            if (search%outcome == found_taken_back) then
+               call bring_to_rest(self, k, captures, motion)
+               call settle(self, captures, motion, response)
+               call check_dampers(self, motion, response)
+            else
+               call strike(self, k, hop_tolerance, captures, motion, response)
+            end if
+         end select
+      end associate
+   end subroutine follow_end
+
+   !> The run starts at rest on some surfaces.
+   subroutine meet_at_start(self, motion, response)
+      type(several_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      type(captures_t) :: captures
+      integer :: k
+
+      call no_captures(size(self%states), captures)
+      do k = 1, size(self%states)
+         if (.not. self%states(k)%acts) cycle
+         if (gap_of(self, k, motion%q) > noise_of(self, k, motion)) cycle
+         captures%is_in(k) = self%states(k)%is_rigid
+         if (self%states(k)%is_rigid) cycle
+         self%states(k)%start_order = 2
+         if (pull_of(self, k, motion) > 0.0_wp) call close_surface(self, k, 2, motion, response)
+      end do
+      call settle(self, captures, motion, response)
+   end subroutine meet_at_start
+
+   !> A closed surface whose force has vanished.
+   subroutine let_go(self, k, motion, response)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      type(response_t), intent(inout) :: response
+
+      associate (state => self%states(k))
+         if (state%is_rigid) then
+            call open_surface(self, k, 3, motion, response)
+         else
+            call append_event(response, event_of(self, k, event_separation, motion))
+            call start_flight(self, k, 1, 0.0_wp)
+            state%is_indented = state%follows .and. state%depth > 0.0_wp
+         end if
+      end associate
+   end subroutine let_go
+
+   !> A rigid surface lets the beam go.
+   subroutine open_surface(self, k, order, motion, response)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      !> Of the first derivative of the gap that does not vanish
+      integer, intent(in) :: order
+      type(motion_t), intent(in) :: motion
+      type(response_t), intent(inout) :: response
+
+      call append_event(response, event_t(tau=motion%tau, kind=event_release, &
+         surface=self%states(k)%surface%number))
+      call start_flight(self, k, order, 0.0_wp)
+   end subroutine open_surface
+
+   !> The beam leaves a surface.
+   pure subroutine start_flight(self, k, order, hop_tolerance)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      !> Of the first derivative of the gap that does not vanish
+      integer, intent(in) :: order
+      !> If it stays below this it is a capture; 0: it is not asked
+      real(wp), intent(in) :: hop_tolerance
+
+      associate (state => self%states(k))
+         state%is_closed = .false.
+         state%start_order = order
+         state%hop_tolerance = hop_tolerance
+         state%is_new_flight = .true.
+         state%is_low = .true.
+         state%has_risen = .false.
+      end associate
+   end subroutine start_flight
+
+   !> The beam comes to a surface that yields.
+   subroutine meet_yielding(self, k, search, motion, response)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(search_t), intent(in) :: search
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: faster, surface_speed, mobility
+      integer :: order
+
+      order = 1
+      if (search%outcome == found_never_left) then
+         associate (state => self%states(k), held => self%set%held)
+            ! too low to be told from no flight: the stop point goes with the surface, if that is not faster
+            surface_speed = 0.0_wp
+            if (.not. state%follows) surface_speed = state%spring%surface_rate*state%depth
+            if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
+               order = 2
+               faster = velocity_of(self, k, motion) - surface_speed
+               mobility = sum(held%value(:, k)**2)
+               call charge_event(motion%recorder%ledger, -faster*(surface_speed + 0.5_wp*faster)/mobility)
+               if (allocated(held%mode)) then
+                  motion%v = motion%v - matmul(held%mode, held%value(:, k))*(faster/mobility)
+               else
+                  motion%v = motion%v - held%value(:, k)*(faster/mobility)
+               end if
+               if (.not. pull_of(self, k, motion) > state%spring%surface_rate*surface_speed) then
+                  call start_flight(self, k, 2, 0.0_wp)
+                  return
+               end if
+            end if
+         end associate
+      end if
+      call close_surface(self, k, order, motion, response)
+   end subroutine meet_yielding
+
+   !> Contact with a surface that yields begins.
+   subroutine close_surface(self, k, order, motion, response)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      !> Of the first derivative of its force that does not vanish, where that is not a damper's
+      integer, intent(in) :: order
+      type(motion_t), intent(in) :: motion
+      type(response_t), intent(inout) :: response
+
+      associate (state => self%states(k))
+         if (state%follows .and. .not. state%is_indented) state%depth = 0.0_wp
+         state%is_closed = .true.
+         state%is_indented = .false.
+         state%start_order = order
+         if (state%follows .and. force_of(self, k, motion) > 0.0_wp) state%start_order = 0
+      end associate
+      call append_event(response, event_of(self, k, event_contact, motion))
+   end subroutine close_surface
+
+   !> Impulses at one instant: Newton's law as one complementarity problem over the rigid surface that is hit, those that
+   !> hold the beam, and others that it has reached and does not leave. What is turned back onto one that it was
+   !> leaving takes part in the next problem.
+   subroutine strike(self, first, hop_tolerance, captures, motion, response)
+      type(several_t), intent(inout) :: self
+      !> The surface that is hit
+      integer, intent(in) :: first
+      real(wp), intent(in) :: hop_tolerance
+      !> What is hit without rebound in; all that is brought to rest
+      type(captures_t), intent(inout) :: captures
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      logical :: reached(size(self%states))
+      integer :: k, next, round
+
+      do k = 1, size(self%states)
+         reached(k) = self%states(k)%acts .and. self%states(k)%is_rigid .and. .not. self%states(k)%is_closed
+         if (reached(k)) reached(k) = k == first .or. gap_of(self, k, motion%q) <= noise_of(self, k, motion)
+      end do
+      next = first
+      do round = 1, most_rounds
+         if (round == most_rounds) captures%is_in = captures%is_in .or. reached
+         call solve_impact(self, reached, next, hop_tolerance, captures, motion, response)
+         next = 0
+         do k = 1, size(reached)
+            if (.not. reached(k) .or. captures%is_in(k) .or. self%states(k)%is_closed) cycle
+            if (velocity_of(self, k, motion) < -speed_noise(self, k, motion)) next = k
+         end do
+         if (next == 0) exit
+      end do
+      call settle(self, captures, motion, response)
+      call check_dampers(self, motion, response)
+   end subroutine strike
+
+   !> A flight that is taken back did not happen: its stop point is brought to rest where it began, and those that hold
+   !> the beam keep it.
+   subroutine bring_to_rest(self, k, captures, motion)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(captures_t), intent(inout) :: captures
+      type(motion_t), intent(inout) :: motion
+
+      real(wp) :: impulse
+
+      associate (held => self%set%held, b => self%set%held%value(:, k))
+         captures%velocity(k) = velocity_of(self, k, motion)
+         impulse = -captures%velocity(k)/sum(b**2)
+         captures%impulse(k) = impulse
+         captures%energy_change(k) = 0.5_wp*impulse*captures%velocity(k)
+         call charge_event(motion%recorder%ledger, captures%energy_change(k))
+         if (allocated(held%mode)) then
+            motion%v = motion%v + matmul(held%mode, b)*impulse
+         else
+            motion%v = motion%v + b*impulse
+         end if
+      end associate
+   end subroutine bring_to_rest
+
+   !> One such problem.
+   subroutine solve_impact(self, reached, first, hop_tolerance, captures, motion, response)
+      type(several_t), intent(inout) :: self
+      !> Open rigid surfaces that the beam touches
+      logical, intent(in) :: reached(:)
+      !> That one is hit
+      integer, intent(in) :: first
+      real(wp), intent(in) :: hop_tolerance
+      type(captures_t), intent(inout) :: captures
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      integer, allocatable :: taking(:)
+      real(wp), allocatable :: mobility(:, :), before(:), after(:), impulse(:), restitution(:)
+      logical, allocatable :: acts(:)
+      type(event_t) :: event
+      integer :: a, k
+
+      taking = pack([(k, k=1, size(reached))], [(takes_part(k), k=1, size(reached))])
+      mobility = matmul(transpose(self%beam%value(:, taking)), self%beam%value(:, taking))
+      allocate (before(size(taking)), after(size(taking)), impulse(size(taking)), restitution(size(taking)), &
+         acts(size(taking)))
+      do a = 1, size(taking)
+         k = taking(a)
+         before(a) = 0.0_wp
+         if (.not. self%states(k)%is_closed) before(a) = min(velocity_of(self, k, motion), 0.0_wp)
+         restitution(a) = self%states(k)%surface%settings%restitution
+         if (captures%is_in(k) .or. self%states(k)%is_closed) restitution(a) = 0.0_wp
+      end do
+      call solve_complementarity(mobility, (1.0_wp + restitution)*before, impulse, acts)
+      after = before + matmul(mobility, impulse)
+      where (acts) after = -restitution*before
+      motion%v = motion%v + matmul(self%beam%value(:, taking), impulse)
+      do a = 1, size(taking)
+         k = taking(a)
+         event = event_of(self, k, event_impact, motion)
+         event%velocity_before = self%states(k)%surface%sign*before(a)
+         event%velocity_after = self%states(k)%surface%sign*after(a)
+         event%impulse = impulse(a)
+         event%energy_change = 0.5_wp*impulse(a)*(before(a) + after(a))
+         call charge_event(motion%recorder%ledger, event%energy_change)
+         if (self%states(k)%is_closed) then
+            event%kind = event_blow
+            if (impulse(a) > 0.0_wp) then
+               call append_event(response, event)
+               call take_blow(self, k, impulse(a), motion)
+            else if (after(a) > speed_noise(self, k, motion)) then
+               event%kind = event_release
+               call append_event(response, event)
+               call start_flight(self, k, 1, hop_tolerance)
+            end if
+         else if (captures%is_in(k) .or. .not. after(a) > 0.0_wp) then
+            if (.not. captures%is_in(k)) call append_event(response, event)
+            if (.not. captures%is_in(k)) call take_blow(self, k, impulse(a), motion)
+            captures%velocity(k) = merge(captures%velocity(k) + before(a), 0.0_wp, captures%is_in(k))
+            captures%impulse(k) = merge(captures%impulse(k) + impulse(a), 0.0_wp, captures%is_in(k))
+            captures%energy_change(k) = merge(captures%energy_change(k) + event%energy_change, 0.0_wp, &
+               captures%is_in(k))
+            captures%is_in(k) = .true.
+         else
+            if (impulse(a) > 0.0_wp) then
+               call append_event(response, event)
+               call take_blow(self, k, impulse(a), motion)
+            end if
+            call start_flight(self, k, 1, hop_tolerance)
+         end if
+      end do
+
+   contains
+
+      !> Does a surface take part?
+      function takes_part(k) result(answer)
+         integer, intent(in) :: k
+         logical :: answer
+
+         answer = k == first .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed)
+         if (.not. answer .and. reached(k)) answer = .not. velocity_of(self, k, motion) > 0.0_wp
+      end function takes_part
+   end subroutine solve_impact
+
+   !> An impulse, for the measures.
+   subroutine take_blow(self, k, impulse, motion)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: impulse
+      type(motion_t), intent(inout) :: motion
+
+      if (k == self%pulled) then
+         call measure_impulse(motion%measurer, motion%tau, impulse)
+      else
+         call measure_impulse(self%measurers(k), motion%tau, impulse)
+      end if
+   end subroutine take_blow
+
+   !> Which of the rigid surfaces on which the beam rests hold it? The same problem on accelerations; where the force
+   !> vanishes, as it changes.
+   subroutine settle(self, captures, motion, response)
+      type(several_t), intent(inout) :: self
+      !> Those that hold it already take part, too
+      type(captures_t), intent(in) :: captures
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      integer, allocatable :: resting(:)
+      real(wp), allocatable :: mobility(:, :), free(:), noise(:), force(:), rate(:), acceleration(:)
+      logical, allocatable :: holds(:)
+      type(event_t) :: event
+      integer :: a, k, order
+
+      resting = pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. &
+         self%states%is_closed))
+      if (size(resting) == 0) return
+      mobility = matmul(transpose(self%beam%value(:, resting)), self%beam%value(:, resting))
+      allocate (free(size(resting)), noise(size(resting)), force(size(resting)), rate(size(resting)), &
+         holds(size(resting)))
+      do a = 1, size(resting)
+         free(a) = -pull_of(self, resting(a), motion, noise(a))
+      end do
+      call solve_complementarity(mobility, free, force, holds)
+      associate (b => self%beam%value(:, resting), square => self%beam%oscillators%square, &
+         two_zeta => self%beam%oscillators%two_zeta)
+         acceleration = -square*(motion%q + two_zeta*motion%v) + matmul(b, force) + yielding_forces(self, motion)
+         rate = matmul(square*(motion%v + two_zeta*acceleration), b)
+      end associate
+      do a = 1, size(resting)
+         k = resting(a)
+         associate (state => self%states(k))
+            order = 0
+            if (force(a)*mobility(a, a) <= noise(a)) then
+               if (free(a) + sum(mobility(:, a)*force) > noise(a)) then
+                  order = 2
+               else if (rate(a) < 0.0_wp) then
+                  order = 3
+               end if
+            end if
+            if (captures%is_in(k)) then
+               state%is_closed = order == 0
+               state%is_indented = .false.
+               state%start_order = 0
+               ! with no impulse given and none to hold it there was no capture to speak of
+               if (state%is_closed .or. abs(captures%velocity(k)) > 0.0_wp) then
+                  event = event_of(self, k, event_capture, motion)
+                  event%velocity_before = state%surface%sign*captures%velocity(k)
+                  event%velocity_after = 0.0_wp
+                  event%impulse = captures%impulse(k)
+                  event%energy_change = captures%energy_change(k)
+                  call append_event(response, event)
+                  call take_blow(self, k, captures%impulse(k), motion)
+                  if (order > 0) call open_surface(self, k, order, motion, response)
+               end if
+               if (order > 0) call start_flight(self, k, order, 0.0_wp)
+            else if (order > 0) then
+               call open_surface(self, k, order, motion, response)
+            end if
+         end associate
+      end do
+   end subroutine settle
+
+   !> Impulses make the forces of dampers jump: is each spring with a damper pressed now, or left?
+   subroutine check_dampers(self, motion, response)
+      type(several_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: force
+      integer :: k
+
+      do k = 1, size(self%states)
+         associate (state => self%states(k))
+            if (.not. (state%follows .and. (state%is_closed .or. state%is_indented))) cycle
+            force = force_of(self, k, motion)
+            if (state%is_closed .and. force < 0.0_wp) then
+               call let_go(self, k, motion, response)
+               if (state%is_indented) state%start_order = 0
+            else if (state%is_indented .and. force > 0.0_wp) then
+               call close_surface(self, k, 1, motion, response)
+            end if
+         end associate
+      end do
+   end subroutine check_dampers
+
+   pure subroutine no_captures(surfaces, captures)
+      integer, intent(in) :: surfaces
+      type(captures_t), intent(out) :: captures
+
+      allocate (captures%is_in(surfaces), source=.false.)
+      allocate (captures%velocity(surfaces), captures%impulse(surfaces), captures%energy_change(surfaces), &
+         source=0.0_wp)
+   end subroutine no_captures
+
+   !> An event at the present state: displacement and velocity of the stop point up from the surface.
+   function event_of(self, k, kind, motion) result(event)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      type(motion_t), intent(in) :: motion
+      type(event_t) :: event
+
+      event = event_t(tau=motion%tau, kind=kind, eta=self%states(k)%surface%sign*gap_of(self, k, motion%q), &
+         velocity_before=self%states(k)%surface%sign*velocity_of(self, k, motion), surface=self%states(k)%surface%number)
+      event%velocity_after = event%velocity_before
+   end function event_of
+
+   !> Distance from a surface where it is home.
+   pure function gap_of(self, k, q) result(gap)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: q(:)
+      real(wp) :: gap
+
+      gap = sum(self%beam%value(:, k)*q) - self%beam%height(k)
+   end function gap_of
+
+   !> Away from the surface.
+   pure function velocity_of(self, k, motion) result(velocity)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: velocity
+
+      velocity = sum(self%beam%value(:, k)*motion%v)
+   end function velocity_of
+
+   !> Rounding error of a gap at an instant that is rounded itself.
+   pure function noise_of(self, k, motion) result(noise)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: noise
+
+      noise = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
+         + abs(velocity_of(self, k, motion))*motion%tau)
+   end function noise_of
+
+   !> Rounding error of a velocity.
+   pure function speed_noise(self, k, motion) result(noise)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: noise
+
+      noise = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
+   end function speed_noise
+
+   !> Force of a surface that yields, if the beam is on it.
+   pure function force_of(self, k, motion) result(force)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: force
+
+      associate (state => self%states(k))
+         force = state%spring%stiffness*state%depth + state%branch_force &
+            - state%spring%viscosity*velocity_of(self, k, motion)
+      end associate
+   end function force_of
+
+   !> What closed surfaces that yield do to the free modes.
+   pure function yielding_forces(self, motion) result(forces)
+      type(several_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      real(wp) :: forces(size(motion%q))
+
+      integer :: k
+
+      forces = 0.0_wp
+      do k = 1, size(self%states)
+         if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
+         forces = forces + self%beam%value(:, k)*force_of(self, k, motion)
+      end do
+   end function yielding_forces
+
+   !> How the beam presses on a surface that does not act: the gap's acceleration with its sign turned.
+   function pull_of(self, k, motion, noise) result(pull)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      !> Its rounding error
+      real(wp), intent(out), optional :: noise
+      real(wp) :: pull
+
+      real(wp), dimension(size(motion%q)) :: weight, others
+
+      others = yielding_forces(self, motion)
+      associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
+         two_zeta => self%beam%oscillators%two_zeta)
+         weight = b*square
+         pull = sum(weight*(motion%q + two_zeta*motion%v)) - sum(b*others)
+         if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*(sum(abs(weight)*(abs(motion%q) &
+            + two_zeta*abs(motion%v))) + sum(abs(b*others)))
+      end associate
+   end function pull_of
+
+end module several_events

@@ -1,0 +1,171 @@
+!> Measures of a run among several surfaces, each from its own flights and contacts, phase by phase.
+module several_measures
+   use certified_search, only: viewed_signal_t
+   use contact_losses, only: integral
+   use damped_oscillators, only: propagate
+   use exponential_signal, only: exponential_signal_t
+   use kinds, only: wp
+   use motion_phases, only: motion_t
+   use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
+   use response_types, only: quiet_level, response_t, run_measures_t
+   use run_measures, only: early_part, end_episode, gather_measures, take_contact
+   use several_state, only: end_force, force_terms, move_to, several_t, signal_of, whole_gap
+   use signal_peaks, only: exceeds
+   implicit none (type, external)
+   private
+   public :: measure_surfaces, finish_surfaces
+
+contains
+
+   !> What a phase tells of each surface.
+   subroutine measure_surfaces(self, length, greatest, is_last, motion)
+      type(several_t), intent(inout) :: self
+      real(wp), intent(in) :: length
+      !> Each signal was seen to be as great as this, [surfaces]
+      real(wp), intent(in) :: greatest(:)
+      !> The run ends with it
+      logical, intent(in) :: is_last
+      !> `tau` is still that of the start
+      type(motion_t), intent(inout) :: motion
+
+      integer :: k
+
+      do k = 1, size(self%states)
+         if (.not. self%states(k)%acts) cycle
+         if (k == self%pulled) then
+            call measure_surface(self, k, length, greatest(k), is_last, motion%tau, motion%measurer)
+         else
+            call measure_surface(self, k, length, greatest(k), is_last, motion%tau, self%measurers(k))
+         end if
+      end do
+   end subroutine measure_surfaces
+
+   !> One of them.
+   subroutine measure_surface(self, k, length, greatest, is_last, tau, measurer)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: length
+      real(wp), intent(in) :: greatest
+      logical, intent(in) :: is_last
+      !> Start of the phase
+      real(wp), intent(in) :: tau
+      type(measurer_t), intent(inout) :: measurer
+
+      class(viewed_signal_t), allocatable :: signal
+      real(wp) :: value, slope
+      logical :: rises
+
+      if (self%set%is_closed(k)) then
+         call measure_closed(self, k, length, greatest, tau, measurer)
+         self%states(k)%has_risen = .false.
+         if (k /= self%pulled .or. self%states(k)%is_rigid) return
+         call signal_of(self, k, whole_gap, signal)
+         if (sinks(signal, length)) call keep_loud(measurer, signal, tau, length)
+         return
+      end if
+      call signal_of(self, k, whole_gap, signal)
+      ! its surface is where it is home
+      rises = self%states(k)%has_risen
+      if (.not. rises) then
+         call measure_rise(measurer, signal, tau, length, is_last, min(greatest, quiet_level), rises)
+         self%states(k)%has_risen = rises
+         if (rises) call end_episode(measurer%tally)
+      end if
+      if (k /= self%pulled) return
+      call signal%evaluate(0.0_wp, value, slope)
+      if (.not. rises) rises = exceeds(signal, length, quiet_level)
+      if (rises .or. value < -quiet_level) call keep_loud(measurer, signal, tau, length)
+   end subroutine measure_surface
+
+   !> Force and impulse of a closed surface.
+   subroutine measure_closed(self, k, length, greatest, tau, measurer)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: length
+      real(wp), intent(in) :: greatest
+      !> Start of the phase
+      real(wp), intent(in) :: tau
+      type(measurer_t), intent(inout) :: measurer
+
+      class(viewed_signal_t), allocatable :: signal
+      real(wp) :: early, early_impulse
+
+      early = 0.0_wp
+      early_impulse = 0.0_wp
+      if (self%states(k)%is_rigid) then
+         early = early_part(measurer%tally, tau, length)
+         if (early > 0.0_wp) early_impulse = impulse_until(self, k, early)
+      else
+         call signal_of(self, k, end_force, signal)
+         call measure_force(measurer%tally, signal, length, greatest)
+      end if
+      call take_contact(measurer%tally, tau, length, impulse_until(self, k, length), early_impulse)
+   end subroutine measure_closed
+
+   !> Integral of a force from the start of the phase.
+   function impulse_until(self, k, time) result(impulse)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      complex(wp), allocatable :: amplitude(:)
+      real(wp), allocatable :: z(:), v(:)
+      real(wp) :: offset
+      integer :: place
+
+      if (size(self%set%pressed) > 0) then
+         call force_terms(self, k, offset, amplitude)
+         associate (s => self%set%joint%exponent)
+            impulse = offset*time + sum(real(amplitude*integral(s, time, exp(s*time)), wp))
+         end associate
+      else
+         ! a mode's part, p + 2 zeta p', is -p''/w^2
+         allocate (z(size(self%z)), v(size(self%v)))
+         call move_to(self, time, z, v)
+         associate (held => self%set%held)
+            place = findloc(held%held, k, dim=1)
+            impulse = held%static_force(place)*time &
+               + sum(held%reaction(place, :)*(self%v - v)/held%oscillators%square)
+         end associate
+      end if
+   end function impulse_until
+
+   !> Does the stop point sink below the quiet level?
+   function sinks(gap, length) result(does)
+      class(viewed_signal_t), intent(in) :: gap
+      real(wp), intent(in) :: length
+      logical :: does
+
+      class(viewed_signal_t), allocatable :: depth
+
+      call gap%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
+      does = exceeds(depth, length, quiet_level)
+   end function sinks
+
+   !> The end of the run: measures of each surface, and of all.
+   subroutine finish_surfaces(self, duration, motion, response)
+      type(several_t), intent(inout) :: self
+      real(wp), intent(in) :: duration
+      type(motion_t), intent(inout) :: motion
+      !> Its surfaces are there; it gets the measures
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      motion%measurer%lost_stop = sum(self%states%dissipated)
+      do k = 1, size(self%states)
+         associate (number => self%states(k)%surface%number)
+            if (k == self%pulled) then
+               call finish_measures(motion%measurer, duration, motion%recorder%ledger, response, number)
+            else
+               self%measurers(k)%measures%final_energy = motion%measurer%measures%final_energy
+               call finish_measures(self%measurers(k), duration, motion%recorder%ledger, response, number)
+            end if
+            call move_alloc(response%measures, response%surfaces(number)%measures)
+         end associate
+      end do
+      call gather_measures(response, self%states(self%pulled)%surface%number)
+   end subroutine finish_surfaces
+
+end module several_measures

@@ -1,0 +1,179 @@
+!> Beginning and end of a run among several surfaces.
+module several_start
+   use beam_model, only: beam_model_t
+   use certified_search, only: search_t
+   use damped_oscillators, only: make_oscillators
+   use failures, only: failure_t
+   use free_modes, only: free_modes_t
+   use held_sets, only: free_beam_t
+   use history_list, only: eta_stop, force_stop, velocity_stop
+   use kinds, only: wp
+   use motion_phases, only: motion_t
+   use phase_measures, only: measurer_t
+   use response_types, only: response_t, surface_record_t
+   use run_measures, only: open_tally
+   use run_settings, only: output_settings_t, run_settings_t
+   use several_contacts, only: several_contacts_t
+   use several_events, only: meet_at_start
+   use several_measures, only: finish_surfaces
+   use static_states, only: find_static_rest
+   use stop_surfaces, only: acting, surface_t, surfaces_of
+   use surface_states, only: make_surface_state
+   implicit none (type, external)
+   private
+   public :: start_several, finish_several
+
+contains
+
+   !> At rest in the static shape of a force at the stop from which the beam is released.
+   subroutine start_several(model, modes, settings, samples, phase, motion, response, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      !> After the one at the start
+      integer, intent(in) :: samples
+      type(several_contacts_t), intent(inout) :: phase
+      !> Its recorder is ready
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+      !> Set when rest cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(surface_t), allocatable :: surfaces(:)
+      real(wp), allocatable :: flexibility(:), rest(:)
+      logical, allocatable :: acts(:)
+      real(wp) :: rest_energy
+      integer :: k, pulled
+
+      surfaces = surfaces_of(settings)
+      acts = acting(surfaces, model%stop_dofs(surfaces%stop))
+      allocate (rest(size(surfaces)), source=0.0_wp)
+      rest_energy = 0.0_wp
+      if (settings%output%measures) call rest_on(model, surfaces, acts, rest, rest_energy, error)
+      if (allocated(error)) return
+      pulled = findloc(surfaces%is_pulled, .true., dim=1)
+      associate (beam => phase%now%beam, now => phase%now)
+         call make_beam(model, modes, settings%zeta, surfaces, beam)
+         allocate (flexibility(size(surfaces)))
+         do k = 1, size(surfaces)
+            flexibility(k) = sum(beam%value(:, k)**2/beam%oscillators%square)
+         end do
+         allocate (motion%q, source=(1.0_wp + beam%height(pulled))*beam%value(:, pulled) &
+            /(beam%oscillators%square*flexibility(pulled)))
+         allocate (motion%v(size(motion%q)), source=0.0_wp)
+         response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2)
+         now%pulled = pulled
+         allocate (now%states(size(surfaces)), now%measurers(size(surfaces)), phase%searches(size(surfaces)), &
+            phase%records(size(surfaces)))
+         do k = 1, size(surfaces)
+            call make_surface_state(surfaces(k), now%states(k))
+            ! all the energy of the start would not bring the beam there
+            now%states(k)%acts = acts(k) .and. &
+               -beam%height(k) <= 1.001_wp*sqrt(2.0_wp*response%initial_energy*flexibility(k))
+            call open_record(surfaces(k), settings%output, samples + 1, phase%records(k))
+            call start_measurer(settings, .not. now%states(k)%is_rigid, response%initial_energy, rest(k), rest_energy, &
+               now%measurers(k))
+         end do
+         motion%measurer = now%measurers(pulled)
+         phase%force_scale = settings%height_ratio
+         phase%hop_tolerance = settings%response%hop_tolerance
+         call meet_at_start(now, motion, response)
+      end associate
+   end subroutine start_several
+
+   !> The beam and its surfaces in the free modes.
+   pure subroutine make_beam(model, modes, zeta, surfaces, beam)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      real(wp), intent(in) :: zeta
+      type(surface_t), intent(in) :: surfaces(:)
+      type(free_beam_t), intent(out) :: beam
+
+      integer :: k
+
+      call make_oscillators(modes%square, zeta, beam%oscillators)
+      allocate (beam%value(size(modes%square), size(surfaces)))
+      allocate (beam%height(size(surfaces)))
+      beam%height(:) = surfaces%height
+      allocate (beam%tip_value, source=modes%mode(modes%tip_dof, :))
+      allocate (beam%tip_sign(size(surfaces)), source=0.0_wp)
+      do k = 1, size(surfaces)
+         associate (dof => model%stop_dofs(surfaces(k)%stop))
+            beam%value(:, k) = surfaces(k)%sign*modes%mode(dof, :)
+            if (dof == modes%tip_dof) beam%tip_sign(k) = surfaces(k)%sign
+         end associate
+      end do
+   end subroutine make_beam
+
+   !> Forces and energy at rest.
+   subroutine rest_on(model, surfaces, acts, force, energy, error)
+      type(beam_model_t), intent(in) :: model
+      type(surface_t), intent(in) :: surfaces(:)
+      !> Those that act
+      logical, intent(in) :: acts(:)
+      !> P of each
+      real(wp), intent(inout) :: force(:)
+      real(wp), intent(out) :: energy
+      !> Set when it cannot be found
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp) :: packed(count(acts))
+      integer :: k
+      integer, allocatable :: place(:)
+
+      place = pack([(k, k=1, size(acts))], acts)
+      call find_static_rest(model, surfaces(place), packed, energy, error)
+      force(place) = packed
+   end subroutine rest_on
+
+   !> Room for what is kept of a surface.
+   pure subroutine open_record(surface, output, samples, record)
+      type(surface_t), intent(in) :: surface
+      type(output_settings_t), intent(in) :: output
+      integer, intent(in) :: samples
+      type(surface_record_t), intent(out) :: record
+
+      record%stop = surface%stop
+      record%sign = nint(surface%sign)
+      record%position = surface%settings%position
+      record%height = surface%sign*surface%height
+      if (output%history(eta_stop)) allocate (record%eta(samples), source=0.0_wp)
+      if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
+      if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
+      if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
+   end subroutine open_record
+
+   !> Measures of a surface.
+   subroutine start_measurer(settings, yields, start_energy, rest_force, rest_energy, measurer)
+      type(run_settings_t), intent(in) :: settings
+      !> The surface does
+      logical, intent(in) :: yields
+      real(wp), intent(in) :: start_energy
+      !> Its force, and the energy of all, at rest
+      real(wp), intent(in) :: rest_force
+      real(wp), intent(in) :: rest_energy
+      type(measurer_t), intent(out) :: measurer
+
+      measurer%is_wanted = settings%output%measures
+      if (.not. measurer%is_wanted) return
+      measurer%most_peaks = settings%output%most_peaks
+      call open_tally(yields, start_energy, rest_force, rest_energy, settings%height_ratio, measurer%tally)
+   end subroutine start_measurer
+
+   !> What was kept goes into the response, in the scene's order.
+   subroutine finish_several(settings, phase, motion, response)
+      type(run_settings_t), intent(in) :: settings
+      type(several_contacts_t), intent(inout) :: phase
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      allocate (response%surfaces(size(phase%records)))
+      do k = 1, size(phase%records)
+         response%surfaces(phase%now%states(k)%surface%number) = phase%records(k)
+      end do
+      if (settings%output%measures) call finish_surfaces(phase%now, settings%response%duration, motion, response)
+   end subroutine finish_several
+
+end module several_start

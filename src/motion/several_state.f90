@@ -1,0 +1,303 @@
+!> A beam among any number of surfaces in the present phase: the set of closed ones, the state of its modes, and the
+!> signals that end it (docs/theory.md, section 17).
+module several_state
+   use certified_search, only: first_zero, found_zero, local_t, search_t, viewed_signal_t
+   use contact_sets, only: contact_set_t, find_set, set_store_t, state_in
+   use damped_oscillators, only: acceleration, propagate
+   use exponential_signal, only: exponential_signal_t
+   use failures, only: failure_t
+   use held_sets, only: free_beam_t, into_held, out_of_held
+   use joint_modes, only: joint_amplitudes
+   use kinds, only: wp
+   use modal_signal, only: make_modal_signal, modal_signal_t
+   use phase_measures, only: measurer_t
+   use surface_states, only: impedance_of, surface_state_t
+   implicit none (type, external)
+   private
+   public :: several_t, take_over, search_surface, signal_of, move_to, free_state, force_terms
+   public :: end_gap, end_force, end_home, end_pull, whole_gap
+
+   !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
+   integer, parameter :: end_gap = 1
+   integer, parameter :: end_force = 2
+   integer, parameter :: end_home = 3
+   integer, parameter :: end_pull = 4
+   !> Ends nothing: the distance from a surface where that is home.
+   integer, parameter :: whole_gap = 5
+
+   type :: several_t
+      type(free_beam_t) :: beam
+      type(surface_state_t), allocatable :: states(:)
+      !> Place of the surface from which the beam is released
+      integer :: pulled = 1
+      type(set_store_t) :: store
+      type(contact_set_t), pointer :: set => null()
+      !> State of the set's modes as the phase starts, [modes]
+      real(wp), allocatable :: z(:), v(:)
+      !> Of the terms, weights included, where a surface yields, [count]
+      complex(wp), allocatable :: amplitude(:)
+      !> Of the surfaces but the pulled one, whose is that of the motion
+      type(measurer_t), allocatable :: measurers(:)
+   end type several_t
+
+contains
+
+   !> Begin a phase with the set that is closed now.
+   subroutine take_over(self, q, v, is_new, error)
+      type(several_t), target, intent(inout) :: self
+      !> State in the free modes, [free]
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+      !> The set had to be made
+      logical, intent(out) :: is_new
+      !> Set when it could not be
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer :: k
+
+      call find_set(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], &
+         self%states%is_closed, self%store, self%set, is_new, error)
+      if (allocated(error)) return
+      self%z = into_held(self%beam, self%set%held, q)
+      self%v = v
+      if (allocated(self%set%held%mode)) self%v = matmul(v, self%set%held%mode)
+      associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
+         do k = 1, size(held%gap)
+            held%gap(k)%z = self%z
+            held%gap(k)%v = self%v
+         end do
+         if (size(pressed) > 0) then
+            if (allocated(self%amplitude)) deallocate (self%amplitude)
+            allocate (self%amplitude(joint%count))
+            call joint_amplitudes(held%oscillators%square, joint, -held%static_gap(pressed), &
+               self%states(pressed)%depth, self%states(pressed)%branch_force, self%z, self%v, self%amplitude)
+            self%amplitude = joint%weight*self%amplitude
+         else
+            do k = 1, size(held%held)
+               call ready_reaction(held%oscillators%two_zeta, self%z, self%v, held%force(k))
+            end do
+         end if
+      end associate
+   end subroutine take_over
+
+   !> A reaction swings with p + 2 zeta p', which swings like p itself.
+   subroutine ready_reaction(two_zeta, z, v, reaction)
+      real(wp), intent(in) :: two_zeta
+      !> State of the modes
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      type(modal_signal_t), intent(inout) :: reaction
+
+      reaction%z = z + two_zeta*v
+      reaction%v = v - two_zeta*reaction%oscillators%square*reaction%z
+      associate (first => reaction%oscillators%blended + 1)
+         reaction%z(first:) = z(first:)
+         reaction%v(first:) = v(first:)
+      end associate
+   end subroutine ready_reaction
+
+   !> When does a surface end the phase?
+   subroutine search_surface(self, k, limit, search, ended_by)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      type(search_t), intent(out) :: search
+      !> One of the `end_` constants
+      integer, intent(out) :: ended_by
+
+      class(viewed_signal_t), allocatable :: signal
+      type(search_t) :: other
+
+      associate (state => self%states(k), held => self%set%held)
+         ended_by = end_gap
+         if (state%is_closed) ended_by = end_force
+         if (state%is_indented) ended_by = end_pull
+         if (ended_by == end_gap .and. size(self%set%pressed) == 0) then
+            held%gap(k)%start_order = start_of(held%gap(k), state%start_order)
+            held%gap(k)%surface = 0.0_wp
+            if (allocated(state%spring)) then
+               if (.not. state%follows) held%gap(k)%surface = state%depth
+               held%gap(k)%rate = min(state%spring%surface_rate, huge(1.0_wp))
+            end if
+            call held%gap(k)%find_zero(limit, search)
+            return
+         end if
+         call signal_of(self, k, ended_by, signal)
+         signal%start_order = start_of(signal, state%start_order)
+         call first_zero(signal, limit, search)
+         if (.not. state%is_indented) return
+         call signal_of(self, k, end_home, signal)
+         signal%start_order = start_of(signal, 0)
+         call first_zero(signal, min(limit, search%time), other)
+         if (other%outcome == found_zero) then
+            search = other
+            ended_by = end_home
+         end if
+      end associate
+   end subroutine search_surface
+
+   !> A signal that has nothing left to tell where it stands begins with its slope.
+   function start_of(signal, known) result(order)
+      class(viewed_signal_t), intent(in) :: signal
+      !> What is known of it; 0: nothing
+      integer, intent(in) :: known
+      integer :: order
+
+      type(local_t) :: here
+
+      order = known
+      if (known > 0) return
+      call signal%look(0.0_wp, 0, here)
+      if (here%value <= here%rounding .and. here%slope > 0.0_wp) order = 1
+   end function start_of
+
+   !> What ends the phase at a surface, as a signal.
+   subroutine signal_of(self, k, kind, signal)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> One of the `end_` constants, or `whole_gap`
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      if (size(self%set%pressed) > 0) then
+         call exponential_of(self, k, kind, signal)
+      else
+         call modal_of(self, k, kind, signal)
+      end if
+   end subroutine signal_of
+
+   !> In modes.
+   subroutine modal_of(self, k, kind, signal)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      type(modal_signal_t), allocatable :: modal
+
+      associate (held => self%set%held, state => self%states(k))
+         allocate (modal)
+         select case (kind)
+         case (end_force)
+            modal = held%force(findloc(held%held, k, dim=1))
+         case (end_pull)
+            associate (stiff => state%spring%stiffness, viscous => state%spring%viscosity)
+               call make_modal_signal(held%oscillators, stiff*held%static_gap(k), held%value(:, k), modal)
+               modal%z = stiff*self%z + viscous*self%v
+               modal%v = stiff*self%v + viscous*acceleration(held%oscillators, self%z, self%v)
+            end associate
+         case default
+            call make_modal_signal(held%oscillators, merge(-1.0_wp, 1.0_wp, kind == end_home)*held%static_gap(k), &
+               merge(-1.0_wp, 1.0_wp, kind == end_home)*held%value(:, k), modal)
+            modal%z = self%z
+            modal%v = self%v
+         end select
+      end associate
+      call move_alloc(modal, signal)
+   end subroutine modal_of
+
+   !> In the terms of surfaces that yield.
+   subroutine exponential_of(self, k, kind, signal)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      type(exponential_signal_t), allocatable :: sum
+
+      allocate (sum)
+      associate (set => self%set, state => self%states(k), exponent => self%set%joint%exponent)
+         allocate (sum%exponent, source=exponent)
+         allocate (sum%place, source=set%place)
+         select case (kind)
+         case (end_force)
+            call force_terms(self, k, sum%offset, sum%amplitude)
+         case (end_pull)
+            sum%offset = state%spring%stiffness*set%rest_gap(k)
+            allocate (sum%amplitude, source=(state%spring%stiffness + state%spring%viscosity*exponent) &
+               *set%gap(k, :)*self%amplitude)
+         case (end_home)
+            sum%offset = -set%rest_gap(k)
+            allocate (sum%amplitude, source=-set%gap(k, :)*self%amplitude)
+         case default
+            sum%offset = set%rest_gap(k)
+            allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
+            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%follows) call add_surface(state, sum)
+         end select
+      end associate
+      call move_alloc(sum, signal)
+   end subroutine exponential_of
+
+   !> A surface that comes back, as one more term.
+   pure subroutine add_surface(state, sum)
+      type(surface_state_t), intent(in) :: state
+      type(exponential_signal_t), intent(inout) :: sum
+
+      real(wp) :: rate
+      integer :: last, slower
+
+      rate = min(state%spring%surface_rate, huge(1.0_wp))
+      slower = count(abs(sum%exponent) < rate)
+      last = size(sum%exponent) + 1
+      sum%exponent = [sum%exponent, cmplx(-rate, 0.0_wp, wp)]
+      sum%amplitude = [sum%amplitude, cmplx(state%depth, 0.0_wp, wp)]
+      sum%place = [sum%place(:slower), last, sum%place(slower + 1:)]
+   end subroutine add_surface
+
+   !> The force of a closed surface where one yields.
+   pure subroutine force_terms(self, k, offset, amplitude)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(out) :: offset
+      !> Of its terms, [count]
+      complex(wp), allocatable, intent(out) :: amplitude(:)
+
+      integer :: place
+
+      associate (set => self%set)
+         place = findloc(set%pressed, k, dim=1)
+         if (place > 0) then
+            offset = set%rest_force(place)
+            allocate (amplitude, source=set%joint%force(place, :)*self%amplitude)
+         else
+            place = findloc(set%held%held, k, dim=1)
+            offset = set%rest_reaction(place)
+            allocate (amplitude, source=set%reaction(place, :)*self%amplitude)
+         end if
+      end associate
+   end subroutine force_terms
+
+   !> State of the set's modes at a time in the phase.
+   pure subroutine move_to(self, time, z, v)
+      type(several_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: z(:)
+      real(wp), intent(out) :: v(:)
+
+      if (size(self%set%pressed) > 0) then
+         call state_in(self%set, self%amplitude, self%z, self%v, time, z, v)
+      else
+         call propagate(self%set%held%oscillators, time, self%z, self%v, z, v)
+      end if
+   end subroutine move_to
+
+   !> The same in the free modes.
+   pure subroutine free_state(self, z, v, q, rate)
+      type(several_t), intent(in) :: self
+      !> State of the set's modes
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> [free]
+      real(wp), intent(out) :: q(:)
+      real(wp), intent(out) :: rate(:)
+
+      q = out_of_held(self%beam, self%set%held, z)
+      if (allocated(self%set%held%mode)) then
+         rate = matmul(self%set%held%mode, v)
+      else
+         rate = v
+      end if
+   end subroutine free_state
+
+end module several_state

@@ -1,0 +1,97 @@
+!> Surfaces during a run: whether the beam is on them, and what they keep of what was.
+module surface_states
+   use kinds, only: wp
+   use run_settings, only: law_spring_damper
+   use stop_laws, only: is_rigid, make_yielding_stop
+   use stop_surfaces, only: surface_t
+   use yielding_stop, only: impedance_t, yielding_stop_t
+   implicit none (type, external)
+   private
+   public :: surface_state_t, make_surface_state, impedance_of, recover, energy_in, indent
+
+   type :: surface_state_t
+      type(surface_t) :: surface
+      logical :: is_rigid = .true.
+      !> It yields; unallocated: it is rigid
+      class(yielding_stop_t), allocatable :: spring
+      !> The surface goes with the beam once the force has vanished
+      logical :: follows = .false.
+      !> It can be met: no other at its place is before it, and the energy of the start may bring the beam there
+      logical :: acts = .true.
+      logical :: is_closed = .false.
+      !> Open, but the spring of one that follows is not yet home
+      logical :: is_indented = .false.
+      !> Open: order of the first derivative of the gap that does not vanish as the coming phase starts; 0: the gap is
+      !> open. Closed: the same of the force
+      integer :: start_order = 0
+      !> u and P2 as the coming phase starts
+      real(wp) :: depth = 0.0_wp
+      real(wp) :: branch_force = 0.0_wp
+      !> The flight under way is a capture if it never rises above this; 0: it is not asked. It began with this phase,
+      !> and did not rise so far
+      real(wp) :: hop_tolerance = 0.0_wp
+      logical :: is_new_flight = .true.
+      logical :: is_low = .true.
+      !> It rose above the quiet level
+      logical :: has_risen = .false.
+      !> Dissipated so far in the stop
+      real(wp) :: dissipated = 0.0_wp
+   end type surface_state_t
+
+contains
+
+   !> Open, as a run starts.
+   subroutine make_surface_state(surface, state)
+      type(surface_t), intent(in) :: surface
+      type(surface_state_t), intent(out) :: state
+
+      state%surface = surface
+      state%is_rigid = is_rigid(surface%settings)
+      call make_yielding_stop(surface%settings, state%spring)
+      state%follows = surface%settings%law == law_spring_damper
+   end subroutine make_surface_state
+
+   !> What it answers to an exponential.
+   pure function impedance_of(state) result(impedance)
+      type(surface_state_t), intent(in) :: state
+      type(impedance_t) :: impedance
+
+      if (allocated(state%spring)) impedance = state%spring%impedance_t
+   end function impedance_of
+
+   !> An open surface comes back for some time, without force; what that dissipates.
+   subroutine recover(state, time)
+      type(surface_state_t), intent(inout) :: state
+      real(wp), intent(in) :: time
+
+      real(wp) :: before
+
+      if (.not. allocated(state%spring) .or. state%is_closed .or. state%follows) return
+      if (.not. state%depth > 0.0_wp) return
+      before = energy_in(state)
+      call indent(state, state%depth*exp(-state%spring%surface_rate*time))
+      state%dissipated = state%dissipated + (before - energy_in(state))
+   end subroutine recover
+
+   !> The surface of an open stop is there, without force: P = k u + P2 = 0.
+   elemental subroutine indent(state, depth)
+      type(surface_state_t), intent(inout) :: state
+      !> u
+      real(wp), intent(in) :: depth
+
+      associate (has_branch => state%spring%branch_stiffness > 0.0_wp)
+         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%follows)
+         state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
+      end associate
+   end subroutine indent
+
+   !> Energy in its springs.
+   pure function energy_in(state) result(energy)
+      type(surface_state_t), intent(in) :: state
+      real(wp) :: energy
+
+      energy = 0.0_wp
+      if (allocated(state%spring)) energy = state%spring%energy(state%depth, state%branch_force)
+   end function energy_in
+
+end module surface_states
