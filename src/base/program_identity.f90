@@ -3,7 +3,7 @@ module program_identity
    implicit none (type, external)
    private
    public :: program_name, program_version, name_of_program
-   public :: program_motion, program_paper, program_benchmark, program_any
+   public :: program_motion, program_paper, program_benchmark, program_any, in_motion_and_benchmark
 
    !> Attribute `program` of the files that they write
    character(*), parameter :: program_name = 'impactbeam'
@@ -14,6 +14,7 @@ module program_identity
    integer, parameter :: program_paper = 2
    integer, parameter :: program_benchmark = 4
    integer, parameter :: program_any = program_motion + program_paper + program_benchmark
+   integer, parameter :: in_motion_and_benchmark = program_motion + program_benchmark
 
 contains
 

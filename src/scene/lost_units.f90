@@ -34,7 +34,7 @@ contains
                   is_lost = is_lost .or. (spoilt(1, k) == varied%name%name .and. spoilt(2, k) == other%name%name)
                end do
                if (is_lost) call input%complain(trim(table%groups(other%group)%name), trim(other%name%name), &
-                  'does not go with '//by)
+                  'does not go with '//by, table%groups(other%group)%occurrence)
             end associate
          end do
       end associate

@@ -6,12 +6,13 @@
 !> sweeps and cases work on the table alone.
 module name_table
    use kinds, only: wp
+   use number_text, only: to_text
    use program_identity, only: program_motion
    use run_settings, only: name_length
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: table_t, entry_t, group_t, name_t, condition_t, sweep_t, is_among
+   public :: table_t, entry_t, group_t, name_t, condition_t, sweep_t, is_among, most_repeats
    public :: kind_number, kind_whole, kind_logical, kind_text, kind_word
 
    integer, parameter :: kind_number = 1
@@ -20,7 +21,10 @@ module name_table
    integer, parameter :: kind_text = 4
    integer, parameter :: kind_word = 5
 
-   integer, parameter :: name_room = 32
+   !> Most groups of one name; all their names are fewer than `namelist_text` takes apart.
+   integer, parameter :: most_repeats = 500
+
+   integer, parameter :: name_room = 40
    integer, parameter :: phrase_room = 64
    integer, parameter :: meaning_room = 180
 
@@ -28,9 +32,11 @@ module name_table
    type :: condition_t
       !> The group of the names below; without any it is the group that the scene must have. Empty: the name's own
       character(name_room) :: group = ''
-      !> This name must be this word; of a logical, .true.
+      !> Which of several groups of that name
+      integer :: occurrence = 1
+      !> This name must be one of these words, which have blanks between them; of a logical, .true.
       character(name_room) :: name = ''
-      character(name_room) :: word = ''
+      character(phrase_room) :: words = ''
       !> The file gives none of these names, which have blanks between them
       character(phrase_room) :: without = ''
       !> For the user, where it is neither "name = 'word'" nor "&group"
@@ -39,13 +45,14 @@ module name_table
 
    !> What a sweep makes of a name.
    type :: sweep_t
-      !> Its place among the parameters of a grid, the first of which vary slowest; 0: it is not swept
+      !> Its number among the parameters; of those of a grid what makes other beams varies slowest, and then the least
+      !> number; 0: it is not swept
       integer :: order = 0
       !> Another value makes another beam or mesh
       logical :: is_of_beam = .false.
       !> &cases may vary it too
       logical :: is_in_cases = .false.
-      !> Name and meaning in a sweep, where they are others
+      !> Name and meaning in a sweep, where they are others; of several groups the label stands before the name
       character(name_room) :: name = ''
       character(meaning_room) :: meaning = ''
    end type sweep_t
@@ -80,8 +87,9 @@ module name_table
       integer :: programs = program_motion
       !> A file may have several
       logical :: repeats = .false.
-      !> Which of them it is
+      !> Which of them it is, and what it is called among them
       integer :: occurrence = 1
+      character(name_room) :: label = ''
       !> The scene asks for it
       logical :: is_wanted = .true.
       !> Places of its entries
@@ -116,8 +124,9 @@ module name_table
       logical, private :: grows = .true.
       logical, private :: takes = .true.
       logical, private :: gives = .false.
-      !> The only name that gets a value; empty: all
+      !> The only name that gets a value, and in which of several groups of a name; empty: all
       character(name_room), private :: only = ''
+      integer, private :: only_in = 1
       !> The group that is open, and the entry whose turn it is
       integer, private :: open_group = 0
       integer, private :: now = 0
@@ -173,13 +182,16 @@ contains
    end subroutine take_values
 
    !> Of the names that are listed this one gets a value; the table keeps none of them.
-   subroutine give_one(table, name, value)
+   subroutine give_one(table, occurrence, name, value)
       class(table_t), intent(inout) :: table
+      !> Which of several groups
+      integer, intent(in) :: occurrence
       character(*), intent(in) :: name
       real(wp), intent(in) :: value
 
       call table%give_values()
       table%only = name
+      table%only_in = occurrence
       allocate (table%groups(1), table%entries(1))
       table%entries%value = value
    end subroutine give_one
@@ -192,11 +204,13 @@ contains
       integer, intent(in) :: in_scene
       integer :: number
 
-      if (.not. table%grows) then
+      if (table%only /= '') then
+         number = in_scene
+      else if (.not. table%grows) then
          number = count(table%groups(:table%group_count)%name == group)
       else
          number = max(1, in_scene)
-         if (allocated(table%groups_given)) number = max(number, count(table%groups_given == group))
+         if (allocated(table%groups_given)) number = max(number, min(most_repeats, count(table%groups_given == group)))
       end if
    end function times
 
@@ -210,7 +224,10 @@ contains
       type(group_t), allocatable :: more(:)
 
       table%is_open = .true.
-      if (table%only /= '') return
+      if (table%only /= '') then
+         table%is_open = group%occurrence == table%only_in
+         return
+      end if
       table%open_group = table%open_group + 1
       if (table%grows) then
          if (.not. allocated(table%groups)) allocate (table%groups(16))
@@ -221,6 +238,7 @@ contains
          end if
          table%group_count = table%open_group
          table%groups(table%group_count) = group
+         if (group%label == '') table%groups(table%group_count)%label = group%name
          table%groups(table%group_count)%first_entry = table%now + 1
          table%groups(table%group_count)%last_entry = table%now
       end if
@@ -395,11 +413,13 @@ contains
       counts = .true.
       associate (needs => table%entries(place)%name%needs)
          group = table%entries(place)%group
-         if (needs%group /= '') group = table%find_group(needs%group)
+         if (needs%group /= '') group = table%find_group(needs%group, needs%occurrence)
          if (needs%name /= '') then
             associate (other => table%entries(table%find(group, needs%name)))
                if (other%kind == kind_word) counts = nint(other%value) > 0
-               if (other%kind == kind_word .and. counts) counts = other%words(nint(other%value)) == needs%word
+               if (other%kind == kind_word .and. counts) then
+                  counts = is_among(other%words(nint(other%value)), needs%words)
+               end if
                if (other%kind == kind_logical) counts = nint(other%value) == 1
             end associate
          else if (needs%without /= '') then
@@ -422,12 +442,16 @@ contains
       character(:), allocatable :: phrase
 
       character(name_room) :: group
-      integer :: comma
+      integer :: comma, i
 
       associate (needs => table%entries(place)%name%needs)
          phrase = trim(needs%phrase)
-         if (phrase == '' .and. needs%word /= '') then
-            phrase = trim(needs%name)//" = '"//trim(needs%word)//"'"
+         if (phrase == '' .and. needs%words /= '') then
+            do i = 1, len_trim(needs%words)
+               if (needs%words(i:i) /= ' ') phrase = phrase//needs%words(i:i)
+               if (needs%words(i:i) == ' ') phrase = phrase//"' or '"
+            end do
+            phrase = trim(needs%name)//" = '"//phrase//"'"
          else if (phrase == '' .and. needs%name /= '') then
             phrase = trim(needs%name)//' = .true.'
          else if (phrase == '' .and. needs%group /= '') then
@@ -435,7 +459,13 @@ contains
             return
          end if
          group = needs%group
-         if (present(from_elsewhere)) group = table%groups(table%entries(place)%group)%name
+         if (group /= '' .and. needs%occurrence > 1) group = trim(group)//' '//to_text(needs%occurrence)
+         if (present(from_elsewhere)) then
+            associate (own => table%groups(table%entries(place)%group))
+               group = own%name
+               if (own%occurrence > 1) group = trim(group)//' '//to_text(own%occurrence)
+            end associate
+         end if
          if (group == '' .or. phrase == '') return
          comma = index(phrase//',', ',')
          phrase = phrase(:comma - 1)//' in &'//trim(group)//phrase(comma:)

@@ -59,7 +59,7 @@ contains
       type(entry_t), intent(in) :: entry
       type(echo_t), intent(out) :: echo
 
-      echo%group = trim(table%groups(entry%group)%name)
+      echo%group = trim(table%groups(entry%group)%label)
       echo%name = trim(entry%name%name)
       echo%is_list = entry%is_list
       select case (entry%kind)

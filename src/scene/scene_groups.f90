@@ -8,13 +8,13 @@ module scene_groups
    use measure_list, only: measure_status, measure_table
    use name_parameters, only: list_parameters, parameter_of
    use name_table, only: group_t, name_t, condition_t, sweep_t, table_t
-   use program_identity, only: program_any, program_benchmark, program_motion, program_paper
-   use run_settings, only: impulse_names, law_names, method_names, name_length, output_settings_t, &
-      response_settings_t, stop_settings_t
+   use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
+   use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
    use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, mass_names, mesh_settings_t, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
+   use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
    use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
-   use value_rules, only: range_t
+   use value_rules, only: physical_range, range_t
    implicit none (type, external)
    private
    public :: physical_t, list_scene, list_group, most_cases, scheme_betas
@@ -28,13 +28,9 @@ module scene_groups
       real(wp) :: stiffness_coefficient = 0.0_wp
       !> Tip mass
       real(wp) :: mass = 0.0_wp
-      !> d and y_c(0), from the unstressed beam
-      real(wp) :: surface_height = 0.0_wp
-      real(wp) :: initial_height = 1.0_wp
-      !> k, beta k and c
-      real(wp) :: stiffness = 0.0_wp
-      real(wp) :: branch_stiffness = 0.0_wp
-      real(wp) :: damper = 0.0_wp
+      !> Of each &stop and of each &support
+      type(physical_stop_t), allocatable :: stops(:)
+      type(physical_support_t), allocatable :: supports(:)
       !> Duration and step of the response
       real(wp) :: duration_time = 0.0_wp
       real(wp) :: step_time = 0.0_wp
@@ -53,9 +49,9 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(14) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', &
-      'tip_mass', 'stop', 'response', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
-   integer, parameter :: in_motion_and_benchmark = program_motion + program_benchmark
+   character(*), parameter :: group_names(15) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', &
+      'tip_mass', 'stop', 'support', 'response', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', &
+      'output']
 
    ! What more than one name needs
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
@@ -63,11 +59,9 @@ module scene_groups
    type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
       phrase='a linear taper, not with tables')
    type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
-   type(condition_t), parameter :: restitution = condition_t(name='law', word='restitution')
-   type(condition_t), parameter :: three_element = condition_t(name='law', word='three_element')
-   type(condition_t), parameter :: exact = condition_t(name='method', word='exact')
-   type(condition_t), parameter :: newmark = condition_t(name='method', word='newmark')
-   type(condition_t), parameter :: hypercube = condition_t(name='design', word='latin_hypercube')
+   type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
+   type(condition_t), parameter :: newmark = condition_t(name='method', words='newmark')
+   type(condition_t), parameter :: hypercube = condition_t(name='design', words='latin_hypercube')
    type(condition_t), parameter :: refinement = condition_t(name='refine')
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
    type(condition_t), parameter :: a_response = condition_t(group='response')
@@ -87,10 +81,8 @@ module scene_groups
    ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
    type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
-   type(range_t), parameter :: position_range = range_t(-1.0e12_wp, 1.0e12_wp)
    ! kilograms per cubic nanometre among them
    type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
-   type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
 
 contains
 
@@ -141,8 +133,9 @@ contains
             sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
          call table%bind(physical%mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio'))
       case ('stop')
-         call table%open(group_t('stop', in_motion_and_benchmark), scene%has_stop)
-         if (table%is_open) call list_stop(table, scene%stop, physical)
+         call list_stops(table, scene, physical%stops)
+      case ('support')
+         call list_supports(table, scene, physical%supports)
       case ('response')
          call table%open(group_t('response'), scene%wants_response)
          if (table%is_open) call list_response(table, scene%response, physical)
@@ -219,42 +212,6 @@ contains
          default="'consistent'; 'auto' with a tolerance"), mass_names)
       call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))
    end subroutine list_mesh
-
-   subroutine list_stop(table, stop, physical)
-      class(table_t), intent(inout) :: table
-      type(stop_settings_t), intent(inout) :: stop
-      type(physical_t), intent(inout) :: physical
-
-      call table%bind(stop%position, name_t('position', &
-         'position of the stop Lc over length; ' &
-         //'the tip where the element beyond would be under 1/100 of its neighbour', &
-         range_t(1.0e-3_wp, 1.0_wp), &
-         sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
-      call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
-         range_t(-1.0e6_wp, 1.0e6_wp), sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
-      call table%bind(physical%surface_height, name_t('surface_height', &
-         'd, the stop above the unstressed beam, length', position_range, instead_of='preload'))
-      call table%bind(physical%initial_height, name_t('initial_height', 'y_c(0) above the unstressed beam, length', &
-         position_range, instead_of='preload'))
-      call table%bind(stop%law, name_t('law', 'model of the stop'), law_names(:2))
-      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
-         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true.)))
-      call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
-         needs=restitution), impulse_names)
-      call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
-         range_t(1.0e-6_wp, 1.0e12_wp), three_element, sweep=sweep_t(11, is_in_cases=.true.)))
-      call table%bind(physical%stiffness, name_t('stiffness', 'spring k, force over length', physical_range, &
-         three_element, instead_of='stiffness_ratio'))
-      call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
-         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true.)))
-      call table%bind(physical%branch_stiffness, name_t('branch_stiffness', 'spring beta k, force over length', &
-         physical_range, three_element, instead_of='branch_ratio'))
-      call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3); 0: no branch', &
-         range_t(0.0_wp, 1.0e9_wp), three_element, &
-         sweep=sweep_t(13, is_in_cases=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
-      call table%bind(physical%damper, name_t('damper', 'damper c of the branch, force over velocity', physical_range, &
-         three_element, instead_of='damper_ratio'))
-   end subroutine list_stop
 
    subroutine list_response(table, response, physical)
       class(table_t), intent(inout) :: table
@@ -360,7 +317,12 @@ contains
             name = name_t(swept%parameter%name, swept%parameter%meaning, default='not swept', is_optional=.true.)
             name%range = table%entries(places(k))%name%range
             name%needs = table%entries(places(k))%name%needs
-            if (name%needs%name /= '' .or. name%needs%phrase /= '') name%needs%group = swept%parameter%group
+            if (name%needs%name /= '' .or. name%needs%phrase /= '') then
+               name%needs%group = swept%parameter%group
+               name%needs%occurrence = swept%parameter%occurrence
+            else if (swept%parameter%group == 'support') then
+               name%needs = condition_t(group='support')
+            end if
             call table%bind(swept%list, name, swept%parameter%is_whole)
             if (swept%parameter%is_whole) cycle
             name%name = trim(swept%parameter%name)//'_range'
@@ -443,7 +405,7 @@ contains
       histories = pack([(i, i=1, history_count)], output%history)
       if (size(histories) == 0) histories = [history_none]
       call table%bind(histories, name_t('histories', 'histories at the sample times', needs=a_response, default='all', &
-         alone=[character(32) :: 'all', 'none']), history_names)
+         alone=[character(40) :: 'all', 'none']), history_names)
       output%history = [(any(histories == i .or. histories == history_all), i=1, history_count)]
       call table%bind(output%shape_times, name_t('shape_times', 'instants at which the shape is stored, tau', &
          range_t(0.0_wp, 1.0e9_wp), a_response, default='none'))

@@ -4,7 +4,8 @@ module scene_input
    use kinds, only: i8, wp
    use name_hints, only: group_hint, item_hint
    use name_parameters, only: chosen_parameter
-   use name_table, only: entry_t, is_among, kind_logical, kind_number, kind_text, kind_whole, kind_word, table_t
+   use name_table, only: entry_t, is_among, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
+      most_repeats, table_t
    use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice
@@ -315,6 +316,8 @@ contains
             problem = '&'//group//': '//name_of_program(takers)//' runs this scene'
          else if (first < i .and. .not. table%groups(place)%repeats) then
             problem = '&'//group//': given twice, first in line '//to_text(input%namelist%groups(first)%line)
+         else if (first < i .and. i == find_group(input%namelist, group, most_repeats + 1)) then
+            problem = '&'//group//': may be given '//to_text(most_repeats)//' times at most'
          else
             cycle
          end if

@@ -114,7 +114,7 @@ contains
       type(table_t) :: table
       type(physical_t) :: physical
 
-      call table%give_one(trim(parameter%name_in_group), value)
+      call table%give_one(parameter%occurrence, trim(parameter%name_in_group), value)
       call list_group(trim(parameter%group), table, scene, physical)
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter

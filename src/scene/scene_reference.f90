@@ -42,7 +42,7 @@ contains
       count = 0
       do i = 1, table%entry_count
          associate (entry => table%entries(i), group => table%groups(table%entries(i)%group))
-            if (iand(group%programs, reader) == 0) cycle
+            if (iand(group%programs, reader) == 0 .or. group%occurrence > 1) cycle
             count = count + 1
             names(count)%group = trim(group%name)
             names(count)%name = trim(entry%name%name)

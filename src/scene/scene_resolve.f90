@@ -7,16 +7,18 @@ module scene_resolve
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
-   use run_settings, only: law_three_element, response_settings_t
+   use run_settings, only: response_settings_t
    use scene_beam, only: mean_section, resolve_beam
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_rules, only: check_rules
+   use scene_stops, only: resolve_stops, resolve_supports
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_taper, solver_auto, solver_dsygv, solver_lanczos, solver_names, &
       solver_natural
    use sweep_resolve, only: resolve_sweep
+   use unit_ratios, only: take_ratio
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text
    implicit none (type, external)
    private
@@ -68,7 +70,8 @@ contains
          0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
       call take_ratio(input, table, 'tip_mass', 'mass', physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
       call resolve_mesh(input, scene)
-      if (scene%has_stop) call resolve_stop(input, table, physical, scene)
+      if (scene%has_stop) call resolve_stops(input, table, physical%stops, scene)
+      if (scene%has_supports) call resolve_supports(input, table, physical%supports, scene)
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
@@ -161,92 +164,6 @@ contains
             //to_text(scales%height_ratio)//': must be '//range_text(height_ratio_range))
       end if
    end subroutine find_scales
-
-   !> A ratio that the file gives by a quantity in physical units.
-   subroutine take_ratio(input, table, group, name, value, ratio)
-      type(scene_input_t), intent(inout) :: input
-      type(table_t), intent(in) :: table
-      !> Group and name of the quantity
-      character(*), intent(in) :: group
-      character(*), intent(in) :: name
-      !> The quantity as a ratio
-      real(wp), intent(in) :: value
-      !> Replaced by the value if the file has the quantity
-      real(wp), intent(inout) :: ratio
-
-      character(:), allocatable :: ratio_name
-      type(range_t) :: range
-
-      if (.not. input%has(group, name)) return
-      ratio_name = trim(table%entries(table%find(table%find_group(group), name))%name%instead_of)
-      range = table%range_of(group, ratio_name)
-      if (contains_value(range, value)) then
-         ratio = value
-      else
-         call input%complain(group, name, ratio_name//' would be '//to_text(value)//': must be ' &
-            //range_text(range))
-      end if
-   end subroutine take_ratio
-
-   !> &stop
-   subroutine resolve_stop(input, table, physical, scene)
-      type(scene_input_t), intent(inout) :: input
-      type(table_t), intent(in) :: table
-      !> What it gives in physical units
-      type(physical_t), intent(in) :: physical
-      !> Scales in; stop and scale of displacements out
-      type(scene_t), intent(inout) :: scene
-
-      real(wp) :: unit_stiffness, spring
-
-      unit_stiffness = 3.0_wp*scene%scales%bending_stiffness/scene%beam%length**3
-      call resolve_heights(input, table%range_of('stop', 'preload'), physical, scene)
-      if (scene%stop%law /= law_three_element) return
-      call take_ratio(input, table, 'stop', 'stiffness', physical%stiffness/unit_stiffness, scene%stop%stiffness_ratio)
-      if (input%has_problem()) return
-      spring = scene%stop%stiffness_ratio*unit_stiffness
-      if (input%has('stop', 'stiffness')) spring = physical%stiffness
-      call take_ratio(input, table, 'stop', 'branch_stiffness', physical%branch_stiffness/spring, &
-         scene%stop%branch_ratio)
-      call take_ratio(input, table, 'stop', 'damper', physical%damper*scene%scales%omega1/unit_stiffness, &
-         scene%stop%damper_ratio)
-   end subroutine resolve_stop
-
-   !> The preload from the heights of the stop and of the start.
-   subroutine resolve_heights(input, preload_range, physical, scene)
-      type(scene_input_t), intent(inout) :: input
-      type(range_t), intent(in) :: preload_range
-      !> What it gives in physical units
-      type(physical_t), intent(in) :: physical
-      !> Beam in; preload and scale of displacements out
-      type(scene_t), intent(inout) :: scene
-
-      ! Shares of the length: heights below the first cannot be told from none
-      real(wp), parameter :: smallest_lift = 1.0e-15_wp
-      real(wp), parameter :: largest_height = 1.0_wp
-      real(wp) :: lift
-
-      if (.not. input%has('stop', 'surface_height')) return
-      lift = physical%initial_height - physical%surface_height
-      associate (length => scene%beam%length)
-         if (abs(physical%surface_height) > largest_height*length) then
-            call input%complain('stop', 'surface_height', "must be smaller in size than the beam's length, " &
-               //to_text(length))
-         else if (abs(physical%initial_height) > largest_height*length) then
-            call input%complain('stop', 'initial_height', "must be smaller in size than the beam's length, " &
-               //to_text(length))
-         else if (lift < smallest_lift*length) then
-            call input%complain('stop', 'initial_height', 'must be above surface_height = ' &
-               //to_text(physical%surface_height))
-         else if (abs(physical%surface_height) > preload_range%most*lift) then
-            call input%complain('stop', 'initial_height', 'is too near to surface_height: preload must be ' &
-               //range_text(preload_range))
-         else
-            scene%stop%preload = physical%surface_height/lift
-            scene%scales%displacement = lift
-         end if
-      end associate
-   end subroutine resolve_heights
 
    !> &response
    subroutine resolve_response(input, table, physical, omega1, response)

@@ -32,8 +32,9 @@ module scene_rules
    ! They come first: what else such a scene has would need things that it cannot have
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
-      'beam mesh damping tip_mass stop response frequencies precision sweep best cases output', &
+      'beam mesh damping tip_mass stop support response frequencies precision sweep best cases output', &
       ', which has beams, stops and runs of its own'), &
+      exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
       exclusion_t('precision', 'response sweep best cases output', ', which has runs of its own')]
 
    type(exclusion_t), parameter :: exclusions(*) = [ &
@@ -62,9 +63,7 @@ module scene_rules
       demand_t('beam', 'height', 'station', 'needs station; a beam without a table takes height_root'), &
       demand_t('beam', 'station', 'height area inertia', 'needs height, or area and inertia'), &
       demand_t('beam', 'area', 'inertia', 'needs inertia too'), &
-      demand_t('beam', 'inertia', 'area', 'needs area too'), &
-      demand_t('stop', 'surface_height', 'initial_height', 'needs initial_height too'), &
-      demand_t('stop', 'initial_height', 'surface_height', 'needs surface_height too')]
+      demand_t('beam', 'inertia', 'area', 'needs area too')]
 
 contains
 

@@ -188,7 +188,7 @@ contains
       type(parameter_t), intent(in) :: parameter
       integer :: place
 
-      place = table%find(table%find_group(trim(parameter%group)), trim(parameter%name_in_group))
+      place = table%find(table%find_group(trim(parameter%group), parameter%occurrence), trim(parameter%name_in_group))
    end function place_in
 
    !> The name under which the values of a parameter stand.

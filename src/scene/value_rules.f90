@@ -4,7 +4,7 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of, largest_spread, most_numbers
+   public :: range_t, contains_value, range_text, one_of, largest_spread, most_numbers, physical_range
 
    !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
@@ -17,6 +17,9 @@ module value_rules
       real(wp) :: most
       logical :: excludes_least = .false.
    end type range_t
+
+   !> In the user's units: wide, but products and quotients of a few of them stay far from overflow.
+   type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
 
    interface range_t
       module procedure range_of_integers

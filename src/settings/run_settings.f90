@@ -9,6 +9,7 @@ module run_settings
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
+   public :: stop_released_from
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
@@ -127,5 +128,36 @@ module run_settings
       !> From which of all the beam is released
       integer :: pulled = 1
    end type run_settings_t
+
+contains
+
+   !> From which of several stops the beam is released where the scene leaves that open: the one nearest the tip; of
+   !> those below before above before on both sides; of those the highest. Never by their order: of stops that are alike
+   !> in all that any serves.
+   pure function stop_released_from(stops) result(place)
+      type(stop_settings_t), intent(in) :: stops(:)
+      integer :: place
+
+      real(wp) :: first(9), other(9)
+      integer :: i, key
+
+      place = 1
+      do i = 2, size(stops)
+         first = keys(stops(place))
+         other = keys(stops(i))
+         key = findloc(abs(first - other) > 0.0_wp, .true., dim=1)
+         if (key == 0) cycle
+         if (other(key) < first(key)) place = i
+      end do
+   end function stop_released_from
+
+   !> What that goes by, the least first.
+   pure function keys(stop) result(values)
+      type(stop_settings_t), intent(in) :: stop
+      real(wp) :: values(9)
+
+      values = [-stop%position, real(stop%side, wp), -stop%preload, real(stop%law, wp), real(stop%impulse, wp), &
+         -stop%restitution, stop%stiffness_ratio, stop%branch_ratio, stop%damper_ratio]
+   end function keys
 
 end module run_settings

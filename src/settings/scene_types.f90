@@ -9,7 +9,8 @@ module scene_types
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
-   public :: scene_t, echo_t, beam_settings_t, mesh_settings_t
+   public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t
+   public :: support_displacement, support_rotation, support_motion_names
    public :: frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
    public :: shape_taper, shape_height_table, shape_section_table
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
@@ -39,6 +40,10 @@ module scene_types
    integer, parameter :: mass_redistributed = 2
    integer, parameter :: mass_auto = 3
 
+   !> What a support holds.
+   integer, parameter :: support_displacement = 1
+   integer, parameter :: support_rotation = 2
+
    !> No reference values.
    integer, parameter :: reference_none = 1
    !> The exact frequencies from the determinants.
@@ -56,6 +61,7 @@ module scene_types
    !> The constants above as users write them: solver_names(solver_dsygv) and so on.
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
    character(*), parameter :: mass_names(3) = [character(name_length) :: 'consistent', 'redistributed', 'auto']
+   character(*), parameter :: support_motion_names(2) = [character(name_length) :: 'displacement', 'rotation']
    character(*), parameter :: contender_names(4) = [character(name_length) :: &
       'exact', 'average_acceleration', 'linear_acceleration', 'explicit']
    character(*), parameter :: reference_names(2) = [character(name_length) :: 'none', 'exact']
@@ -96,6 +102,16 @@ module scene_types
       !> Compare with two finer meshes
       logical :: estimate = .false.
    end type mesh_settings_t
+
+   !> &support
+   type :: support_settings_t
+      !> x / L
+      real(wp) :: position = 1.0_wp
+      !> One of the `support_` constants
+      integer :: motion = support_displacement
+      !> Of its spring: k / (3 E Ibar / L^3), or, against rotation, k / (3 E Ibar / L); 0: the support is rigid
+      real(wp) :: stiffness_ratio = 0.0_wp
+   end type support_settings_t
 
    !> &frequencies: a table of lambda for every solver and every mesh
    type :: frequency_settings_t
@@ -195,6 +211,13 @@ module scene_types
       !> &stop is there; a response has one
       logical :: has_stop = .false.
       type(stop_settings_t) :: stop
+      !> Further &stop groups; unallocated: there are none
+      type(stop_settings_t), allocatable :: more_stops(:)
+      !> The stop from which the beam is released; 0: `stop_released_from` tells
+      integer :: pulled = 0
+      !> &support is there; unallocated: it is not
+      logical :: has_supports = .false.
+      type(support_settings_t), allocatable :: supports(:)
       !> &response is there
       logical :: wants_response = .false.
       type(response_settings_t) :: response

@@ -8,7 +8,7 @@ module sweep_settings
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_most, goal_names
 
-   integer, parameter :: name_room = 32
+   integer, parameter :: name_room = 40
    integer, parameter :: meaning_room = 180
 
    !> A number that a sweep or &cases may vary.
@@ -16,10 +16,11 @@ module sweep_settings
       !> In &sweep and &cases
       character(name_room) :: name = ''
       character(meaning_room) :: meaning = ''
-      !> Its own group, and its name there
+      !> Its own group, which of several of that name, and its name there
       character(name_room) :: group = ''
+      integer :: occurrence = 1
       character(name_room) :: name_in_group = ''
-      !> Its place among all parameters; in a grid the first vary slowest
+      !> Its own number, from which its random numbers start
       integer :: order = 0
       !> Another value makes another beam or mesh
       logical :: is_of_beam = .false.

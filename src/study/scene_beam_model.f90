@@ -1,14 +1,14 @@
 !> From a checked scene to the assembled beam and the settings of its run.
 module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
-   use beam_model, only: beam_model_t, make_beam_model
+   use beam_model, only: beam_model_t, beam_support_t, make_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
    use failures, only: failure_t
    use kinds, only: wp
    use mass_choice, only: errs_less_redistributed
-   use run_settings, only: run_settings_t
+   use run_settings, only: run_settings_t, stop_released_from
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
-      shape_section_table
+      shape_section_table, support_displacement
    implicit none (type, external)
    private
    public :: section_of, model_of, motion_model_of, redistributes, run_of
@@ -42,9 +42,9 @@ contains
 
       type(mesh_t) :: mesh
 
-      call make_mesh(elements, ratio, scene%stop%position, mesh, error)
+      call mesh_of(scene, elements, ratio, mesh, error)
       if (allocated(error)) return
-      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model)
+      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, supports=supports_of(scene, mesh))
    end subroutine model_of
 
    !> The beam of a scene's runs.
@@ -59,9 +59,10 @@ contains
 
       type(mesh_t) :: mesh
 
-      call make_mesh(elements, ratio, scene%stop%position, mesh, error)
+      call mesh_of(scene, elements, ratio, mesh, error)
       if (allocated(error)) return
-      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, redistributes(scene, mesh))
+      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, redistributes(scene, mesh), &
+         supports_of(scene, mesh))
    end subroutine motion_model_of
 
    !> Is the mass matrix of a scene's runs the one that is redistributed at the stop?
@@ -75,6 +76,50 @@ contains
          scene%tip_mass_ratio, run_of(scene))
    end function redistributes
 
+   !> A mesh with nodes at the stops and, after them, at the supports.
+   pure subroutine mesh_of(scene, elements, ratio, mesh, error)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: elements
+      !> Length of an element over that of the next towards the tip
+      real(wp), intent(in) :: ratio
+      type(mesh_t), intent(out) :: mesh
+      !> Set when it cannot be made
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: positions(:)
+
+      if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports))) then
+         call make_mesh(elements, ratio, scene%stop%position, mesh, error)
+         return
+      end if
+      allocate (positions(0))
+      if (allocated(scene%more_stops)) positions = scene%more_stops%position
+      if (allocated(scene%supports)) positions = [positions, scene%supports%position]
+      call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions)
+   end subroutine mesh_of
+
+   !> The supports of a scene on its mesh.
+   pure function supports_of(scene, mesh) result(supports)
+      type(scene_t), intent(in) :: scene
+      type(mesh_t), intent(in) :: mesh
+      type(beam_support_t), allocatable :: supports(:)
+
+      ! a spring of 1 in ratio, E Ibar = L = 1
+      real(wp), parameter :: unit = 3.0_wp
+      integer :: k, before
+
+      allocate (supports(0))
+      if (.not. allocated(scene%supports)) return
+      deallocate (supports)
+      allocate (supports(size(scene%supports)))
+      before = size(mesh%more_nodes) - size(supports)
+      do k = 1, size(supports)
+         supports(k)%dof = 2*mesh%more_nodes(before + k)
+         if (scene%supports(k)%motion == support_displacement) supports(k)%dof = supports(k)%dof - 1
+         supports(k)%stiffness = unit*scene%supports(k)%stiffness_ratio
+      end do
+   end function supports_of
+
    !> The run that a scene describes.
    pure function run_of(scene) result(settings)
       type(scene_t), intent(in) :: scene
@@ -85,6 +130,10 @@ contains
       settings%response = scene%response
       settings%output = scene%output
       settings%height_ratio = scene%scales%height_ratio
+      if (.not. allocated(scene%more_stops)) return
+      settings%more_stops = scene%more_stops
+      settings%pulled = scene%pulled
+      if (settings%pulled == 0) settings%pulled = stop_released_from([scene%stop, scene%more_stops])
    end function run_of
 
 end module scene_beam_model
