@@ -41,8 +41,8 @@ contains
       allocate (motion%v(beam%count), source=0.0_wp)
       call make_flight(beam, contact, flight)
       associate (gap => flight%gap)
-         if (sum(gap%weight*start) + gap%offset <= 4.0_wp*epsilon(1.0_wp)*(sum(abs(gap%weight*start)) &
-            + abs(gap%offset))) then
+         if (sum(gap%weight*start) + gap%offset + contact%depth <= 4.0_wp*epsilon(1.0_wp) &
+            *(sum(abs(gap%weight*start)) + abs(gap%offset) + contact%depth)) then
             call contact%start(motion, response)
          end if
       end associate
