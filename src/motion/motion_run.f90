@@ -4,11 +4,8 @@ module motion_run
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
-<<<<<<< HEAD
-   use mass_choice, only: errs_less_redistributed
-=======
    use kinds, only: wp
->>>>>>> c141245 (Move a beam among any number of surfaces in closed form)
+   use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
