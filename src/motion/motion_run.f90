@@ -7,10 +7,11 @@ module motion_run
    use kinds, only: wp
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
+   use newmark_several, only: check_several_newmark, several_newmark_response
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
-   use stop_laws, only: is_rigid
    use static_states, only: find_static_start
+   use stop_laws, only: is_rigid
    use stop_surfaces, only: is_plain, surfaces_of
    implicit none (type, external)
    private
@@ -36,7 +37,11 @@ contains
       case (method_exact)
          call exact_response(model, settings, response, error, shared)
       case (method_newmark)
-         call newmark_response(model, settings, response, error)
+         if (is_plain_run(model, settings)) then
+            call newmark_response(model, settings, response, error)
+         else
+            call several_newmark_response(model, settings, response, error)
+         end if
       end select
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
@@ -56,8 +61,22 @@ contains
 
       call check_node(model, settings, error)
       if (allocated(error)) return
-      if (settings%response%method == method_newmark) call check_newmark(model, settings, error)
+      if (settings%response%method /= method_newmark) return
+      if (is_plain_run(model, settings)) then
+         call check_newmark(model, settings, error)
+      else
+         call check_several_newmark(model, settings, error)
+      end if
    end subroutine check_motion
+
+   !> One stop below the beam, and no supports along it?
+   pure function is_plain_run(model, settings) result(answer)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      logical :: answer
+
+      answer = is_plain(settings) .and. size(model%supports) == 0
+   end function is_plain_run
 
    !> A node without mass follows the others only in closed form, and only a rigid stop holds it.
    subroutine check_node(model, settings, error)
@@ -68,13 +87,9 @@ contains
 
       real(wp), allocatable :: start(:)
 
-      if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
+      if (.not. is_plain_run(model, settings)) then
          call find_static_start(model, surfaces_of(settings), start, error)
          if (allocated(error)) return
-         if (settings%response%method == method_newmark) then
-            call fail(error, status_bad_input, 'one stop below the beam, without supports along it, is all that runs yet')
-            return
-         end if
       end if
       if (.not. model%has_massless_node) return
       if (settings%response%method == method_exact .and. is_rigid(settings%stop) .and. .not. allocated(start)) return

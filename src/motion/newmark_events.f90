@@ -1,11 +1,11 @@
 !> The rules of contact and release for steps of finite length, and what impact, capture, contact and release do.
 module newmark_events
-   use failures, only: fail, status_run_failed
+   use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, &
       stop_energy
    use newmark_stability, only: highest_frequency
-   use newmark_stepper, only: copy_state, momentum_at_stop, restart_acceleration
+   use newmark_stepper, only: copy_state, momentum_at_stop, newmark_stepper_t, restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, &
       event_separation, event_t, response_t
@@ -15,7 +15,7 @@ module newmark_events
    use step_measures, only: greatest_in, measure_event, piece_t
    implicit none (type, external)
    private
-   public :: look_for_event, give_way
+   public :: look_for_event, give_way, find_impulse_level
 
 contains
 
@@ -187,26 +187,31 @@ contains
       end associate
    end subroutine push
 
-   !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
-   !> them ring instead, and lose digits in their accelerations; so the first step is that short, and the next ones
-   !> grow.
+   !> The first step after an impulse is short, and the next ones grow.
    pure subroutine shorten_next_step(run)
       !> The run; its next step is bounded
       type(run_t), intent(inout) :: run
 
-      real(wp) :: frequency
-
-      if (run%impulse_level < 0) then
-         run%impulse_level = 0
-         if (run%stepper%double_zeta > 0.0_wp) then
-            call highest_frequency(run%stepper%stiffness, run%stepper%mass, run%stepper%stop_dof, 0.0_wp, frequency, &
-               run%error)
-            if (allocated(run%error)) return
-            run%impulse_level = level_of(run, 2.0_wp/(run%stepper%double_zeta*frequency**2))
-         end if
-      end if
+      if (run%impulse_level < 0) call find_impulse_level(run%stepper, run%impulse_level, run%error)
       run%next_level = run%impulse_level
    end subroutine shorten_next_step
+
+   !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
+   !> them ring instead, and lose digits in their accelerations; so the first step should be that short.
+   pure subroutine find_impulse_level(stepper, level, error)
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> How often that step is halved
+      integer, intent(out) :: level
+      !> Set when the highest frequency is not found
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp) :: frequency
+
+      level = 0
+      if (stepper%double_zeta <= 0.0_wp) return
+      call highest_frequency(stepper%stiffness, stepper%mass, stepper%stop_dof, 0.0_wp, frequency, error)
+      if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%double_zeta*frequency**2))
+   end subroutine find_impulse_level
 
    !> Model A: the held stop point leaves.
    pure subroutine release(run, response)

@@ -27,6 +27,7 @@ module newmark_motion
    implicit none (type, external)
    private
    public :: newmark_response, check_newmark, rounding_of_energy
+   public :: divide_step, check_mesh, blame_mesh, check_ledger
 
 contains
 
@@ -72,13 +73,13 @@ contains
          call take_sample(run, response)
          if (.not. run%keeps_ledger .or. modulo(samples - run%progress%sample, between_checks) > 0) cycle
          call miss_of_ledger(run, miss)
-         call check_ledger(run, miss, error)
+         call check_ledger(instant(run, run%progress), miss, whole_energy(run), error)
          if (allocated(error)) return
       end do
       response%ends_in_contact = run%phase /= phase_free
       response%factorisations = run%stepper%factorisations
       if (allocated(response%energy)) then
-         call check_ledger(run, miss_of_energies(response), error)
+         call check_ledger(instant(run, run%progress), miss_of_energies(response), whole_energy(run), error)
          if (allocated(error)) return
       end if
       if (.not. run%keeps_measures) return
@@ -132,8 +133,7 @@ contains
       end if
       if (.not. allocated(error)) call make_factors(run%stepper, 0, error, run%stop)
       if (allocated(error)) then
-         error%message = "on this mesh Newmark's steps are lost in rounding ("//error%message// &
-            "): take elements of more equal length, a shorter step, or method = 'exact'"
+         call blame_mesh(error)
          return
       end if
       call check_mesh(model, error)
@@ -143,9 +143,18 @@ contains
       run%leaving = gap(run, run%states(1)) < -run%contact_tolerance
       if (.not. allocated(run%stop)) return
       if (run%stop%branch_stiffness > 0.0_wp .and. run%stop%relaxation_rate > 0.0_wp) then
-         run%contact_level = level_of(run, 1.0_wp/run%stop%relaxation_rate)
+         run%contact_level = level_of(run%stepper%step, 1.0_wp/run%stop%relaxation_rate)
       end if
    end subroutine make_run
+
+   !> What a matrix that cannot be factorised tells of a mesh.
+   pure subroutine blame_mesh(error)
+      !> The message changes
+      type(failure_t), intent(inout) :: error
+
+      error%message = "on this mesh Newmark's steps are lost in rounding ("//error%message// &
+         "): take elements of more equal length, a shorter step, or method = 'exact'"
+   end subroutine blame_mesh
 
    !> Refuse a step that is too long for a conditionally stable scheme, or divide it if that was asked for.
    pure subroutine divide_step(model, zeta, settings, parts, error)
@@ -414,6 +423,14 @@ contains
       end associate
    end function energy_of
 
+   !> Energy at the start and created.
+   pure function whole_energy(run) result(energy)
+      type(run_t), intent(in) :: run
+      real(wp) :: energy
+
+      energy = run%progress%measurer%tally%start_energy + run%progress%ledger%created
+   end function whole_energy
+
    !> By how much beam and stop miss, at the present state, the energy that the ledger leaves them.
    pure subroutine miss_of_ledger(run, miss)
       !> The run, which keeps its ledger
@@ -431,22 +448,22 @@ contains
    end subroutine miss_of_ledger
 
    !> Refuse what misses the ledger by more than a share of the energy: rounding has moved the beam.
-   pure subroutine check_ledger(run, miss, error)
-      type(run_t), intent(in) :: run
-      !> From `miss_of_ledger`
+   pure subroutine check_ledger(tau, miss, whole, error)
+      !> The instant
+      real(wp), intent(in) :: tau
+      !> By how much energy
       real(wp), intent(in) :: miss
+      !> Energy at the start and created
+      real(wp), intent(in) :: whole
       !> Set when it is too much
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: tolerance = 1.0e-6_wp
-      real(wp) :: whole
 
-      whole = run%progress%measurer%tally%start_energy + run%progress%ledger%created
       if (miss <= tolerance*whole) return
-      call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "// &
-         to_text(instant(run, run%progress))//' the energy is off by '//to_text(miss/whole)// &
-         ' of that at the start, and at most '//to_text(tolerance)//' is allowed: take a shorter step, fewer '// &
-         "elements or elements of more equal length, or method = 'exact'")
+      call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "//to_text(tau)// &
+         ' the energy is off by '//to_text(miss/whole)//' of that at the start, and at most '//to_text(tolerance)// &
+         " is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
    end subroutine check_ledger
 
 end module newmark_motion

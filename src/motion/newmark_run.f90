@@ -133,8 +133,9 @@ contains
    end function stop_energy
 
    !> How often the step must be halved to be no longer than this.
-   pure function level_of(run, time) result(level)
-      type(run_t), intent(in) :: run
+   pure function level_of(step, time) result(level)
+      !> Length of the undivided step
+      real(wp), intent(in) :: step
       !> The time to resolve
       real(wp), intent(in) :: time
       integer :: level
@@ -143,7 +144,7 @@ contains
       integer, parameter :: deepest_start = 30
 
       level = 0
-      do while (level < deepest_start .and. scale(run%stepper%step, -level) > time)
+      do while (level < deepest_start .and. scale(step, -level) > time)
          level = level + 1
       end do
    end function level_of

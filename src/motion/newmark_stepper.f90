@@ -27,9 +27,10 @@ module newmark_stepper
    use yielding_stop, only: stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: newmark_stepper_t, newmark_state_t, deepest_level
-   public :: make_newmark_stepper, make_start_state, make_factors, predict_step, finish_step, change_force
-   public :: restart_acceleration, kinetic_energy, strain_energy, beam_dissipation, momentum_at_stop, copy_state
+   public :: newmark_stepper_t, newmark_state_t, deepest_level, band
+   public :: make_newmark_stepper, make_start_state, make_factors, solve_for_force, predict_step, finish_step
+   public :: change_force, restart_acceleration, kinetic_energy, strain_energy, beam_dissipation, copy_state
+   public :: momentum_at_stop
 
    !> A step may be halved this often.
    integer, parameter :: deepest_level = 40
@@ -221,6 +222,24 @@ contains
          factors%made = .true.
       end associate
    end subroutine make_factors
+
+   !> A^-1 e: what a unit force at the end of a step does to the acceleration there.
+   pure subroutine solve_for_force(stepper, level, dof, column)
+      !> The factors of this level are made
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> How often the step is halved
+      integer, intent(in) :: level
+      !> Where the force acts
+      integer, intent(in) :: dof
+      !> Padded, [-2 : order + 3]
+      real(wp), intent(out) :: column(1 - band:)
+
+      column = 0.0_wp
+      column(dof) = 1.0_wp
+      associate (factors => stepper%factors(level))
+         call solve_banded(stepper%order, factors%lower, factors%lower_left, factors%reciprocal_pivot, column)
+      end associate
+   end subroutine solve_for_force
 
    !> The step as it is without force: predictors of displacement and velocity, and the acceleration they lead to.
    pure subroutine predict_step(stepper, level, old, new)

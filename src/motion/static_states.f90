@@ -3,9 +3,9 @@
 !> Scales: displacement eta, forces Pbar / (hbar/L), as of the laws of the stops.
 module static_states
    use beam_model, only: beam_model_t, hold_supports
+   use complementarity, only: solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: lambda1_power4, wp
-   use complementarity, only: solve_complementarity
    use number_text, only: to_text
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
    use stop_laws, only: static_stiffness

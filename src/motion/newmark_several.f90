@@ -1,0 +1,453 @@
+!> The beam and any number of surfaces through time by Newmark steps, halved at an event until the condition of each
+!> surface is met: a second way beside exact motion (docs/theory.md, section 17). The scene of one stop below the beam
+!> has a way of its own (`newmark_motion`). Rigid supports are held exactly.
+module newmark_several
+   use beam_model, only: beam_model_t, hold_supports
+   use failures, only: fail, failure_t, status_bad_input
+   use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
+   use kinds, only: i8, wp
+   use newmark_motion, only: blame_mesh, check_ledger, check_mesh, divide_step
+   use newmark_run, only: level_of, nowhere, whole_step
+   use newmark_samples, only: keep_shapes
+   use newmark_several_contacts, only: settle
+   use newmark_several_events, only: give_way, look_for_events
+   use newmark_several_run, only: energy_left, instant_of, is_held, is_idle, is_in_contact, is_open, several_run_t, &
+      surface_energy
+   use newmark_several_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
+   use newmark_stepper, only: deepest_level, kinetic_energy, make_newmark_stepper, make_start_state, strain_energy
+   use number_text, only: to_text
+   use response_records, only: count_samples, open_records
+   use response_types, only: miss_of_energies, response_t
+   use run_measures, only: gather_measures, open_tally
+   use run_recorder, only: keep_sample, sample_t
+   use run_settings, only: impulse_nodal, law_spring_damper, run_settings_t
+   use skyline_matrix, only: solve_factorised
+   use static_states, only: find_static_rest, find_static_start
+   use step_measures, only: finish_steps
+   use stop_laws, only: make_yielding_stop
+   use stop_surfaces, only: acting, surface_t, surfaces_of
+   implicit none (type, external)
+   private
+   public :: several_newmark_response, check_several_newmark
+
+contains
+
+   !> The motion from rest in the static shape of a force at the pulled stop until the end of the run.
+   subroutine several_newmark_response(model, settings, response, error)
+      type(beam_model_t), intent(in) :: model
+      !> Stops, damping, steps, tolerances, output
+      type(run_settings_t), intent(in) :: settings
+      !> Events and histories
+      type(response_t), intent(out) :: response
+      !> Set when it cannot start, an event cannot be located, or rounding opens the ledger
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! at least so many samples, if there are, are held against the ledger where energies are no output
+      integer, parameter :: fewest_checks = 8
+      type(several_run_t) :: run
+      integer :: between_checks, samples
+
+      call make_run(model, settings, run, error)
+      if (allocated(error)) return
+      samples = count_samples(settings%response%duration, settings%response%step)
+      between_checks = max(1, samples/fewest_checks)
+      call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response)
+      call open_surfaces(settings, run, response)
+      run%keeps_measures = settings%output%measures
+      run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
+      run%keeps_shapes = allocated(response%shape_tau)
+      response%initial_energy = run%start_energy
+      if (run%keeps_measures) call start_measures(model, run, error)
+      if (allocated(error)) return
+      call shapes_in_step(run, 0.0_wp, response)
+      call hold_at_start(run, response)
+      if (.not. allocated(run%error)) call take_sample(run, response)
+      do while (run%sample < samples .and. .not. allocated(run%error))
+         call advance(run, response)
+         if (allocated(run%error)) exit
+         if (run%part > 0 .or. run%offset > 0_i8) cycle
+         call take_sample(run, response)
+         if (.not. run%keeps_ledger .or. modulo(samples - run%sample, between_checks) > 0) cycle
+         call check_energy(run)
+      end do
+      if (.not. allocated(run%error) .and. allocated(response%energy)) then
+         call check_ledger(instant_of(run), miss_of_energies(response), run%start_energy + run%ledger%created, &
+            run%error)
+      end if
+      if (allocated(run%error)) then
+         call move_alloc(run%error, error)
+         return
+      end if
+      response%ends_in_contact = any(run%surfaces%status == is_held .or. run%surfaces%status == is_in_contact)
+      response%factorisations = run%stepper%factorisations
+      if (run%keeps_measures) call finish_measures(run, settings%output%most_peaks, response)
+   end subroutine several_newmark_response
+
+   !> Can a run start? What would keep it from that is known without running it.
+   subroutine check_several_newmark(model, settings, error)
+      type(beam_model_t), intent(in) :: model
+      !> Stops, damping, steps, tolerances, output
+      type(run_settings_t), intent(in) :: settings
+      !> Set when it cannot
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(several_run_t) :: run
+
+      call make_run(model, settings, run, error)
+   end subroutine check_several_newmark
+
+   !> Check the step and the surfaces, make the stepper, the stops and the start.
+   subroutine make_run(model, settings, run, error)
+      type(beam_model_t), intent(in) :: model
+      !> Stops, damping, steps, tolerances, output
+      type(run_settings_t), intent(in) :: settings
+      !> The run at its start
+      type(several_run_t), intent(out) :: run
+      !> Set when the step is too long for the scheme, or the surfaces do not allow a start
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(beam_model_t) :: held
+      type(surface_t), allocatable :: surfaces(:)
+      real(wp), allocatable :: shape(:)
+
+      run%sample_step = settings%response%step
+      run%contact_tolerance = settings%response%contact_tolerance
+      run%release_force = settings%response%release_tolerance/settings%height_ratio
+      run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
+      run%event_limit = settings%response%event_limit
+      run%height_ratio = settings%height_ratio
+      surfaces = surfaces_of(settings)
+      call find_static_start(model, surfaces, shape, error)
+      if (allocated(error)) return
+      run%pulled = findloc(surfaces%is_pulled, .true., dim=1)
+      held = hold_supports(model)
+      held%stop_dof = model%stop_dofs(surfaces(run%pulled)%stop)
+      call divide_step(held, settings%zeta, settings%response, run%parts, error)
+      if (allocated(error)) return
+      associate (scheme => settings%response, pulled => surfaces(run%pulled))
+         run%height = pulled%sign*pulled%height
+         call make_newmark_stepper(held, settings%zeta, scheme%newmark_beta, scheme%newmark_gamma, &
+            scheme%step/real(run%parts, wp), run%stepper, error)
+         if (.not. allocated(error)) then
+            call make_start_state(held, run%stepper, pulled%sign + run%height, run%states(1)%beam, error)
+         end if
+      end associate
+      if (allocated(error)) then
+         call blame_mesh(error)
+         return
+      end if
+      call check_mesh(held, error)
+      if (allocated(error)) return
+      allocate (run%states(1)%force(size(surfaces)), run%states(1)%indentation(size(surfaces)), &
+         run%states(1)%branch_force(size(surfaces)), source=0.0_wp)
+      run%states(2) = run%states(1)
+      call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
+      call make_surfaces(model, surfaces, run, error)
+   end subroutine make_run
+
+   !> The surfaces as the run sees them.
+   subroutine make_surfaces(model, surfaces, run, error)
+      type(beam_model_t), intent(in) :: model
+      type(surface_t), intent(in) :: surfaces(:)
+      !> Gets them
+      type(several_run_t), intent(inout) :: run
+      !> Set when the tolerance of contact is too wide for them, or a law is for one stop alone
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: j, k, n, points
+      logical :: acts(size(surfaces))
+
+      n = size(surfaces)
+      allocate (run%surfaces(n), run%mass_columns(run%stepper%order, n), run%mobility(n, n), run%closed(n), &
+         run%rows(n, n), run%right(n), run%refuses(n), run%arrives(n), run%leaves(n))
+      run%surfaces%dof = model%stop_dofs(surfaces%stop)
+      acts = acting(surfaces, run%surfaces%dof)
+      points = 0
+      run%mass_columns = 0.0_wp
+      do k = 1, n
+         associate (met => run%surfaces(k))
+            met%surface = surfaces(k)
+            if (.not. acts(k)) met%status = is_idle
+            call make_yielding_stop(surfaces(k)%settings, met%stop)
+            met%is_viscous = surfaces(k)%settings%law == law_spring_damper
+            call check_surface(run, k, error)
+            if (allocated(error)) return
+            j = findloc(run%surfaces(:k - 1)%dof, met%dof, dim=1)
+            if (j > 0) then
+               met%point = run%surfaces(j)%point
+            else
+               points = points + 1
+               met%point = points
+               run%mass_columns(met%dof, points) = 1.0_wp
+               call solve_factorised(run%stepper%mass_factors, run%mass_columns(:, points))
+            end if
+         end associate
+      end do
+      run%mass_columns = run%mass_columns(:, :points)
+      do k = 1, n
+         do j = 1, n
+            run%mobility(j, k) = surfaces(j)%sign*surfaces(k)%sign*run%mass_columns(run%surfaces(j)%dof, &
+               run%surfaces(k)%point)
+         end do
+         associate (met => run%surfaces(k))
+            if (.not. allocated(met%stop)) cycle
+            ! what the force needs to find its way
+            if (met%stop%viscosity > 0.0_wp) then
+               met%contact_level = level_of(run%stepper%step, 1.0_wp/(met%stop%viscosity*run%mobility(k, k)))
+            else if (met%stop%branch_stiffness > 0.0_wp .and. met%stop%relaxation_rate > 0.0_wp) then
+               met%contact_level = level_of(run%stepper%step, 1.0_wp/met%stop%relaxation_rate)
+            end if
+         end associate
+      end do
+   end subroutine make_surfaces
+
+   !> What one surface, or it and another at its point, cannot be.
+   pure subroutine check_surface(run, k, error)
+      !> The surfaces up to this one are there
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> Set when it cannot
+      type(failure_t), allocatable, intent(out) :: error
+
+      integer :: j
+      real(wp) :: clearance
+
+      associate (met => run%surfaces(k))
+         if (met%surface%settings%impulse == impulse_nodal .and. .not. allocated(met%stop)) then
+            call fail(error, status_bad_input, "impulse = 'nodal' is for one stop below the beam alone")
+            return
+         end if
+         do j = 1, k - 1
+            associate (other => run%surfaces(j))
+               if (other%dof /= met%dof .or. other%surface%sign*met%surface%sign > 0.0_wp) cycle
+               clearance = -(other%surface%height + met%surface%height)
+               if (clearance > 2.0_wp*run%contact_tolerance) cycle
+               call fail(error, status_bad_input, 'contact_tolerance '//to_text(run%contact_tolerance)// &
+                  ' must be below half the clearance at '//to_text(met%surface%settings%position)//', which is '// &
+                  to_text(clearance)//' of the distance that the beam was pulled')
+               return
+            end associate
+         end do
+      end associate
+   end subroutine check_surface
+
+   !> Surfaces that the start touches and that have to push.
+   pure subroutine hold_at_start(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      ! what may be rounding
+      real(wp), parameter :: touch = 1.0e-9_wp
+      integer :: k
+
+      associate (state => run%states(run%now)%beam)
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k))
+               if (met%status /= is_open .or. allocated(met%stop)) cycle
+               met%is_stopped = met%surface%sign*state%displacement(met%dof) - met%surface%height <= touch
+            end associate
+         end do
+      end associate
+      if (any(run%surfaces%is_stopped)) call settle(run, response)
+   end subroutine hold_at_start
+
+   !> Room for what is kept of each surface.
+   subroutine open_surfaces(settings, run, response)
+      !> Output
+      type(run_settings_t), intent(in) :: settings
+      type(several_run_t), intent(in) :: run
+      !> Its histories have room
+      type(response_t), intent(inout) :: response
+
+      integer :: k, n
+
+      n = 0
+      if (allocated(response%tau)) n = size(response%tau)
+      allocate (response%surfaces(size(run%surfaces)))
+      do k = 1, size(run%surfaces)
+         associate (surface => run%surfaces(k)%surface)
+            associate (record => response%surfaces(surface%number))
+               record%stop = surface%stop
+               record%sign = nint(surface%sign)
+               record%position = surface%settings%position
+               record%height = surface%sign*surface%height
+               if (settings%output%history(eta_stop)) allocate (record%eta(n), source=0.0_wp)
+               if (settings%output%history(velocity_stop)) allocate (record%velocity(n), source=0.0_wp)
+               if (settings%output%history(force_stop)) allocate (record%force(n), source=0.0_wp)
+               if (settings%output%energy) allocate (record%energy(n), record%dissipated(n), source=0.0_wp)
+            end associate
+         end associate
+      end do
+   end subroutine open_surfaces
+
+   !> Keep the present state as a sample.
+   pure subroutine take_sample(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Gets what it has room for
+      type(response_t), intent(inout) :: response
+
+      type(sample_t) :: sample
+      integer :: k, place
+      real(wp) :: energy
+
+      place = run%sample + 1
+      associate (state => run%states(run%now), stepper => run%stepper)
+         sample%history(eta_stop) = state%beam%displacement(stepper%stop_dof) - run%height
+         sample%history(eta_tip) = state%beam%displacement(stepper%tip_dof) - run%height
+         sample%history(velocity_stop) = state%beam%velocity(stepper%stop_dof)
+         sample%history(force_stop) = run%height_ratio*sum(state%force)
+         if (allocated(response%energy)) then
+            call kinetic_energy(stepper, state%beam, sample%beam_energy(1))
+            call strain_energy(stepper, state%beam, sample%beam_energy(2))
+         end if
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k), record => response%surfaces(run%surfaces(k)%surface%number))
+               if (allocated(record%eta)) record%eta(place) = state%beam%displacement(met%dof) - record%height
+               if (allocated(record%velocity)) record%velocity(place) = state%beam%velocity(met%dof)
+               if (allocated(record%force)) record%force(place) = run%height_ratio*state%force(k)
+               if (.not. allocated(response%energy)) cycle
+               energy = surface_energy(run, k, state)
+               sample%stop_energy = sample%stop_energy + energy
+               record%energy(place) = energy
+               record%dissipated(place) = met%dissipated
+            end associate
+         end do
+      end associate
+      call keep_sample(place, sample, run%ledger, response)
+   end subroutine take_sample
+
+   !> Keep the shapes asked for within the last step.
+   pure subroutine shapes_in_step(run, step, response)
+      type(several_run_t), intent(inout) :: run
+      !> Its length; 0: the start
+      real(wp), intent(in) :: step
+      !> What is kept
+      type(response_t), intent(inout) :: response
+
+      if (.not. run%keeps_shapes) return
+      call keep_shapes(run%stepper%order, run%states(3 - run%now)%beam, run%states(run%now)%beam, instant_of(run), &
+         step, run%height, run%next_shape, response)
+   end subroutine shapes_in_step
+
+   !> One accepted step and the events it may end with; or those that no step leads past.
+   pure subroutine advance(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events and counters
+      type(response_t), intent(inout) :: response
+
+      integer :: level
+      integer(i8) :: span
+      logical :: closing(size(run%surfaces))
+      real(wp) :: energy, step
+
+      level = run%next_level
+      run%next_level = 0
+      if (run%offset > 0_i8) level = max(level, deepest_level - trailz(run%offset))
+      do
+         if (.not. run%factors(level)%made) then
+            call prepare_level(run, level)
+            if (allocated(run%error)) return
+         end if
+         span = shiftr(whole_step, level)
+         call try_step(run, level)
+         response%evaluations = response%evaluations + 1_i8
+         call find_refusals(run, level)
+         if (.not. any(run%refuses)) exit
+         response%rejected = response%rejected + 1_i8
+         where (run%refuses) run%surfaces%refused_end = run%offset + span
+         if (level == deepest_level) then
+            call give_way(run, response)
+            return
+         end if
+         level = level + 1
+      end do
+
+      run%now = 3 - run%now
+      run%offset = run%offset + span
+      closing = run%offset < run%surfaces%refused_end
+      where (.not. closing) run%surfaces%refused_end = nowhere
+      if (run%offset == whole_step) then
+         run%offset = 0_i8
+         run%part = run%part + 1
+         if (run%part == run%parts) then
+            run%part = 0
+            run%sample = run%sample + 1
+         end if
+      end if
+      step = run%stepper%factors(level)%step
+      energy = energy_left(run)
+      if (run%keeps_ledger) call account_step(run, step)
+      if (run%keeps_measures) call measure_step(run, instant_of(run) - step, step, [energy, energy_left(run)])
+      call shapes_in_step(run, step, response)
+      call look_for_events(run, step, closing, response)
+   end subroutine advance
+
+   !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.
+   pure subroutine check_energy(run)
+      !> The run, which keeps its ledger
+      type(several_run_t), intent(inout) :: run
+
+      real(wp) :: energy, kinetic, strain
+      integer :: k
+
+      associate (state => run%states(run%now))
+         call kinetic_energy(run%stepper, state%beam, kinetic)
+         call strain_energy(run%stepper, state%beam, strain)
+         energy = kinetic + strain
+         do k = 1, size(run%surfaces)
+            energy = energy + surface_energy(run, k, state)
+         end do
+      end associate
+      call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created, &
+         run%error)
+   end subroutine check_energy
+
+   !> Begin to measure each surface.
+   subroutine start_measures(model, run, error)
+      type(beam_model_t), intent(in) :: model
+      type(several_run_t), intent(inout) :: run
+      !> Set when the state of rest is not found
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp) :: forces(size(run%surfaces)), energy
+      integer :: k
+      integer, allocatable :: acting_ones(:)
+
+      acting_ones = pack([(k, k=1, size(run%surfaces))], run%surfaces%status /= is_idle)
+      forces = 0.0_wp
+      call find_static_rest(model, run%surfaces(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
+      if (allocated(error)) return
+      forces(acting_ones) = forces(:size(acting_ones))
+      do k = 1, size(run%surfaces)
+         if (run%surfaces(k)%status == is_idle) forces(k) = 0.0_wp
+         associate (met => run%surfaces(k))
+            call open_tally(allocated(met%stop), run%start_energy, forces(k), energy, run%height_ratio, &
+               met%measurer%tally)
+         end associate
+      end do
+   end subroutine start_measures
+
+   !> The measures of each surface, and of the run.
+   pure subroutine finish_measures(run, most_peaks, response)
+      type(several_run_t), intent(inout) :: run
+      !> Peaks are kept of so many rebounds
+      integer, intent(in) :: most_peaks
+      !> Gets the measures
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      associate (ledger => run%ledger)
+         do k = 1, size(run%surfaces)
+            run%surfaces(k)%measures%final_energy = energy_left(run)
+            call finish_steps(run%surfaces(k)%measurer, instant_of(run), &
+               [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, most_peaks, &
+               run%surfaces(k)%measures, response, run%surfaces(k)%surface%number)
+         end do
+      end associate
+      call gather_measures(response, run%surfaces(run%pulled)%surface%number)
+   end subroutine finish_measures
+
+end module newmark_several

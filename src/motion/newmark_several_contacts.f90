@@ -1,0 +1,259 @@
+!> What stays closed and what is let go where the beam meets several surfaces: those that yield as their force tells, of
+!> the rigid ones those that the complementarity of reactions and accelerations finds.
+module newmark_several_contacts
+   use complementarity, only: solve_complementarity
+   use failures, only: fail, status_run_failed
+   use kinds, only: wp
+   use newmark_run, only: nowhere
+   use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_in_contact, is_lifted, is_open, &
+      lifted_force, several_run_t, surface_energy
+   use newmark_stepper, only: restart_acceleration
+   use number_text, only: to_text
+   use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, event_t, &
+      response_t
+   use run_recorder, only: charge_event
+   use step_measures, only: measure_event
+   use yielding_stop, only: contact_force
+   implicit none (type, external)
+   private
+   public :: let_fly, begin_contact, end_contact, settle, event_here, keep_event
+
+contains
+
+   !> A surface is open from here on.
+   pure subroutine let_fly(run, k)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+
+      associate (state => run%states(run%now), met => run%surfaces(k))
+         met%status = is_open
+         met%judged = .false.
+         met%is_stopped = .false.
+         met%shift = 0.0_wp
+         met%refused_end = nowhere
+         state%force(k) = 0.0_wp
+         if (met%is_viscous) then
+            state%indentation(k) = 0.0_wp
+            state%branch_force(k) = 0.0_wp
+         end if
+         met%armed = allocated(met%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
+         met%leaving = gap_at(run, k, state) < -run%contact_tolerance
+      end associate
+   end subroutine let_fly
+
+
+   !> A surface that yields begins to push: three elements with P = 0, spring and damper with c u', or, still indented,
+   !> with the little that was needed to see it.
+   pure subroutine begin_contact(run, k, response)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      associate (met => run%surfaces(k))
+         if (met%status == is_open) met%shift = gap_at(run, k, run%states(run%now))
+         met%leaving = .false.
+         met%status = is_in_contact
+         met%refused_end = nowhere
+         run%next_level = max(run%next_level, met%contact_level)
+      end associate
+      call keep_event(run, k, event_here(run, k, event_contact), response)
+   end subroutine begin_contact
+
+
+   !> It pushes no more. Three elements spring back from the rest of the force, spring and damper wait for the beam to
+   !> leave.
+   pure subroutine end_contact(run, k, response)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: lost
+
+      associate (state => run%states(run%now), met => run%surfaces(k))
+         if (met%is_viscous .and. state%indentation(k) > 0.0_wp) then
+            met%status = is_lifted
+            met%armed = .false.
+            met%refused_end = nowhere
+            state%force(k) = 0.0_wp
+         else
+            lost = surface_energy(run, k, state)
+            call met%stop%unload(state%indentation(k), state%branch_force(k))
+            lost = lost - surface_energy(run, k, state)
+            run%ledger%dissipated_stop = run%ledger%dissipated_stop + lost
+            met%dissipated = met%dissipated + lost
+            call let_fly(run, k)
+         end if
+      end associate
+      call keep_event(run, k, event_here(run, k, event_separation), response)
+   end subroutine end_contact
+
+
+   !> Forces and accelerations from the equation of motion, and which surfaces stay closed: those that yield as their
+   !> force tells, of the rigid ones that hold the beam or have stopped it those that the complementarity of reactions
+   !> and accelerations finds.
+   pure subroutine settle(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      real(wp), dimension(size(run%surfaces)) :: reaction, pull
+      integer :: members(size(run%surfaces)), k, n
+      logical :: pushes(size(run%surfaces))
+
+      call settle_yielding(run, response)
+      associate (state => run%states(run%now), order => run%stepper%order)
+         call restart_acceleration(run%stepper, state%beam, .false.)
+         n = 0
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k))
+               if (met%status == is_in_contact) call accelerate(state%beam%acceleration(1:order), k, state%force(k))
+               if (met%status /= is_held .and. .not. met%is_stopped) cycle
+               n = n + 1
+               members(n) = k
+            end associate
+         end do
+         if (n == 0) return
+         do k = 1, n
+            associate (met => run%surfaces(members(k)))
+               pull(k) = met%surface%sign*state%beam%acceleration(met%dof)
+            end associate
+         end do
+         call solve_complementarity(run%mobility(members(:n), members(:n)), pull(:n), reaction(:n), pushes(:n))
+         do k = 1, n
+            call accelerate(state%beam%acceleration(1:order), members(k), reaction(k))
+         end do
+         do k = 1, n
+            if (reaction(k) > 0.0_wp) state%beam%acceleration(run%surfaces(members(k))%dof) = 0.0_wp
+            call hold_or_release(run, members(k), reaction(k), response)
+            if (allocated(run%error)) return
+         end do
+      end associate
+
+   contains
+
+      !> What a force at a surface does.
+      pure subroutine accelerate(acceleration, k, force)
+         real(wp), intent(inout) :: acceleration(:)
+         !> The surface
+         integer, intent(in) :: k
+         real(wp), intent(in) :: force
+
+         acceleration = acceleration + run%surfaces(k)%surface%sign*force*run%mass_columns(:, run%surfaces(k)%point)
+      end subroutine accelerate
+
+   end subroutine settle
+
+
+   !> Forces of those that yield: of spring and damper they jump with the velocity.
+   pure subroutine settle_yielding(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: force
+      integer :: k
+
+      associate (state => run%states(run%now))
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k))
+               if (.not. allocated(met%stop)) cycle
+               if (met%is_viscous .and. (met%status == is_in_contact .or. met%status == is_lifted)) then
+                  force = lifted_force(run, k, state)
+                  if (met%status == is_in_contact .and. force < 0.0_wp) call end_contact(run, k, response)
+                  if (met%status == is_lifted .and. force > run%release_force) call begin_contact(run, k, response)
+                  if (met%status == is_in_contact) then
+                     state%branch_force(k) = force - met%stop%stiffness*state%indentation(k)
+                  end if
+               end if
+               if (met%status == is_in_contact) then
+                  state%force(k) = contact_force(met%stop, state%indentation(k), state%branch_force(k))
+               end if
+            end associate
+         end do
+      end associate
+   end subroutine settle_yielding
+
+
+   !> A rigid surface holds the beam where it has to push; else the beam leaves.
+   pure subroutine hold_or_release(run, k, reaction, response)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      real(wp), intent(in) :: reaction
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      logical :: was_held
+
+      associate (met => run%surfaces(k), state => run%states(run%now))
+         was_held = met%status == is_held
+         if (reaction > 0.0_wp) then
+            state%force(k) = reaction
+            met%status = is_held
+            met%judged = .false.
+            met%refused_end = nowhere
+            if (.not. (was_held .or. met%is_captured)) then
+               call keep_event(run, k, event_here(run, k, event_capture), response)
+            end if
+         else
+            call let_fly(run, k)
+            if (was_held .or. met%is_captured) call keep_event(run, k, event_here(run, k, event_release), response)
+         end if
+         met%is_stopped = .false.
+         met%is_captured = .false.
+      end associate
+   end subroutine hold_or_release
+
+
+   !> An event at the present state; velocity before and after as it is now.
+   pure function event_here(run, k, kind) result(event)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> One of the `event_` constants
+      integer, intent(in) :: kind
+      type(event_t) :: event
+
+      associate (state => run%states(run%now)%beam, met => run%surfaces(k))
+         event%tau = instant_of(run)
+         event%kind = kind
+         event%eta = state%displacement(met%dof) - met%surface%sign*met%surface%height
+         event%velocity_before = state%velocity(met%dof)
+         event%velocity_after = state%velocity(met%dof)
+         event%surface = met%surface%number
+      end associate
+   end function event_here
+
+
+   !> Keep an event and what it did to the energy.
+   pure subroutine keep_event(run, k, event, response)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(event_t), intent(in) :: event
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      type(event_t) :: seen_from_it
+
+      if (response%event_count >= run%event_limit) then
+         call fail(run%error, status_run_failed, 'more than event_limit = '//to_text(run%event_limit)// &
+            ' events by tau = '//to_text(event%tau))
+         return
+      end if
+      call append_event(response, event)
+      call charge_event(run%ledger, event%energy_change)
+      associate (met => run%surfaces(k))
+         met%dissipated = met%dissipated - event%energy_change
+         seen_from_it = event
+         seen_from_it%eta = met%surface%sign*event%eta
+         if (run%keeps_measures) call measure_event(met%measurer, seen_from_it, met%measures)
+      end associate
+   end subroutine keep_event
+
+end module newmark_several_contacts

@@ -1,0 +1,154 @@
+!> Where the beam meets surfaces or leaves them at the end of a step: the rules of one stop, contact and release within
+!> their tolerances, for each surface.
+module newmark_several_events
+   use failures, only: fail, status_run_failed
+   use kinds, only: wp
+   use newmark_several_contacts, only: begin_contact, end_contact, event_here, keep_event, let_fly, settle
+   use newmark_several_impacts, only: strike
+   use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, &
+      is_open, lifted_force, several_run_t
+   use number_text, only: to_text
+   use response_types, only: event_release, response_t
+   use step_measures, only: greatest_in, piece_t
+   implicit none (type, external)
+   private
+   public :: look_for_events, give_way
+
+contains
+
+   !> The rules of contact and release at the end of an accepted step.
+   pure subroutine look_for_events(run, step, closing, response)
+      type(several_run_t), intent(inout) :: run
+      real(wp), intent(in) :: step
+      !> Of each surface: a longer step was taken back on its account, the event lies ahead
+      logical, intent(in) :: closing(:)
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      run%arrives = .false.
+      run%leaves = .false.
+      associate (old => run%states(3 - run%now), new => run%states(run%now))
+         do k = 1, size(run%surfaces)
+            select case (run%surfaces(k)%status)
+            case (is_open)
+               call look_at_flight(run, k, step, closing(k))
+            case (is_held, is_in_contact)
+               ! a force that still rises is the beginning of a contact, not its end
+               run%leaves(k) = closing(k) .and. new%force(k) < run%release_force .and. new%force(k) < old%force(k)
+            case (is_lifted)
+               call look_at_lifted(run, k, closing(k))
+            case (is_idle)
+               cycle
+            end select
+         end do
+      end associate
+      if (any(run%arrives) .or. any(run%leaves)) call meet_and_leave(run, response)
+   end subroutine look_for_events
+
+
+   !> Does the beam arrive at an open surface?
+   pure subroutine look_at_flight(run, k, step, closing)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      real(wp), intent(in) :: step
+      logical, intent(in) :: closing
+
+      real(wp) :: gap, rate
+
+      associate (old => run%states(3 - run%now), new => run%states(run%now), met => run%surfaces(k))
+         gap = gap_at(run, k, new)
+         rate = gap_rate_at(run, k, new)
+         if (met%judged) then
+            met%peak = max(met%peak, greatest_in(piece_t(0.0_wp, step, [gap_at(run, k, old), gap], &
+               [gap_rate_at(run, k, old), rate])))
+            if (met%peak > run%hop_height) met%judged = .false.
+         end if
+         if (gap > run%hop_height) met%captures = 0
+         met%leaving = gap < -run%contact_tolerance
+         if (gap >= run%contact_tolerance) then
+            met%armed = .true.
+         else if (rate < 0.0_wp .and. (met%armed .or. closing .or. met%leaving)) then
+            run%arrives(k) = .true.
+         else if (rate > 0.0_wp) then
+            met%armed = .true.
+         end if
+      end associate
+   end subroutine look_at_flight
+
+
+   !> Spring and damper without force: does the beam leave the surface, or do they push again?
+   pure subroutine look_at_lifted(run, k, closing)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      logical, intent(in) :: closing
+
+      real(wp) :: force
+
+      associate (old => run%states(3 - run%now), new => run%states(run%now), met => run%surfaces(k))
+         if (new%indentation(k) <= 0.0_wp) then
+            call let_fly(run, k)
+            return
+         end if
+         force = lifted_force(run, k, new)
+         if (force <= 0.0_wp) then
+            met%armed = .true.
+         else if (force > lifted_force(run, k, old)) then
+            run%arrives(k) = met%armed .or. closing
+         end if
+      end associate
+   end subroutine look_at_lifted
+
+
+   !> Even the shortest step crosses a condition: the event is here.
+   pure subroutine give_way(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      run%leaves = run%refuses .and. (run%surfaces%status == is_held .or. run%surfaces%status == is_in_contact)
+      run%arrives = run%refuses .and. run%surfaces%status == is_lifted
+      if (any(run%arrives) .or. any(run%leaves)) then
+         call meet_and_leave(run, response)
+         return
+      end if
+      k = findloc(run%refuses, .true., dim=1)
+      call fail(run%error, status_run_failed, 'the contact near tau = '//to_text(instant_of(run))//' at '// &
+         to_text(run%surfaces(k)%surface%settings%position)//' cannot be located: even the step halved to its limit &
+      &goes through the stop; contact_tolerance is too small, or the motion is not finite')
+   end subroutine give_way
+
+
+   !> What arrives and what leaves at one instant.
+   pure subroutine meet_and_leave(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      do k = 1, size(run%surfaces)
+         if (.not. run%leaves(k)) cycle
+         if (run%surfaces(k)%status == is_held) then
+            call let_fly(run, k)
+            call keep_event(run, k, event_here(run, k, event_release), response)
+         else
+            call end_contact(run, k, response)
+         end if
+      end do
+      do k = 1, size(run%surfaces)
+         if (run%arrives(k) .and. allocated(run%surfaces(k)%stop)) call begin_contact(run, k, response)
+      end do
+      do k = 1, size(run%surfaces)
+         if (allocated(run%surfaces(k)%stop)) run%arrives(k) = .false.
+      end do
+      if (any(run%arrives)) call strike(run, response)
+      if (.not. allocated(run%error)) call settle(run, response)
+   end subroutine meet_and_leave
+
+end module newmark_several_events

@@ -1,0 +1,225 @@
+!> Impacts on several rigid surfaces: Newton's law as one complementarity problem of velocities and impulses.
+module newmark_several_impacts
+   use complementarity, only: solve_complementarity
+   use failures, only: fail, status_run_failed
+   use kinds, only: wp
+   use newmark_events, only: find_impulse_level
+   use newmark_run, only: nowhere
+   use newmark_several_contacts, only: event_here, keep_event, let_fly
+   use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_open, several_run_t
+   use newmark_several_steps, only: eliminate
+   use number_text, only: to_text
+   use response_types, only: event_capture, event_impact, event_release, event_t, response_t
+   use run_measures, only: take_impulse
+   implicit none (type, external)
+   private
+   public :: strike
+
+contains
+
+   !> Newton's law for the surfaces that are hit, those that hold the beam, and any other that it has reached, all of
+   !> which it does not leave. Who is turned back by the impulses takes part in the next problem at the same instant.
+   pure subroutine strike(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      ! from here on no surface gives any velocity back, and those that the beam leaves take part as well
+      integer, parameter :: patience = 50
+      integer, parameter :: most_rounds = 2*patience
+      real(wp), dimension(size(run%surfaces)) :: rate, restitution, impulse
+      integer :: members(size(run%surfaces)), k, n, round
+      logical :: has_hit, is_soft
+
+      call stop_chatter(run, response)
+      if (allocated(run%error)) return
+      do round = 1, most_rounds
+         n = 0
+         has_hit = .false.
+         is_soft = .true.
+         do k = 1, size(run%surfaces)
+            if (.not. takes_part(run, k, round > patience)) cycle
+            n = n + 1
+            members(n) = k
+            rate(n) = gap_rate_at(run, k, run%states(run%now))
+            associate (met => run%surfaces(k))
+               if (met%status == is_held .or. met%is_stopped) rate(n) = 0.0_wp
+               restitution(n) = met%surface%settings%restitution
+               if (met%judged .or. rate(n) >= 0.0_wp .or. round > patience) restitution(n) = 0.0_wp
+               has_hit = has_hit .or. rate(n) < 0.0_wp
+               is_soft = is_soft .and. (met%judged .or. rate(n) >= 0.0_wp)
+            end associate
+         end do
+         if (.not. has_hit) return
+         call share_impulse(run, members(:n), rate(:n), restitution(:n), impulse(:n))
+         do k = 1, n
+            call after_impulse(run, members(k), rate(k), impulse(k), is_soft, response)
+            if (allocated(run%error)) return
+         end do
+         if (run%impulse_level < 0) call find_impulse_level(run%stepper, run%impulse_level, run%error)
+         if (allocated(run%error)) return
+         run%next_level = max(run%next_level, run%impulse_level)
+      end do
+      call fail(run%error, status_run_failed, 'the impacts at tau = '//to_text(instant_of(run))// &
+         ' do not come to an end')
+   end subroutine strike
+
+
+   !> Where captures at one surface throw the beam off another again and again, low flights all of them, those surfaces
+   !> bring it to rest together.
+   pure subroutine stop_chatter(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      integer, parameter :: patience = 10
+      integer :: members(size(run%surfaces)), k, last, n
+      real(wp), dimension(size(run%surfaces)) :: impulse, rate
+      type(event_t) :: event
+
+      associate (state => run%states(run%now), chatters => run%surfaces%captures >= patience)
+         if (.not. any(run%arrives .and. run%surfaces%judged .and. chatters)) return
+         n = 0
+         do k = 1, size(run%surfaces)
+            if (run%surfaces(k)%status /= is_held) then
+               if (.not. (chatters(k) .and. takes_part(run, k, leaving_too=.true.))) cycle
+               last = n + 1
+            end if
+            n = n + 1
+            members(n) = k
+            rate(n) = gap_rate_at(run, k, state)
+         end do
+         impulse(:n) = -rate(:n)
+         run%rows(:n, :n) = run%mobility(members(:n), members(:n))
+         call eliminate(run%rows, impulse, n)
+         do k = 1, n
+            associate (met => run%surfaces(members(k)), v => state%beam%velocity(1:run%stepper%order))
+               v = v + met%surface%sign*impulse(k)*run%mass_columns(:, met%point)
+            end associate
+         end do
+         do k = 1, n
+            associate (met => run%surfaces(members(k)))
+               state%beam%velocity(met%dof) = 0.0_wp
+               if (met%status == is_held) then
+                  if (run%keeps_measures) call take_impulse(met%measurer%tally, instant_of(run), impulse(k))
+                  cycle
+               end if
+               met%is_stopped = .true.
+               met%is_captured = .true.
+               met%judged = .false.
+               met%refused_end = nowhere
+               event = event_here(run, members(k), event_capture)
+               event%velocity_before = met%surface%sign*rate(k)
+               event%impulse = impulse(k)
+               ! one by one they may win what the others lose
+               if (k == last) event%energy_change = 0.5_wp*dot_product(impulse(:n), rate(:n))
+               call keep_event(run, members(k), event, response)
+               if (allocated(run%error)) return
+            end associate
+         end do
+      end associate
+   end subroutine stop_chatter
+
+
+   !> Does a surface take part in an impact?
+   pure function takes_part(run, k, leaving_too) result(answer)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> Even where the beam leaves it
+      logical, intent(in) :: leaving_too
+      logical :: answer
+
+      associate (met => run%surfaces(k), state => run%states(run%now))
+         answer = .false.
+         if (allocated(met%stop)) return
+         answer = met%status == is_held .or. met%is_stopped
+         if (answer .or. met%status /= is_open) return
+         answer = (run%arrives(k) .or. gap_at(run, k, state) < run%contact_tolerance) .and. &
+            (leaving_too .or. gap_rate_at(run, k, state) <= 0.0_wp)
+      end associate
+   end function takes_part
+
+
+   !> Impulses such that no rate falls below -eps times that before, and where it rises above there is none.
+   pure subroutine share_impulse(run, members, rate, restitution, impulse)
+      type(several_run_t), intent(inout) :: run
+      !> Surfaces taking part
+      integer, intent(in) :: members(:)
+      !> Rates of their gaps before, and eps
+      real(wp), intent(in) :: rate(:)
+      real(wp), intent(in) :: restitution(:)
+      !> What each gives the beam
+      real(wp), intent(out) :: impulse(:)
+
+      integer :: i
+      logical :: pushes(size(members))
+
+      call solve_complementarity(run%mobility(members, members), (1.0_wp + restitution)*rate, impulse, pushes)
+      associate (velocity => run%states(run%now)%beam%velocity, n => run%stepper%order)
+         do i = 1, size(members)
+            associate (met => run%surfaces(members(i)))
+               velocity(1:n) = velocity(1:n) + met%surface%sign*impulse(i)*run%mass_columns(:, met%point)
+            end associate
+         end do
+         do i = 1, size(members)
+            if (.not. impulse(i) > 0.0_wp) cycle
+            associate (met => run%surfaces(members(i)))
+               velocity(met%dof) = -met%surface%sign*restitution(i)*rate(i)
+            end associate
+         end do
+      end associate
+   end subroutine share_impulse
+
+
+   !> What an impact has made of one surface that took part.
+   pure subroutine after_impulse(run, k, rate, impulse, is_soft, response)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> Rate of its gap before, and the impulse it gave
+      real(wp), intent(in) :: rate
+      real(wp), intent(in) :: impulse
+      !> No surface was hit but to be captured
+      logical, intent(in) :: is_soft
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: rate_after
+      type(event_t) :: event
+
+      associate (met => run%surfaces(k), state => run%states(run%now))
+         rate_after = gap_rate_at(run, k, state)
+         if (met%status == is_held .or. met%is_stopped) then
+            if (impulse > 0.0_wp) then
+               if (run%keeps_measures) call take_impulse(met%measurer%tally, instant_of(run), impulse)
+            else if (rate_after > 0.0_wp) then
+               ! the others throw the beam off
+               event = event_here(run, k, event_release)
+               event%velocity_before = 0.0_wp
+               if (met%status == is_held .or. met%is_captured) call keep_event(run, k, event, response)
+               call let_fly(run, k)
+               met%armed = .true.
+               met%judged = .true.
+               met%peak = gap_at(run, k, state)
+               if (.not. is_soft) met%captures = 0
+            end if
+            return
+         end if
+         met%armed = .true.
+         if (.not. impulse > 0.0_wp) return
+         event = event_here(run, k, merge(event_capture, event_impact, met%judged .or. rate >= 0.0_wp))
+         event%velocity_before = met%surface%sign*rate
+         event%impulse = impulse
+         event%energy_change = 0.5_wp*impulse*(rate + rate_after)
+         met%is_captured = event%kind == event_capture
+         if (met%is_captured) met%captures = met%captures + 1
+         met%is_stopped = .not. rate_after > 0.0_wp
+         met%judged = .not. met%is_stopped
+         met%peak = gap_at(run, k, state)
+         met%refused_end = nowhere
+         call keep_event(run, k, event, response)
+      end associate
+   end subroutine after_impulse
+
+end module newmark_several_impacts

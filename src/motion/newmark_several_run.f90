@@ -1,0 +1,226 @@
+!> A Newmark run with any number of surfaces under way: the beam, the surfaces and how they stand with it, the present
+!> state, and where it stands on the grid of steps.
+module newmark_several_run
+   use failures, only: failure_t
+   use kinds, only: i8, wp
+   use newmark_run, only: nowhere
+   use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
+   use response_types, only: run_measures_t
+   use run_recorder, only: ledger_t
+   use step_measures, only: step_measurer_t
+   use stop_surfaces, only: surface_t
+   use yielding_stop, only: stop_step_t, yielding_stop_t
+   implicit none (type, external)
+   private
+   public :: several_run_t
+   public :: is_open, is_held, is_in_contact, is_lifted, is_idle
+   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, surface_energy, energy_left
+
+   !> The beam is away from the surface.
+   integer, parameter :: is_open = 1
+   !> A rigid surface holds the beam.
+   integer, parameter :: is_held = 2
+   !> The surface yields under the beam.
+   integer, parameter :: is_in_contact = 3
+   !> Spring and damper: indented, but without force, as they would have to pull.
+   integer, parameter :: is_lifted = 4
+   !> Another rigid surface lies before it.
+   integer, parameter :: is_idle = 5
+
+   !> The beam, and of each surface the force P, the indentation u and the branch force.
+   type :: several_state_t
+      type(newmark_state_t) :: beam
+      real(wp), allocatable :: force(:)
+      real(wp), allocatable :: indentation(:)
+      real(wp), allocatable :: branch_force(:)
+   end type several_state_t
+
+   !> A surface, and how it stands with the beam.
+   type :: met_surface_t
+      type(surface_t) :: surface
+      !> Degree of freedom of the stop point, and its place among the stop points
+      integer :: dof = 0
+      integer :: point = 0
+      !> Unallocated: it is rigid
+      class(yielding_stop_t), allocatable :: stop
+      !> Spring and damper: the surface does not come back on its own
+      logical :: is_viscous = .false.
+      !> How often the first step of a contact is halved
+      integer :: contact_level = 0
+      !> One of the constants above
+      integer :: status = is_open
+      !> As with one stop: the flight is judged by its height, the highest point of it so far, it may touch, it is on
+      !> the way out from beyond the surface
+      logical :: judged = .false.
+      real(wp) :: peak = 0.0_wp
+      logical :: armed = .true.
+      logical :: leaving = .false.
+      !> Rigid: the impact problem has brought it to rest, and whether that is in the list of events as a capture
+      logical :: is_stopped = .false.
+      logical :: is_captured = .false.
+      !> Captures since the beam was last higher above it than a flight that ends in capture, or thrown off by more than
+      !> another capture
+      integer :: captures = 0
+      !> Gap at which contact began; the surface is taken to be there
+      real(wp) :: shift = 0.0_wp
+      !> End of the last step taken back on its account, as an offset, as long as it is ahead
+      integer(i8) :: refused_end = nowhere
+      !> What the beam gave it over the last step tried, and what it has dissipated, at impacts too
+      real(wp) :: work = 0.0_wp
+      real(wp) :: dissipated = 0.0_wp
+      type(step_measurer_t) :: measurer
+      type(run_measures_t) :: measures
+   end type met_surface_t
+
+   !> What a step of one length needs besides the stepper's factors.
+   type :: several_factors_t
+      logical :: made = .false.
+      !> A^-1 e of each stop point, padded, [-2 : order + 3, points]
+      real(wp), allocatable :: columns(:, :)
+      !> The same seen from the surfaces: s_j s_l e_j' A^-1 e_l, [surfaces, surfaces]
+      real(wp), allocatable :: gains(:, :)
+      !> Surfaces that yield, over this step, [surfaces]
+      type(stop_step_t), allocatable :: stops(:)
+   end type several_factors_t
+
+   type :: several_run_t
+      type(newmark_stepper_t) :: stepper
+      type(met_surface_t), allocatable :: surfaces(:)
+      !> Place of the surface from which the beam was released, and d there
+      integer :: pulled = 1
+      real(wp) :: height = 0.0_wp
+      !> Made when first needed, [0:deepest_level]
+      type(several_factors_t) :: factors(0:deepest_level)
+      !> M*^-1 e of each stop point, [order, points], and s_j s_l e_j' M*^-1 e_l, [surfaces, surfaces]
+      real(wp), allocatable :: mass_columns(:, :)
+      real(wp), allocatable :: mobility(:, :)
+      !> Steps between two samples, and their distance
+      integer :: parts = 1
+      real(wp) :: sample_step = 0.0_wp
+      !> As with one stop
+      real(wp) :: contact_tolerance = 0.0_wp
+      real(wp) :: release_force = 0.0_wp
+      real(wp) :: hop_height = 0.0_wp
+      integer :: event_limit = 0
+      real(wp) :: height_ratio = 0.0_wp
+      logical :: keeps_ledger = .false.
+      logical :: keeps_measures = .false.
+      logical :: keeps_shapes = .false.
+      !> The present state and, in the other place, the one a step leads to or came from
+      type(several_state_t) :: states(2)
+      integer :: now = 1
+      !> Samples passed, whole steps since the last one, the part of the present one in shortest steps, the next shape
+      integer :: sample = 0
+      integer :: part = 0
+      integer(i8) :: offset = 0_i8
+      integer :: next_shape = 1
+      !> How often the first step after an impulse is halved (negative: not known yet), and the next step at least
+      integer :: impulse_level = -1
+      integer :: next_level = 0
+      real(wp) :: start_energy = 0.0_wp
+      type(ledger_t) :: ledger
+      !> Room for the equations of the closed surfaces: which, their matrix, and right side or forces
+      integer, allocatable :: closed(:)
+      real(wp), allocatable :: rows(:, :)
+      real(wp), allocatable :: right(:)
+      !> Which surfaces keep a step from standing, meet the beam at its end, leave it
+      logical, allocatable :: refuses(:)
+      logical, allocatable :: arrives(:)
+      logical, allocatable :: leaves(:)
+      !> Set where the run cannot go on
+      type(failure_t), allocatable :: error
+   end type several_run_t
+
+contains
+
+   !> Instant of the present state.
+   pure function instant_of(run) result(tau)
+      type(several_run_t), intent(in) :: run
+      real(wp) :: tau
+
+      tau = (real(run%sample, wp) + (real(run%part, wp) + scale(real(run%offset, wp), -deepest_level)) &
+         /real(run%parts, wp))*run%sample_step
+   end function instant_of
+
+   !> Distance of the stop point from a surface, which may be indented still.
+   pure function gap_at(run, k, state) result(gap)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(several_state_t), intent(in) :: state
+      real(wp) :: gap
+
+      associate (met => run%surfaces(k))
+         gap = met%surface%sign*state%beam%displacement(met%dof) - met%surface%height
+         if (.not. met%is_viscous) gap = gap + state%indentation(k)
+      end associate
+   end function gap_at
+
+   !> Rate of this distance while the surface is open.
+   pure function gap_rate_at(run, k, state) result(rate)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(several_state_t), intent(in) :: state
+      real(wp) :: rate
+
+      associate (met => run%surfaces(k))
+         rate = met%surface%sign*state%beam%velocity(met%dof)
+         if (met%is_viscous) return
+         if (state%indentation(k) > 0.0_wp) rate = rate - met%stop%surface_rate*state%indentation(k)
+      end associate
+   end function gap_rate_at
+
+   !> Indentation of a surface that the beam has not left.
+   pure function depth_at(run, k, state) result(depth)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(several_state_t), intent(in) :: state
+      real(wp) :: depth
+
+      associate (met => run%surfaces(k))
+         depth = met%surface%height + met%shift - met%surface%sign*state%beam%displacement(met%dof)
+      end associate
+   end function depth_at
+
+   !> k u + c u' of spring and damper.
+   pure function lifted_force(run, k, state) result(force)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(several_state_t), intent(in) :: state
+      real(wp) :: force
+
+      associate (met => run%surfaces(k))
+         force = met%stop%stiffness*state%indentation(k) &
+            - met%stop%viscosity*met%surface%sign*state%beam%velocity(met%dof)
+      end associate
+   end function lifted_force
+
+   !> Energy in the springs of a surface.
+   pure function surface_energy(run, k, state) result(energy)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(several_state_t), intent(in) :: state
+      real(wp) :: energy
+
+      energy = 0.0_wp
+      associate (met => run%surfaces(k))
+         if (allocated(met%stop)) energy = met%stop%energy(state%indentation(k), state%branch_force(k))
+      end associate
+   end function surface_energy
+
+   !> Energy of beam and surfaces at the present state: the ledger closes to rounding.
+   pure function energy_left(run) result(energy)
+      type(several_run_t), intent(in) :: run
+      real(wp) :: energy
+
+      associate (ledger => run%ledger)
+         energy = run%start_energy + ledger%created - ledger%dissipated_beam - ledger%dissipated_stop &
+            - ledger%dissipated_impact
+      end associate
+   end function energy_left
+
+end module newmark_several_run

@@ -1,0 +1,324 @@
+!> Newmark steps of the beam with the surfaces that are closed: the rigid ones hold it, the yielding ones push with
+!> forces that are implicit in the step.
+!>
+!> The force f at the end of a step enters through the columns A^-1 e of the stop points, so the closed surfaces make a
+!> small set of linear equations for their forces. A rigid one demands that its point stay where it is; three elements
+!> give the mean of their force by the indentation at the end, P = slope u+ + rest, exact where u is linear; spring and
+!> damper give the force at the end itself, k u+ + c u'+.
+module newmark_several_steps
+   use kinds, only: wp
+   use newmark_several_run, only: depth_at, gap_at, is_held, is_idle, is_in_contact, is_lifted, is_open, lifted_force, &
+      several_run_t, surface_energy
+   use newmark_stepper, only: band, beam_dissipation, deepest_level, finish_step, make_factors, predict_step, &
+      solve_for_force
+   use step_measures, only: measure_contact, measure_energy, measure_motion, piece_t
+   use yielding_stop, only: contact_force, mean_force_coefficients
+   implicit none (type, external)
+   private
+   public :: prepare_level, try_step, find_refusals, account_step, measure_step, eliminate
+
+contains
+
+   !> Make what a step of this length needs.
+   pure subroutine prepare_level(run, level)
+      type(several_run_t), intent(inout) :: run
+      !> How often the step is halved
+      integer, intent(in) :: level
+
+      integer :: j, k
+
+      call make_factors(run%stepper, level, run%error)
+      if (allocated(run%error)) return
+      associate (factors => run%factors(level), surfaces => run%surfaces, n => size(run%surfaces))
+         allocate (factors%columns(1 - band:run%stepper%order + band, size(run%mass_columns, 2)))
+         allocate (factors%gains(n, n), factors%stops(n))
+         do k = 1, n
+            call solve_for_force(run%stepper, level, surfaces(k)%dof, factors%columns(:, surfaces(k)%point))
+            if (allocated(surfaces(k)%stop)) factors%stops(k) = surfaces(k)%stop%step(run%stepper%factors(level)%step)
+         end do
+         do k = 1, n
+            do j = 1, n
+               factors%gains(j, k) = surfaces(j)%surface%sign*surfaces(k)%surface%sign &
+                  *factors%columns(surfaces(j)%dof, surfaces(k)%point)
+            end do
+         end do
+         factors%made = .true.
+      end associate
+   end subroutine prepare_level
+
+   !> Step from the present state into the other place.
+   pure subroutine try_step(run, level)
+      type(several_run_t), intent(inout) :: run
+      !> How often the step is halved
+      integer, intent(in) :: level
+
+      integer :: count_closed, count_held, k
+
+      call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
+      count_closed = 0
+      do k = 1, size(run%surfaces)
+         run%surfaces(k)%work = 0.0_wp
+         if (run%surfaces(k)%status == is_held) call enter_closed(run, k, count_closed)
+      end do
+      count_held = count_closed
+      do k = 1, size(run%surfaces)
+         if (run%surfaces(k)%status == is_in_contact) call enter_closed(run, k, count_closed)
+      end do
+      if (count_closed > 0) call push_back(run, level, count_closed)
+      call finish_step(run%stepper, level, 0.0_wp, run%states(3 - run%now)%beam)
+      if (count_closed > 0) call settle_closed(run, level, count_held, count_closed)
+      associate (old => run%states(run%now), new => run%states(3 - run%now))
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k), u => new%indentation(k))
+               select case (met%status)
+               case (is_open)
+                  new%force(k) = 0.0_wp
+                  u = 0.0_wp
+                  new%branch_force(k) = 0.0_wp
+                  if (old%indentation(k) <= 0.0_wp .or. met%is_viscous) cycle
+                  u = old%indentation(k)*run%factors(level)%stops(k)%surface
+                  new%branch_force(k) = -met%stop%stiffness*u
+               case (is_lifted)
+                  new%force(k) = 0.0_wp
+                  u = max(depth_at(run, k, new), 0.0_wp)
+                  new%branch_force(k) = -met%stop%stiffness*u
+               end select
+            end associate
+         end do
+      end associate
+   end subroutine try_step
+
+   !> One more closed surface.
+   pure subroutine enter_closed(run, k, count_closed)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> How many are closed
+      integer, intent(inout) :: count_closed
+
+      count_closed = count_closed + 1
+      run%closed(count_closed) = k
+   end subroutine enter_closed
+
+   !> Forces of the closed surfaces at the end of the step: add what they do to the acceleration.
+   pure subroutine push_back(run, level, count_closed)
+      type(several_run_t), intent(inout) :: run
+      !> How often the step is halved
+      integer, intent(in) :: level
+      !> How many are closed
+      integer, intent(in) :: count_closed
+
+      real(wp) :: acceleration, factor, give, half, slope, rest, y, v
+      integer :: i, j, k
+
+      half = 0.5_wp*run%stepper%factors(level)%step
+      give = half**2
+      associate (old => run%states(run%now), new => run%states(3 - run%now), factors => run%factors(level), &
+         closed => run%closed(:count_closed))
+         do i = 1, count_closed
+            k = closed(i)
+            associate (met => run%surfaces(k), s => run%surfaces(k)%surface%sign, right => run%right(i))
+               acceleration = s*new%beam%acceleration(met%dof)
+               if (met%status == is_held) then
+                  run%rows(i, :count_closed) = factors%gains(k, closed)
+                  right = -acceleration
+                  cycle
+               end if
+               y = s*new%beam%displacement(met%dof) + give*acceleration
+               if (met%is_viscous) then
+                  v = s*new%beam%velocity(met%dof) + half*acceleration
+                  factor = met%stop%stiffness*give + met%stop%viscosity*half
+                  right = met%stop%stiffness*(met%surface%height + met%shift - y) - met%stop%viscosity*v
+               else
+                  call mean_force_coefficients(factors%stops(k), old%indentation(k), old%branch_force(k), slope, rest)
+                  factor = 2.0_wp*slope*give
+                  right = 2.0_wp*(slope*(met%surface%height + met%shift - y) + rest) - old%force(k)
+               end if
+               run%rows(i, :count_closed) = factor*factors%gains(k, closed)
+               run%rows(i, i) = 1.0_wp + run%rows(i, i)
+            end associate
+         end do
+         call eliminate(run%rows, run%right, count_closed)
+         do j = 1, count_closed
+            k = closed(j)
+            new%force(k) = run%right(j)
+            new%beam%acceleration(:) = new%beam%acceleration + run%surfaces(k)%surface%sign*run%right(j) &
+               *factors%columns(:, run%surfaces(k)%point)
+         end do
+      end associate
+   end subroutine push_back
+
+   !> After the step: what is held stays exactly where it is; three elements have a force of their own at the end, to
+   !> which acceleration and reactions are turned.
+   pure subroutine settle_closed(run, level, count_held, count_closed)
+      type(several_run_t), intent(inout) :: run
+      !> How often the step is halved
+      integer, intent(in) :: level
+      !> How many hold the beam, which come first, and are closed
+      integer, intent(in) :: count_held
+      integer, intent(in) :: count_closed
+
+      real(wp) :: change, rest, slope
+      integer :: i, j, k
+
+      associate (old => run%states(run%now), new => run%states(3 - run%now), stops => run%factors(level)%stops)
+         run%right(:count_held) = 0.0_wp
+         do i = count_held + 1, count_closed
+            k = run%closed(i)
+            associate (met => run%surfaces(k), u => new%indentation(k))
+               u = depth_at(run, k, new)
+               if (met%is_viscous) then
+                  new%branch_force(k) = new%force(k) - met%stop%stiffness*u
+                  met%work = 0.5_wp*(old%force(k) + new%force(k))*(u - old%indentation(k))
+                  cycle
+               end if
+               call mean_force_coefficients(stops(k), old%indentation(k), old%branch_force(k), slope, rest)
+               met%work = (slope*u + rest)*(u - old%indentation(k))
+               new%branch_force(k) = stops(k)%decay*old%branch_force(k) + stops(k)%gain*(u - old%indentation(k))
+               change = contact_force(met%stop, u, new%branch_force(k)) - new%force(k)
+               call add_force(run, k, change)
+               do j = 1, count_held
+                  run%right(j) = run%right(j) - change*run%mobility(run%closed(j), k)
+               end do
+            end associate
+         end do
+         if (count_held > 0 .and. count_closed > count_held) then
+            do j = 1, count_held
+               do i = 1, count_held
+                  run%rows(i, j) = run%mobility(run%closed(i), run%closed(j))
+               end do
+            end do
+            call eliminate(run%rows, run%right, count_held)
+            do j = 1, count_held
+               call add_force(run, run%closed(j), run%right(j))
+            end do
+         end if
+         do j = 1, count_held
+            associate (dof => run%surfaces(run%closed(j))%dof)
+               ! zero but for rounding
+               new%beam%displacement(dof) = old%beam%displacement(dof)
+               new%beam%velocity(dof) = 0.0_wp
+               new%beam%acceleration(dof) = 0.0_wp
+            end associate
+         end do
+      end associate
+   end subroutine settle_closed
+
+   !> More force at a surface, and what that does to the acceleration, in the state in the other place.
+   pure subroutine add_force(run, k, force)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      real(wp), intent(in) :: force
+
+      associate (new => run%states(3 - run%now), n => run%stepper%order, met => run%surfaces(k))
+         new%force(k) = new%force(k) + force
+         new%beam%acceleration(1:n) = new%beam%acceleration(1:n) + met%surface%sign*force*run%mass_columns(:, met%point)
+      end associate
+   end subroutine add_force
+
+   !> Solve a few equations whose matrix is, but for positive factors of its rows, positive definite.
+   pure subroutine eliminate(rows, right, n)
+      !> The matrix, [n, n] of it
+      real(wp), intent(inout) :: rows(:, :)
+      !> The right side; the solution on return
+      real(wp), intent(inout) :: right(:)
+      !> Number of equations
+      integer, intent(in) :: n
+
+      real(wp) :: factor
+      integer :: i, j
+
+      do j = 1, n
+         do i = j + 1, n
+            factor = rows(i, j)/rows(j, j)
+            rows(i, j + 1:n) = rows(i, j + 1:n) - factor*rows(j, j + 1:n)
+            right(i) = right(i) - factor*right(j)
+         end do
+      end do
+      do j = n, 1, -1
+         do i = j + 1, n
+            right(j) = right(j) - rows(j, i)*right(i)
+         end do
+         right(j) = right(j)/rows(j, j)
+      end do
+   end subroutine eliminate
+
+   !> Which surfaces do not let the step in the other place stand? Written so that a NaN does not.
+   pure subroutine find_refusals(run, level)
+      type(several_run_t), intent(inout) :: run
+      !> How often the step was halved
+      integer, intent(in) :: level
+
+      real(wp) :: gap, least
+      integer :: k
+
+      ! at the last level rounding may be all that is missing
+      least = -run%contact_tolerance
+      if (level == deepest_level) least = 2.0_wp*least
+      associate (new => run%states(3 - run%now))
+         do k = 1, size(run%surfaces)
+            select case (run%surfaces(k)%status)
+            case (is_open)
+               gap = gap_at(run, k, new)
+               run%refuses(k) = .not. (gap >= least .or. (run%surfaces(k)%leaving .and. gap >= -huge(1.0_wp)))
+            case (is_held, is_in_contact)
+               run%refuses(k) = .not. new%force(k) > 0.0_wp
+            case (is_lifted)
+               run%refuses(k) = .not. lifted_force(run, k, new) <= run%release_force
+            case (is_idle)
+               run%refuses(k) = .false.
+            end select
+         end do
+      end associate
+   end subroutine find_refusals
+
+   !> What the step just accepted cost.
+   pure subroutine account_step(run, step)
+      type(several_run_t), intent(inout) :: run
+      !> Its length
+      real(wp), intent(in) :: step
+
+      real(wp) :: dissipated
+      integer :: k
+
+      associate (old => run%states(3 - run%now), new => run%states(run%now), ledger => run%ledger)
+         call beam_dissipation(run%stepper, step, old%beam, new%beam, dissipated)
+         ledger%dissipated_beam = ledger%dissipated_beam + dissipated
+         do k = 1, size(run%surfaces)
+            if (.not. allocated(run%surfaces(k)%stop)) cycle
+            dissipated = run%surfaces(k)%work + surface_energy(run, k, old) - surface_energy(run, k, new)
+            run%surfaces(k)%dissipated = run%surfaces(k)%dissipated + dissipated
+            ledger%dissipated_stop = ledger%dissipated_stop + dissipated
+         end do
+      end associate
+   end subroutine account_step
+
+   !> Measure the step just accepted.
+   pure subroutine measure_step(run, from, step, energy)
+      type(several_run_t), intent(inout) :: run
+      !> Its beginning and length
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: step
+      !> Energy at its ends
+      real(wp), intent(in) :: energy(2)
+
+      integer :: k
+
+      associate (old => run%states(3 - run%now), new => run%states(run%now))
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k), s => run%surfaces(k)%surface%sign)
+               if (met%status == is_idle) cycle
+               call measure_motion(met%measurer, piece_t(from, step, &
+                  s*[old%beam%displacement(met%dof), new%beam%displacement(met%dof)] - met%surface%height, &
+                  s*[old%beam%velocity(met%dof), new%beam%velocity(met%dof)]))
+               if (met%status == is_held .or. met%status == is_in_contact) then
+                  call measure_contact(met%measurer, from, step, [old%force(k), new%force(k)])
+               end if
+            end associate
+         end do
+         call measure_energy(run%surfaces(run%pulled)%measurer, from, step, energy)
+      end associate
+   end subroutine measure_step
+
+end module newmark_several_steps
