@@ -108,6 +108,8 @@ contains
             call inverses(distance, inverse)
             call vectors_at(problem, s, near(m), distance, vectors)
             repulsion = vectors%trace
+            done(m) = vectors%mode > 0 .and. size_of(vectors%value) <= tiny(1.0_wp)
+            if (done(m)) cycle
             if (vectors%mode > 0) repulsion = repulsion + vectors%slope/vectors%value
             do j = 1, problem%modes
                if (j /= vectors%mode) repulsion = repulsion + inverse(2*j - 1) + inverse(2*j)
