@@ -17,7 +17,7 @@ module beam_mesh
    real(wp), parameter :: nearest_to_tip = 0.01_wp
 
    type :: mesh_t
-      !> Number of elements n (one more than asked for if an element was split at the stop)
+      !> Number of elements n, more than asked for where one was split
       integer :: elements = 0
       !> Lengths in L, from the clamp, [n]
       real(wp), allocatable :: length(:)
@@ -128,8 +128,8 @@ contains
       lost = (total - before) - rest
    end subroutine add_up
 
-   !> A node at each of several positions, whatever their order: the nearest one moves there, unless it is at another of
-   !> them or would leave too short an element; then an element is split.
+   !> A node at each of several positions, whatever their order. As for one stop alone the nearest interior node moves
+   !> there; where it is needed elsewhere, an element is split.
    pure subroutine put_nodes(mesh, positions, error)
       !> The mesh that changes
       type(mesh_t), intent(inout) :: mesh
@@ -138,73 +138,76 @@ contains
       !> Set where two of them are too near to each other
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer :: order(size(positions)), node(size(positions))
+      integer :: order(size(positions)), node
+      real(wp) :: last_but_one, place(size(positions))
       logical, allocatable :: is_taken(:)
       integer :: i
 
-      order = ascending_order(positions)
       allocate (is_taken(mesh%elements), source=.false.)
-      is_taken(mesh%elements) = .true.
-      do i = 1, size(order)
-         associate (x => positions(order(i)))
-            if (1.0_wp - x < nearest_to_tip*(x - mesh%position(max(0, mesh%elements - 2)))) then
-               node(order(i)) = -1
-            else
-               call put_node(mesh, x, is_taken, node(order(i)))
-            end if
-            if (node(order(i)) == 0) then
-               call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop or a support is too near to &
-               &that of another, to the clamp or to the tip for an element between them')
-               return
-            end if
-         end associate
+      last_but_one = mesh%position(max(0, mesh%elements - 2))
+      place = positions
+      where (1.0_wp - place < nearest_to_tip*(place - last_but_one)) place = 1.0_wp
+      do i = 1, size(place)
+         node = node_at(mesh, place(i))
+         if (node > 0) is_taken(node) = .true.
       end do
-      where (node == -1) node = mesh%elements
-      mesh%stop_node = node(1)
-      allocate (mesh%more_nodes, source=node(2:))
+      order = ascending_order(place)
+      do i = 1, size(order)
+         call put_node(mesh, place(order(i)), is_taken, error)
+         if (allocated(error)) return
+      end do
+      mesh%stop_node = node_at(mesh, place(1))
+      allocate (mesh%more_nodes, source=[(node_at(mesh, place(i)), i=2, size(place))])
    end subroutine put_nodes
 
-   !> A node at a position beyond those that are taken.
-   pure subroutine put_node(mesh, x, is_taken, node)
+   !> The node at a position, but for rounding; 0: there is none.
+   pure function node_at(mesh, x) result(node)
+      type(mesh_t), intent(in) :: mesh
+      !> x/L
+      real(wp), intent(in) :: x
+      integer :: node
+
+      node = minloc(abs(mesh%position(1:) - x), dim=1)
+      if (abs(mesh%position(node) - x) > 4.0_wp*epsilon(1.0_wp)) node = 0
+   end function node_at
+
+   !> A node at one of several positions.
+   pure subroutine put_node(mesh, x, is_taken, error)
       !> The mesh that changes
       type(mesh_t), intent(inout) :: mesh
       !> x/L
       real(wp), intent(in) :: x
       !> The nodes that stay where they are, [elements]
       logical, allocatable, intent(inout) :: is_taken(:)
-      !> The one; 0: there is no room for it
-      integer, intent(out) :: node
+      !> Set where there is no room for it
+      type(failure_t), allocatable, intent(inout) :: error
 
-      ! Elements beside each other differ by no more than this because a node moved
-      real(wp), parameter :: least_share = 0.25_wp
       real(wp) :: left, right
-      integer :: element
+      integer :: element, node
 
-      node = minloc(abs(mesh%position(1:) - x), dim=1)
-      if (abs(mesh%position(node) - x) <= 4.0_wp*epsilon(1.0_wp)) then
-         is_taken(node) = .true.
-         return
-      end if
-      if (.not. is_taken(node)) then
-         left = x - mesh%position(node - 1)
-         right = mesh%position(node + 1) - x
-         if (node + 1 == mesh%elements) right = 1.0_wp - x
-         if (min(left, right) >= least_share*max(left, right)) then
-            mesh%length(node:node + 1) = [left, right]
-            is_taken(node) = .true.
-            call place_nodes(mesh)
-            return
-         end if
-      end if
+      if (node_at(mesh, x) > 0) return
       element = count(mesh%position < x)
       left = x - mesh%position(element - 1)
       right = mesh%position(element) - x
-      node = 0
-      if (min(left, right) < nearest_to_tip*(left + right)) return
-      node = element
-      mesh%length = [mesh%length(:element - 1), left, right, mesh%length(element + 1:)]
-      is_taken = [is_taken(:element - 1), .true., is_taken(element:)]
-      mesh%elements = mesh%elements + 1
+      node = minloc(abs(mesh%position(1:mesh%elements - 1) - x), dim=1)
+      if (node > 0) then
+         if (is_taken(node)) node = 0
+      end if
+      if (node > 0) then
+         if (node < element) left = x - mesh%position(node - 1)
+         if (node == element) right = mesh%position(node + 1) - x
+         mesh%length(node:node + 1) = [left, right]
+      else if (min(left, right) < nearest_to_tip*(left + right) .and. size(is_taken) > 1) then
+         call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop or a support is too near to that &
+         &of another, to the clamp or to the tip for an element between them; a finer mesh has shorter ones')
+         return
+      else
+         node = element
+         mesh%length = [mesh%length(:element - 1), left, right, mesh%length(element + 1:)]
+         is_taken = [is_taken(:element - 1), .true., is_taken(element:)]
+         mesh%elements = mesh%elements + 1
+      end if
+      is_taken(node) = .true.
       call place_nodes(mesh)
    end subroutine put_node
 
