@@ -40,17 +40,18 @@ contains
       type(need_t), intent(inout) :: need
 
       type(need_t) :: column, greatest
-      integer :: i, j, modes
+      integer :: i, j, modes, further
 
+      further = further_positions(scene)
       modes = scene%frequencies%count
       if (modes == 0) modes = default_mode_count
       associate (elements => scene%frequencies%mesh_elements, solvers => scene%frequencies%solver)
          do i = 1, size(elements)
             do j = 1, size(solvers)
                column = need_t()
-               call add_column(solvers(j), elements(i), modes, .false., column)
+               call add_column(solvers(j), elements(i) + further, modes, scene%has_supports, column)
                if (i == 1 .and. scene%output%mode_shapes > 0) then
-                  call add_column(solvers(1), elements(1), scene%output%mode_shapes, .true., column)
+                  call add_column(solvers(1), elements(1) + further, scene%output%mode_shapes, .true., column)
                end if
                if (allocated(column%refusal)) then
                   need = column
@@ -141,7 +142,18 @@ contains
       elements = given
       if (scene%mesh%tolerance > 0.0_wp) elements = most_elements_found
       if (scene%mesh%estimate) elements = 4*elements
+      elements = elements + further_positions(scene)
    end function elements_of
+
+   !> So many elements are split at most.
+   pure function further_positions(scene) result(number)
+      type(scene_t), intent(in) :: scene
+      integer :: number
+
+      number = 0
+      if (allocated(scene%more_stops)) number = size(scene%more_stops)
+      if (allocated(scene%supports)) number = number + size(scene%supports)
+   end function further_positions
 
    !> A beam, and its modes where motion is found in them.
    subroutine add_beam(scene, elements, runs, need)

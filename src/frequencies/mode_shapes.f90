@@ -1,8 +1,8 @@
 !> Mode shapes: sign and normalisation are fixed here, and their quality is measured.
 !>
 !> Every solver returns unit modal mass, phi^T M phi = 1 in units of rho Abar L (tip mass included),
-!> and a positive displacement of the tip. The tip of a mode never stands still, so the sign is sure,
-!> but for high modes of uneven meshes that leave the tip at rest to within rounding.
+!> and a positive displacement of the tip, or, where a support holds that, a positive slope there, or displacement of
+!> the node before. The sign is sure but for high modes of uneven meshes that leave the tip at rest to within rounding.
 module mode_shapes
    use beam_model, only: beam_model_t
    use kinds, only: wp
@@ -21,17 +21,21 @@ module mode_shapes
 
 contains
 
-   !> Turn each mode so that its tip moves by a positive amount.
+   !> Turn each mode so that its tip moves by a positive amount, or, where it is held, turns, or else the node before it
+   !> moves.
    pure subroutine fix_mode_signs(tip_dof, modes)
       !> Row of the displacement of the tip
       integer, intent(in) :: tip_dof
       !> Shapes as columns
       real(wp), intent(inout) :: modes(:, :)
 
-      integer :: mode
+      integer :: mode, dof
 
+      dof = tip_dof
+      if (all(abs(modes(dof, :)) <= 0.0_wp)) dof = tip_dof + 1
+      if (all(abs(modes(dof, :)) <= 0.0_wp)) dof = max(1, tip_dof - 2)
       do mode = 1, size(modes, 2)
-         if (modes(tip_dof, mode) < 0.0_wp) modes(:, mode) = -modes(:, mode)
+         if (modes(dof, mode) < 0.0_wp) modes(:, mode) = -modes(:, mode)
       end do
    end subroutine fix_mode_signs
 

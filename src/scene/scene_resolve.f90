@@ -205,13 +205,15 @@ contains
       associate (frequencies => scene%frequencies)
          if (.not. allocated(frequencies%solver)) then
             allocate (frequencies%solver(1), source=solver_natural)
-            if (allocated(frequencies%mesh_elements)) then
+            if (scene%has_supports) then
+               continue
+            else if (allocated(frequencies%mesh_elements)) then
                if (maxval(frequencies%mesh_elements) > most_elements_natural) frequencies%solver = solver_auto
             else if (scene%mesh%elements > most_elements_natural) then
                frequencies%solver = solver_auto
             end if
          end if
-         call resolve_meshes(input, scene%mesh, frequencies)
+         call resolve_meshes(input, scene%mesh, scene%has_supports, frequencies)
          if (input%has_problem()) return
          if (frequencies%count > 2*maxval(frequencies%mesh_elements)) then
             call input%complain('frequencies', 'count', 'the largest mesh has only ' &
@@ -219,14 +221,14 @@ contains
          end if
 
          ! A mass at the point of a wedge has no limit
-         has_exact = scene%beam%shape == shape_taper &
+         has_exact = scene%beam%shape == shape_taper .and. .not. scene%has_supports &
             .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
          if (has_exact) return
          if (.not. input%has('frequencies', 'reference')) then
             frequencies%reference = reference_none
          else if (frequencies%reference == reference_exact) then
             call input%complain('frequencies', 'reference', 'exact values are known only for uniform ' &
-               //"and linearly tapered beams, not for tables nor a full wedge with tip mass; give 'none'")
+               //"and linearly tapered beams, not for tables, supports, nor a full wedge with tip mass; give 'none'")
          end if
       end associate
    end subroutine resolve_frequencies
@@ -248,10 +250,12 @@ contains
    end subroutine resolve_precision
 
    !> The meshes of the frequency table, pairwise.
-   subroutine resolve_meshes(input, mesh, frequencies)
+   subroutine resolve_meshes(input, mesh, has_supports, frequencies)
       type(scene_input_t), intent(inout) :: input
       !> &mesh, which stands where the table names no mesh
       type(mesh_settings_t), intent(in) :: mesh
+      !> Supports along the beam, of which Lanczos knows nothing
+      logical, intent(in) :: has_supports
       !> Elements and ratios as read in; as many of both out
       type(frequency_settings_t), intent(inout) :: frequencies
 
@@ -278,13 +282,16 @@ contains
             frequencies%mesh_ratios(i), largest_spread_table)
          if (input%has_problem()) return
       end do
+      if (has_supports .and. any(frequencies%solver == solver_lanczos .or. frequencies%solver == solver_auto)) then
+         call input%complain('frequencies', 'solver', "must be 'dsygv' or 'natural' where there are supports")
+      end if
       worst = maxval(frequencies%mesh_elements)
       if (worst <= most_elements_full) return
       do i = 1, size(frequencies%solver)
          if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
          call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
             //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst) &
-            //"; use '"//trim(solver_names(solver_lanczos))//"' or '"//trim(solver_names(solver_auto))//"'")
+            //trim(merge("; use 'lanczos' or 'auto'", '                         ', .not. has_supports)))
          return
       end do
    end subroutine resolve_meshes

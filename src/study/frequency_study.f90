@@ -3,13 +3,14 @@ module frequency_study
    use auto_solver, only: auto_modes
    use beam_model, only: beam_model_t
    use beam_section, only: section_t
+   use constrained_modes, only: attach_supports
    use dsygv_solver, only: dsygv_modes
    use exact_frequencies, only: exact_lambda
    use failures, only: failure_t
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: wp
    use lanczos_solver, only: lanczos_modes
-   use mode_shapes, only: mode_quality, mode_quality_t
+   use mode_shapes, only: fix_mode_signs, mode_quality, mode_quality_t
    use natural_solver, only: natural_modes
    use scene_beam_model, only: model_of, section_of
    use scene_types, only: default_mode_count, reference_exact, scene_t, solver_dsygv, solver_lanczos, solver_names, &
@@ -76,18 +77,46 @@ contains
 
       integer :: most
 
-      most = min(count, model%stiffness%order)
+      ! a rigid support takes a mode away
+      most = min(count, model%stiffness%order - sum(merge(1, 0, model%supports%stiffness <= 0.0_wp)))
       select case (solver)
       case (solver_dsygv)
          call dsygv_modes(model, most, lambda, error, modes)
       case (solver_natural)
-         call natural_modes(model, most, lambda, error, modes)
+         if (size(model%supports) > 0) then
+            call supported_modes(model, most, lambda, error, modes)
+         else
+            call natural_modes(model, most, lambda, error, modes)
+         end if
       case (solver_lanczos)
          call lanczos_modes(model, min(count, model%mesh%elements), lambda, error, modes)
       case default
          call auto_modes(model, most, lambda, error, modes)
       end select
    end subroutine solve_modes
+
+   !> The modes without the supports, all of them, and then with one after the other: nothing cancels in a stiffness.
+   subroutine supported_modes(model, count, lambda, error, modes)
+      type(beam_model_t), intent(in) :: model
+      !> Number of modes
+      integer, intent(in) :: count
+      !> lambda_i, [count]
+      real(wp), allocatable, intent(out) :: lambda(:)
+      !> Set when the solver fails
+      type(failure_t), allocatable, intent(out) :: error
+      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
+      real(wp), allocatable, intent(out), optional :: modes(:, :)
+
+      real(wp), allocatable :: shapes(:, :)
+
+      call natural_modes(model, model%stiffness%order, lambda, error, shapes)
+      if (allocated(error)) return
+      call attach_supports(model%supports, lambda, shapes)
+      lambda = lambda(:count)
+      if (.not. present(modes)) return
+      modes = shapes(:, :count)
+      call fix_mode_signs(model%tip_dof, modes)
+   end subroutine supported_modes
 
    !> One solver on one mesh. A solver that fails leaves an empty column with the reason.
    subroutine fill_column(model, solver, count, ratio, column, trouble)
