@@ -26,8 +26,8 @@ module mesh_choice
    !> motion is chaotic.
    integer, parameter :: most_stalled = 4
    real(wp), parameter :: progress = 0.7_wp
-   !> Gradings are compared on this mesh, against the other one.
-   integer, parameter :: graded_elements = 8, fine_elements = 24
+   !> Gradings are compared on this mesh.
+   integer, parameter :: graded_elements = 8
    !> Of a taper with a thin tip the longest element is at most so many times the shortest.
    real(wp), parameter :: most_graded = 4.0_wp
 
@@ -115,32 +115,34 @@ contains
          end if
          settings = trial_settings(settings, first%modes%lambda(1))
          settings%output%measures = .true.
-         call settle(scene, settings, grading_of(scene, settings), beam)
+         call settle(scene, settings, beam)
          if (scene%response%method /= method_exact) beam%modes = free_modes_t()
       else
          call make_case_beam(scene, scene%mesh%elements, scene%mesh%ratio, beam)
       end if
    end subroutine find_beam
 
-   !> Refine until the motion settles within the tolerance.
-   subroutine settle(scene, settings, grading, beam)
+   !> Refine until the motion settles within the tolerance. A beam that is thinner at the tip is refined with equal
+   !> elements, and from `graded_elements` on with elements as long as its waves are there, if that mesh is the nearer to
+   !> the next finer one.
+   subroutine settle(scene, settings, beam)
       type(scene_t), intent(in) :: scene
       !> Of the runs that are compared
       type(run_settings_t), intent(in) :: settings
-      !> Longest over shortest element of its mesh
-      real(wp), intent(in) :: grading
       type(case_beam_t), intent(out) :: beam
 
-      type(trial_t), allocatable :: coarse, fine
-      type(mesh_check_t) :: check(size(meshes))
-      real(wp) :: least
+      type(trial_t), allocatable :: coarse, fine, graded
+      type(mesh_check_t) :: check(size(meshes)), of_graded
+      real(wp) :: grading, least, other_grading
       integer :: i, last, stalled
 
-      allocate (coarse, fine)
+      allocate (coarse, fine, graded)
+      call gradings_of(scene, grading, other_grading)
       least = huge(1.0_wp)
       stalled = 0
       call try(scene, settings, meshes(1), grading, coarse)
-      do i = 1, size(meshes) - 1
+      i = 1
+      do while (i < size(meshes))
          call try(scene, settings, meshes(i + 1), grading, fine)
          check(i) = mesh_check_t(elements=coarse%elements, compared=fine%elements, tolerance=scene%mesh%tolerance, &
             ratio=ratio_of(grading, coarse%elements), is_redistributed=coarse%beam%model%is_redistributed)
@@ -151,12 +153,22 @@ contains
             beam%check%is_settled = .true.
             return
          end if
+         if (coarse%elements == graded_elements .and. other_grading > grading) then
+            call try(scene, settings, graded_elements, other_grading, graded)
+            call compare(settings%response%duration, graded, fine, of_graded)
+            if (of_graded%difference < check(i)%difference) then
+               grading = other_grading
+               coarse = graded
+               cycle
+            end if
+         end if
          stalled = stalled + 1
          if (check(i)%difference < progress*least) stalled = 0
          least = min(least, check(i)%difference)
          last = i
          if (stalled == most_stalled .or. is_costly(fine)) exit
          coarse = fine
+         i = i + 1
       end do
       ! nothing settles: the coarsest mesh from which a finer one differs hardly more than any does from the next
       i = findloc(check(:last)%difference <= 2.0_wp*least, .true., 1)
@@ -235,32 +247,23 @@ contains
       if (measures%is_quiet) tau = min(measures%quiet_tau, horizon)
    end function quiet_by
 
-   !> Longest over shortest element: what the scene gives; of a beam that is thinner at the tip, equal elements or ones
-   !> as long as its waves are there, whichever a coarse mesh does better with.
-   function grading_of(scene, settings) result(grading)
+   !> Longest over shortest element: what the scene gives, and of a beam that is thinner at the tip what fits its waves.
+   pure subroutine gradings_of(scene, grading, other)
       type(scene_t), intent(in) :: scene
-      !> Of the runs that are compared
-      type(run_settings_t), intent(in) :: settings
-      real(wp) :: grading
+      real(wp), intent(out) :: grading
+      !> The same where there is no other
+      real(wp), intent(out) :: other
 
-      type(trial_t), allocatable :: equal, graded, fine
-      type(mesh_check_t) :: of_equal, of_graded
       type(section_t) :: section
       real(wp) :: thickest, thinnest
 
       grading = scene%mesh%ratio**(graded_elements - 1)
+      other = grading
       if (abs(scene%mesh%ratio - 1.0_wp) > 0.0_wp) return
       section = section_of(scene%beam)
       thickest = area(section, 1.0_wp)
       thinnest = area(section, 0.5_wp/real(graded_elements, wp))
-      if (thinnest >= 0.7_wp*thickest) return
-      allocate (equal, graded, fine)
-      call try(scene, settings, graded_elements, 1.0_wp, equal)
-      call try(scene, settings, graded_elements, min(most_graded, sqrt(thickest/thinnest)), graded)
-      call try(scene, settings, fine_elements, 1.0_wp, fine)
-      call compare(settings%response%duration, equal, fine, of_equal)
-      call compare(settings%response%duration, graded, fine, of_graded)
-      if (of_graded%difference < of_equal%difference) grading = min(most_graded, sqrt(thickest/thinnest))
-   end function grading_of
+      if (thinnest < 0.7_wp*thickest) other = min(most_graded, sqrt(thickest/thinnest))
+   end subroutine gradings_of
 
 end module mesh_choice
