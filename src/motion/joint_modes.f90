@@ -202,10 +202,10 @@ contains
             end if
          end do
          ! l M = -P and l' T' y, with both vectors made smaller
+         call find_stop_values(problem, s, distance, place, .true., active, modes)
          modes%of_height(:, place) = -modes%force(:, place)*(size_right/size_left)/apart
          modes%of_mode(:, place) = -modes%shape(:, place)*(size_right/size_left)/apart
          modes%of_memory(:, place) = vectors%left/size_left/apart
-         call find_stop_values(problem, s, distance, place, .true., active, modes)
       end associate
    end subroutine add_root
 
@@ -293,9 +293,10 @@ contains
       type(joint_modes_t), intent(inout) :: modes
 
       complex(wp) :: terms(size(active)), relaxed, total
-      real(wp) :: magnitude
+      real(wp) :: greatest
       integer :: j
 
+      greatest = maxval(size_of(modes%force(:, place)))
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
             branch => modes%branch(j, place))
@@ -304,10 +305,13 @@ contains
             relaxed = 1.0_wp
             if (problem%branch_pole(j) > 0) relaxed = distance(problem%branch_pole(j))
             total = (spring%stiffness + spring%viscosity*s)*relaxed + spring%branch_stiffness*s
-            magnitude = (spring%stiffness + spring%viscosity*size_of(s))*size_of(relaxed) &
-               + spring%branch_stiffness*size_of(s)
-            if (is_root .and. magnitude*sum(size_of(terms)) > size_of(relaxed*force)*(magnitude/size_of(total))) then
-               u = force*relaxed/total
+            if (is_root) then
+               ! the force is known within the rounding of that of the hardest stop, the indentation within that of the sum
+               if (size_of(total)*sum(size_of(terms)) > size_of(relaxed)*greatest) then
+                  u = force*relaxed/total
+               else
+                  force = total/relaxed*u
+               end if
             end if
             branch = 0.0_wp
             if (problem%branch_pole(j) == 0) cycle

@@ -267,6 +267,13 @@ contains
          second => distance(2*vectors%mode))
          vectors%right = reshape(solve_small(matrix, reshape(m*b, [stops, 1])), [stops])
          vectors%left = reshape(solve_small(transpose(matrix), reshape(cmplx(b, 0.0_wp, wp), [stops, 1])), [stops])
+         ! T_i is symmetric but for the factors M of its rows, which differ by far among soft and hard stops
+         do j = 1, stops
+            if (size_of(m(j)) > 1.0e-6_wp*(problem%spring(j)%stiffness*size_of(n(j)) &
+               + (problem%spring(j)%branch_stiffness + problem%spring(j)%viscosity)*size_of(s))) then
+               vectors%left(j) = vectors%right(j)/m(j)
+            end if
+         end do
          of_slope = matmul(slope, vectors%right)
          vectors%value = first*second + sum(b*vectors%right)
          vectors%slope = first + second + sum(vectors%left*(m_slope*b)) - sum(vectors%left*of_slope)
@@ -315,8 +322,11 @@ contains
       integer :: i, k, n, pivot
 
       n = size(matrix, 1)
-      a = matrix
-      solution = right
+      do i = 1, n
+         factor = 1.0_wp/max(maxval(size_of(matrix(i, :))), tiny(1.0_wp))
+         a(i, :) = factor*matrix(i, :)
+         solution(i, :) = factor*right(i, :)
+      end do
       do k = 1, n
          pivot = k - 1 + maxloc(size_of(a(k:, k)), dim=1)
          if (pivot /= k) then

@@ -31,7 +31,7 @@ contains
       integer :: k
 
       do k = 1, size(self%states)
-         if (.not. self%states(k)%acts) cycle
+         if (.not. (self%states(k)%acts .or. k == self%pulled)) cycle
          if (k == self%pulled) then
             call measure_surface(self, k, length, greatest(k), is_last, motion%tau, motion%measurer)
          else
