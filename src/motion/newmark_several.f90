@@ -113,7 +113,8 @@ contains
       run%sample_step = settings%response%step
       run%contact_tolerance = settings%response%contact_tolerance
       run%release_force = settings%response%release_tolerance/settings%height_ratio
-      run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
+      ! a flight may begin anywhere within the tolerance
+      run%hop_height = max(settings%response%hop_tolerance, 2.0_wp*settings%response%contact_tolerance)
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
       surfaces = surfaces_of(settings)
