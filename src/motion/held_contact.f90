@@ -8,7 +8,7 @@ module held_contact
    use kinds, only: wp
    use modal_beam, only: make_pinned_beam, modal_beam_t, pinned_beam_t, support_t, to_free, to_pinned
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use motion_phases, only: contact_t, event_at, measure_energy, motion_t
+   use motion_phases, only: contact_t, event_at, found_taken_back, measure_energy, motion_t
    use phase_measures, only: measure_impulse
    use response_types, only: append_event, event_capture, event_impact, event_release, event_t, response_t
    use run_measures, only: early_part, take_contact
@@ -34,6 +34,9 @@ module held_contact
       !> State in the pinned modes at the start of a contact and at its end, [pinned]
       real(wp), allocatable :: p(:), rate_p(:), p_end(:), rate_end(:)
       type(sampler_t) :: sampler
+      !> A massless node is held so far from where the modes have it; from their displacement it were rounding alone on
+      !> a fine mesh, and its spring stiff
+      real(wp) :: offset = 0.0_wp
       !> Energy of the static shape, and of the pinned modes at the start
       real(wp) :: static_energy = 0.0_wp
       real(wp) :: start_energy = 0.0_wp
@@ -96,7 +99,7 @@ contains
       type(response_t), intent(inout) :: response
 
       if (self%beam%node_flexibility > 0.0_wp) then
-         call hold_node(self, motion, response)
+         call hold_node(self, self%surface - sum(self%beam%stop_value*motion%q), motion, response)
       else
          call capture(self, motion, response)
       end if
@@ -111,7 +114,8 @@ contains
       type(response_t), intent(inout) :: response
 
       if (self%beam%node_flexibility > 0.0_wp) then
-         call hold_node(self, motion, response)
+         call hold_node(self, self%depth*exp(-self%rate*merge(0.0_wp, flight%time, flight%outcome == found_taken_back)), &
+            motion, response)
       else if (flight%outcome == found_zero) then
          call rebound(self, motion, response)
       else if (flight%outcome == found_never_left .and. self%start_order > 1) then
@@ -155,19 +159,22 @@ contains
    end subroutine rebound
 
    !> A massless node is held at once: there is no impact.
-   subroutine hold_node(self, motion, response)
+   subroutine hold_node(self, offset, motion, response)
       type(held_contact_t), intent(inout) :: self
+      !> It is so far from where the modes have it
+      real(wp), intent(in) :: offset
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
       type(event_t) :: event
 
       event = event_at(motion, event_capture, self%surface)
-      ! the modes are so far from the surface, and the node comes back to them
-      event%velocity_before = event%velocity_before + self%rate*event%eta
+      ! it was coming back to them
+      event%velocity_before = event%velocity_before - self%rate*offset
       event%eta = 0.0_wp
       event%velocity_after = 0.0_wp
       self%is_closed = .true.
+      self%offset = offset
       self%start_order = 0
       self%depth = 0.0_wp
       self%energy = 0.0_wp
@@ -248,7 +255,8 @@ contains
             self%static_energy = 0.5_wp*self%surface**2*pinned%static_force
             allocate (self%p_end(pinned%count), self%rate_end(pinned%count))
          end if
-         self%p = to_pinned(pinned, self%beam%oscillators%square, self%beam%stop_value, &
+         self%p = to_pinned(pinned, self%beam%oscillators%square, &
+            self%surface*pinned%static_force*self%beam%node_flexibility - self%offset, &
             motion%q - self%surface*pinned%static)
          self%rate_p = matmul(motion%v, pinned%mode)
          ! p + 2 zeta p' swings like p itself
@@ -398,7 +406,8 @@ contains
       if (self%beam%node_flexibility <= 0.0_wp) return
       ! its own damping lets the node go smoothly, without it the node leaves at the modes' velocity
       self%start_order = merge(2, 1, self%beam%oscillators%two_zeta > 0.0_wp)
-      call leave_node(self, self%surface - sum(self%beam%stop_value*motion%q))
+      call leave_node(self, self%beam%node_flexibility*(self%surface*self%pinned%static_force &
+         + sum(self%pinned%reaction*self%p_end)))
    end subroutine follow
 
 end module held_contact

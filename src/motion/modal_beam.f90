@@ -127,11 +127,12 @@ contains
    !> Displacements that hold the stop point, from free modes to pinned ones. In a mode far stiffer than the others the
    !> rounding error of the sum is a great force, so where that is better the forces are summed instead: w_j^2 p_j =
    !> sum psi_ij W_i^2 q_i.
-   pure function to_pinned(pinned, free_square, stop_value, q) result(p)
+   pure function to_pinned(pinned, free_square, at_stop, q) result(p)
       type(pinned_beam_t), intent(in) :: pinned
-      !> W_i^2 and b_i of the free modes, [modes]
+      !> W_i^2 of the free modes, [modes]
       real(wp), intent(in) :: free_square(:)
-      real(wp), intent(in) :: stop_value(:)
+      !> Sum of b_i q_i where a massless node is held, known better than from q; else not used
+      real(wp), intent(in) :: at_stop
       !> Free modal coordinates, [modes]
       real(wp), intent(in) :: q(:)
       real(wp) :: p(pinned%count)
@@ -146,7 +147,7 @@ contains
          if (sum(abs(pinned%mode(:, j)*forces)) < pinned%square(j)*sum(abs(pinned%mode(:, j)*q))) then
             p(j) = sum(pinned%mode(:, j)*forces)/pinned%square(j)
             ! a massless node stays where it is held, the modes at its place need not
-            if (pinned%count == size(q)) p(j) = p(j) - pinned%reaction(j)*sum(stop_value*q)/pinned%square(j)
+            if (pinned%count == size(q)) p(j) = p(j) - pinned%reaction(j)*at_stop/pinned%square(j)
          end if
       end do
    end function to_pinned
