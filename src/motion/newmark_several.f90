@@ -160,7 +160,7 @@ contains
 
       n = size(surfaces)
       allocate (run%surfaces(n), run%mass_columns(run%stepper%order, n), run%mobility(n, n), run%closed(n), &
-         run%rows(n, n), run%right(n), run%refuses(n), run%arrives(n), run%leaves(n))
+         run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), run%leaves(n))
       run%surfaces%dof = model%stop_dofs(surfaces%stop)
       acts = acting(surfaces, run%surfaces%dof)
       points = 0
@@ -340,7 +340,6 @@ contains
 
       integer :: level
       integer(i8) :: span
-      logical :: closing(size(run%surfaces))
       real(wp) :: energy, step
 
       level = run%next_level
@@ -367,8 +366,8 @@ contains
 
       run%now = 3 - run%now
       run%offset = run%offset + span
-      closing = run%offset < run%surfaces%refused_end
-      where (.not. closing) run%surfaces%refused_end = nowhere
+      run%closing = run%offset < run%surfaces%refused_end
+      where (.not. run%closing) run%surfaces%refused_end = nowhere
       if (run%offset == whole_step) then
          run%offset = 0_i8
          run%part = run%part + 1
@@ -382,7 +381,7 @@ contains
       if (run%keeps_ledger) call account_step(run, step)
       if (run%keeps_measures) call measure_step(run, instant_of(run) - step, step, [energy, energy_left(run)])
       call shapes_in_step(run, step, response)
-      call look_for_events(run, step, closing, response)
+      call look_for_events(run, step, response)
    end subroutine advance
 
    !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.

@@ -17,11 +17,9 @@ module newmark_several_events
 contains
 
    !> The rules of contact and release at the end of an accepted step.
-   pure subroutine look_for_events(run, step, closing, response)
+   pure subroutine look_for_events(run, step, response)
       type(several_run_t), intent(inout) :: run
       real(wp), intent(in) :: step
-      !> Of each surface: a longer step was taken back on its account, the event lies ahead
-      logical, intent(in) :: closing(:)
       !> Events
       type(response_t), intent(inout) :: response
 
@@ -33,12 +31,12 @@ contains
          do k = 1, size(run%surfaces)
             select case (run%surfaces(k)%status)
             case (is_open)
-               call look_at_flight(run, k, step, closing(k))
+               call look_at_flight(run, k, step)
             case (is_held, is_in_contact)
                ! a force that still rises is the beginning of a contact, not its end
-               run%leaves(k) = closing(k) .and. new%force(k) < run%release_force .and. new%force(k) < old%force(k)
+               run%leaves(k) = run%closing(k) .and. new%force(k) < run%release_force .and. new%force(k) < old%force(k)
             case (is_lifted)
-               call look_at_lifted(run, k, closing(k))
+               call look_at_lifted(run, k)
             case (is_idle)
                cycle
             end select
@@ -49,12 +47,11 @@ contains
 
 
    !> Does the beam arrive at an open surface?
-   pure subroutine look_at_flight(run, k, step, closing)
+   pure subroutine look_at_flight(run, k, step)
       type(several_run_t), intent(inout) :: run
       !> The surface
       integer, intent(in) :: k
       real(wp), intent(in) :: step
-      logical, intent(in) :: closing
 
       real(wp) :: gap, rate
 
@@ -70,7 +67,7 @@ contains
          met%leaving = gap < -run%contact_tolerance
          if (gap >= run%contact_tolerance) then
             met%armed = .true.
-         else if (rate < 0.0_wp .and. (met%armed .or. closing .or. met%leaving)) then
+         else if (rate < 0.0_wp .and. (met%armed .or. run%closing(k) .or. met%leaving)) then
             run%arrives(k) = .true.
          else if (rate > 0.0_wp) then
             met%armed = .true.
@@ -80,11 +77,10 @@ contains
 
 
    !> Spring and damper without force: does the beam leave the surface, or do they push again?
-   pure subroutine look_at_lifted(run, k, closing)
+   pure subroutine look_at_lifted(run, k)
       type(several_run_t), intent(inout) :: run
       !> The surface
       integer, intent(in) :: k
-      logical, intent(in) :: closing
 
       real(wp) :: force
 
@@ -97,7 +93,7 @@ contains
          if (force <= 0.0_wp) then
             met%armed = .true.
          else if (force > lifted_force(run, k, old)) then
-            run%arrives(k) = met%armed .or. closing
+            run%arrives(k) = met%armed .or. run%closing(k)
          end if
       end associate
    end subroutine look_at_lifted

@@ -123,8 +123,10 @@ module newmark_several_run
       integer, allocatable :: closed(:)
       real(wp), allocatable :: rows(:, :)
       real(wp), allocatable :: right(:)
-      !> Which surfaces keep a step from standing, meet the beam at its end, leave it
+      !> Which surfaces keep a step from standing; have an event ahead, as they kept a longer step from standing; meet
+      !> the beam at the end of a step; leave it
       logical, allocatable :: refuses(:)
+      logical, allocatable :: closing(:)
       logical, allocatable :: arrives(:)
       logical, allocatable :: leaves(:)
       !> Set where the run cannot go on
