@@ -8,6 +8,7 @@ module scene_checks
    use scene_beam_model, only: motion_model_of, run_of
    use scene_reader, only: complain_of_scene, set_parameter
    use scene_types, only: mass_redistributed, scene_t
+   use stop_surfaces, only: is_plain
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)
    private
@@ -25,11 +26,13 @@ contains
       type(beam_model_t) :: model
       type(scene_t) :: one
       integer :: i
+      logical :: is_plain_scene
 
       if (.not. scene%wants_response) return
-      if (scene%response%method /= method_newmark .and. scene%mesh%mass /= mass_redistributed) return
+      is_plain_scene = is_plain(run_of(scene)) .and. .not. scene%has_supports
+      if (scene%response%method /= method_newmark .and. scene%mesh%mass /= mass_redistributed .and. is_plain_scene) return
       if (scene%wants_sweep) then
-         if (any(is_swept(scene%sweep%swept) .and. changes_step(scene%sweep%swept%parameter))) return
+         if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, is_plain_scene))) return
       end if
       if (.not. scene%wants_cases) then
          call check_run(scene, scene, '', .true., model, error)
@@ -38,7 +41,7 @@ contains
       one = scene
       associate (parameter => scene%cases%parameter)
          do i = 1, size(scene%cases%values)
-            if (i > 1 .and. .not. changes_step(parameter)) return
+            if (i > 1 .and. .not. changes_start(parameter, is_plain_scene)) return
             call set_parameter(one, parameter, scene%cases%values(i))
             call check_run(scene, one, trim(parameter%name)//' = '//to_text(scene%cases%values(i))//': ', &
                i == 1 .or. parameter%is_of_beam, model, error)
@@ -61,25 +64,34 @@ contains
       !> What keeps it from starting
       type(failure_t), allocatable, intent(inout) :: error
 
+      character(*), parameter :: of_stops(3) = [character(13) :: 'the beam', 'the stops at ', 'the position ']
       type(failure_t), allocatable :: trouble
+      integer :: i
 
       if (is_new_beam) call motion_model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
       if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
       if (.not. allocated(trouble)) return
       if (index(trouble%message, 'mass = ') == 1) then
          call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
+      else if (index(trouble%message, 'the support at ') == 1) then
+         call complain_of_scene(scene, 'support', '', subject//trouble%message, error)
+      else if (any([(index(trouble%message, trim(of_stops(i))) == 1, i=1, size(of_stops))])) then
+         call complain_of_scene(scene, 'stop', '', subject//trouble%message, error)
       else
          call complain_of_scene(scene, 'response', 'step step_time', &
             subject//trouble%message, error)
       end if
    end subroutine check_run
 
-   !> Does the longest step of a Newmark scheme depend on this parameter?
-   elemental function changes_step(parameter) result(changes)
+   !> Does the longest step of a Newmark scheme, or the start among several stops, depend on this parameter?
+   elemental function changes_start(parameter, is_plain_scene) result(changes)
       type(parameter_t), intent(in) :: parameter
+      !> One stop below the beam
+      logical, intent(in) :: is_plain_scene
       logical :: changes
 
-      changes = parameter%is_of_beam .or. parameter%name == 'zeta'
-   end function changes_step
+      changes = parameter%is_of_beam .or. parameter%name == 'zeta' .or. &
+         (parameter%group == 'stop' .and. .not. is_plain_scene)
+   end function changes_start
 
 end module scene_checks

@@ -27,6 +27,8 @@ module beam_mesh
       real(wp), allocatable :: tip_distance(:)
       !> Node at the stop
       integer :: stop_node = 0
+      !> The node whose inertia `redistributed_mass` gives away: of several stops it is the tip's, if one is there
+      integer :: struck_node = 0
       !> Nodes at the further positions that were asked for; unallocated: none were
       integer, allocatable :: more_nodes(:)
    end type mesh_t
@@ -82,6 +84,7 @@ contains
       if (1.0_wp - stop_position >= nearest_to_tip*(stop_position - mesh%position(max(0, elements - 2)))) then
          call put_node_at_stop(mesh, stop_position, error)
       end if
+      mesh%struck_node = mesh%stop_node
    end subroutine make_mesh
 
    !> Positions and distances to the tip from the lengths.
@@ -158,6 +161,8 @@ contains
       end do
       mesh%stop_node = node_at(mesh, place(1))
       allocate (mesh%more_nodes, source=[(node_at(mesh, place(i)), i=2, size(place))])
+      mesh%struck_node = mesh%stop_node
+      if (any(mesh%more_nodes == mesh%elements)) mesh%struck_node = mesh%elements
    end subroutine put_nodes
 
    !> The node at a position, but for rounding; 0: there is none.

@@ -79,8 +79,8 @@ contains
       end do
       if (model%is_redistributed) then
          model%continuation = continuation_at_stop(mesh)
-         model%has_massless_node = .not. (mesh%stop_node == mesh%elements .and. tip_mass_ratio > 0.0_wp)
-         associate (first => max(1, 2*mesh%stop_node - 5), last => min(2*mesh%stop_node + 2, 2*mesh%elements))
+         model%has_massless_node = .not. (mesh%struck_node == mesh%elements .and. tip_mass_ratio > 0.0_wp)
+         associate (first => max(1, 2*mesh%struck_node - 5), last => min(2*mesh%struck_node + 2, 2*mesh%elements))
             first_row(first:last) = min(first_row(first:last), first)
          end associate
       end if

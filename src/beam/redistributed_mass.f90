@@ -37,7 +37,7 @@ contains
       real(wp) :: cubic(2), divisor, square(2)
       integer :: node
 
-      node = mesh%stop_node
+      node = mesh%struck_node
       associate (l => mesh%length(node), dof => continuation%dof, weight => continuation%weight)
          if (node < mesh%elements) then
             associate (whole => l + mesh%length(node + 1))
@@ -78,7 +78,7 @@ contains
       real(wp) :: column(8), difference(8), element(4, 4), change(8, 8)
       integer :: dofs(8), i, j
 
-      associate (node => mesh%stop_node)
+      associate (node => mesh%struck_node)
          dofs = max([(2*node - own + i, i=0, 7)], 0)
          column = 0.0_wp
          element = element_mass(section, mesh%length(node), mesh%tip_distance(node))

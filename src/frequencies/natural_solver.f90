@@ -46,7 +46,7 @@ contains
       if (present(modes) .or. model%is_redistributed) allocate (nodal, source=nodal_flexibility(natural))
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
       if (model%has_massless_node) then
-         call drop_axis(coordinates_of_node(natural, model%mesh%stop_node), flexibility, nodal)
+         call drop_axis(coordinates_of_node(natural, model%mesh%struck_node), flexibility, nodal)
       end if
       call right_singular_vectors(flexibility, present(modes), singular, vectors, error)
       if (allocated(error)) return
@@ -109,13 +109,13 @@ contains
       real(wp) :: change(size(nodal, 2)), shape(natural%rows)
       integer :: i
 
-      change = -nodal(model%stop_dof, :)
+      change = -nodal(2*model%mesh%struck_node - 1, :)
       associate (continuation => model%continuation)
          do i = 1, size(continuation%dof)
             if (continuation%dof(i) > 0) change = change + continuation%weight(i)*nodal(continuation%dof(i), :)
          end do
       end associate
-      shape = row_shape(natural, model%mesh%stop_node)
+      shape = row_shape(natural, model%mesh%struck_node)
       do i = 1, size(change)
          flexibility(:, i) = flexibility(:, i) + shape*change(i)
       end do

@@ -12,7 +12,8 @@ module motion_run
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
    use static_states, only: find_static_start
    use stop_laws, only: is_rigid
-   use stop_surfaces, only: is_plain, surfaces_of
+   use stop_pairs, only: check_nodes_of_stops
+   use stop_surfaces, only: is_plain, stops_of, surfaces_of
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes
@@ -88,6 +89,8 @@ contains
       real(wp), allocatable :: start(:)
 
       if (.not. is_plain_run(model, settings)) then
+         call check_nodes_of_stops(stops_of(settings), model%stop_dofs, error)
+         if (allocated(error)) return
          call find_static_start(model, surfaces_of(settings), start, error)
          if (allocated(error)) return
       end if

@@ -2,6 +2,7 @@
 module name_hints
    use name_table, only: table_t
    use near_names, only: nearest_name
+   use number_text, only: to_text
    use run_settings, only: name_length
    implicit none (type, external)
    private
@@ -57,6 +58,7 @@ contains
       if (place > 0) names = table%entries(table%groups(place)%first_entry:table%groups(place)%last_entry)%name%name
       if (place == 0) allocate (names(0))
       nearest = nearest_name(name, names)
+      if (missing_group(table, name) /= '') nearest = 0
       if (nearest > 0) then
          hint = 'did you mean '//trim(names(nearest))//'?'
          return
@@ -68,8 +70,32 @@ contains
             return
          end associate
       end do
-      hint = '&'//group//' takes'//joined(names, '')
+      hint = missing_group(table, name)
+      if (hint == '') hint = '&'//group//' takes'//joined(names, '')
    end function item_hint
+
+   !> Such as 'it needs &stop number 3; there are 2' for stop_3_position; empty: it is no parameter of one of several.
+   pure function missing_group(table, name) result(hint)
+      type(table_t), intent(in) :: table
+      !> What the user wrote
+      character(*), intent(in) :: name
+      character(:), allocatable :: hint
+
+      integer :: i, first, last
+
+      hint = ''
+      do i = 1, table%group_count
+         associate (group => table%groups(i))
+            if (.not. group%repeats .or. group%occurrence > 1 .or. index(name, trim(group%name)//'_') /= 1) cycle
+            first = len_trim(group%name) + 2
+            last = first + verify(name(first:)//'_', '0123456789') - 2
+            if (last < first) cycle
+            hint = 'it needs &'//trim(group%name)//' number '//name(first:last)//', and the scene has ' &
+               //to_text(count(table%groups(:table%group_count)%name == group%name .and. &
+               table%groups(:table%group_count)%is_wanted))
+         end associate
+      end do
+   end function missing_group
 
    !> Names with a prefix and commas between them.
    pure function joined(names, prefix) result(text)

@@ -9,7 +9,7 @@ module scene_stops
    use scene_input, only: scene_input_t
    use scene_types, only: scales_t, scene_t, support_rotation
    use stop_groups, only: physical_stop_t, physical_support_t
-   use stop_pairs, only: are_at_one_point, conflict_of_stops
+   use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
    use unit_ratios, only: take_ratio
    use value_rules, only: range_t, range_text
    implicit none (type, external)
@@ -270,6 +270,38 @@ contains
          call take_ratio(input, table, 'support', 'stiffness', physical(k)%stiffness/unit, &
             scene%supports(k)%stiffness_ratio, k)
       end do
+      if (input%has_problem()) return
+      do k = 1, size(physical)
+         call check_support(input, scene, k)
+      end do
    end subroutine resolve_supports
+
+   !> A support that contradicts a stop or one before it.
+   subroutine check_support(input, scene, which)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: which
+
+      character(*), parameter :: names = 'position motion stiffness_ratio stiffness'
+      character(:), allocatable :: conflict
+      integer :: i
+
+      associate (support => scene%supports(which))
+         conflict = ''
+         if (scene%has_stop) then
+            if (are_at_one_point(scene%stop%position, support%position)) conflict = conflict_with_support(support)
+            if (allocated(scene%more_stops)) then
+               if (any(are_at_one_point(scene%more_stops%position, support%position))) then
+                  conflict = conflict_with_support(support)
+               end if
+            end if
+         end if
+         do i = 1, which - 1
+            if (conflict /= '' .or. .not. are_at_one_point(scene%supports(i)%position, support%position)) cycle
+            conflict = conflict_of_supports(scene%supports(i), support)
+         end do
+      end associate
+      if (conflict /= '') call input%complain('support', names, conflict, which)
+   end subroutine check_support
 
 end module scene_stops

@@ -1,11 +1,14 @@
 !> Stops and supports at one point of the beam that contradict each other.
 module stop_pairs
+   use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
    use number_text, only: to_text
    use run_settings, only: law_restitution, side_above, side_below, stop_settings_t
+   use scene_types, only: support_displacement, support_settings_t
    implicit none (type, external)
    private
-   public :: are_at_one_point, conflict_of_stops
+   public :: are_at_one_point, conflict_of_stops, check_nodes_of_stops
+   public :: conflict_with_support, conflict_of_supports
 
 contains
 
@@ -47,5 +50,50 @@ contains
          conflict = 'there is no clearance between both sides; that is a support: use &support'
       end if
    end function conflict_of_stops
+
+   !> The same for all stops of a beam: those near the tip may have become stops at one point.
+   pure subroutine check_nodes_of_stops(stops, nodes, error)
+      type(stop_settings_t), intent(in) :: stops(:)
+      !> Their nodes, or what else tells these apart, [stops]
+      integer, intent(in) :: nodes(:)
+      !> Set where two contradict each other
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: conflict
+      integer :: i, k
+
+      do k = 2, size(stops)
+         do i = 1, k - 1
+            if (nodes(i) /= nodes(k)) cycle
+            conflict = conflict_of_stops(stops(i), stops(k))
+            if (conflict == '') cycle
+            call fail(error, status_bad_input, 'the stops at '//to_text(stops(i)%position)//' and at ' &
+               //to_text(stops(k)%position)//': '//conflict)
+            return
+         end do
+      end do
+   end subroutine check_nodes_of_stops
+
+   !> Why a stop cannot be where a support is; empty: it can.
+   pure function conflict_with_support(support) result(conflict)
+      type(support_settings_t), intent(in) :: support
+      character(:), allocatable :: conflict
+
+      conflict = ''
+      if (support%motion == support_displacement .and. support%stiffness_ratio <= 0.0_wp) then
+         conflict = 'a rigid support holds the beam where a stop is; move one of them, or give the support a stiffness'
+      end if
+   end function conflict_with_support
+
+   !> Why two supports cannot be at one point; empty: they can.
+   pure function conflict_of_supports(one, other) result(conflict)
+      type(support_settings_t), intent(in) :: one
+      type(support_settings_t), intent(in) :: other
+      character(:), allocatable :: conflict
+
+      conflict = ''
+      if (one%motion /= other%motion .or. min(one%stiffness_ratio, other%stiffness_ratio) > 0.0_wp) return
+      conflict = 'a rigid support holds this motion of the beam there already'
+   end function conflict_of_supports
 
 end module stop_pairs

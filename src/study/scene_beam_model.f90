@@ -3,12 +3,14 @@ module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, beam_support_t, make_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
-   use failures, only: failure_t
+   use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
    use mass_choice, only: errs_less_redistributed
+   use number_text, only: to_text
    use run_settings, only: run_settings_t, stop_released_from
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section_table, support_displacement
+   use stop_pairs, only: conflict_of_supports, conflict_with_support
    implicit none (type, external)
    private
    public :: section_of, model_of, motion_model_of, redistributes, run_of
@@ -74,6 +76,10 @@ contains
       answer = scene%mesh%mass == mass_redistributed
       if (scene%mesh%mass == mass_auto) answer = errs_less_redistributed(section_of(scene%beam), mesh, &
          scene%tip_mass_ratio, run_of(scene))
+      ! a node without mass follows no beam on supports
+      if (scene%mesh%mass == mass_auto .and. scene%has_supports) then
+         answer = answer .and. mesh%struck_node == mesh%elements .and. scene%tip_mass_ratio > 0.0_wp
+      end if
    end function redistributes
 
    !> A mesh with nodes at the stops and, after them, at the supports.
@@ -96,7 +102,37 @@ contains
       if (allocated(scene%more_stops)) positions = scene%more_stops%position
       if (allocated(scene%supports)) positions = [positions, scene%supports%position]
       call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions)
+      if (.not. allocated(error) .and. allocated(scene%supports)) call check_supports(scene, mesh, error)
    end subroutine mesh_of
+
+   !> Supports that contradict each other or a stop where the mesh has put them to the tip.
+   pure subroutine check_supports(scene, mesh, error)
+      type(scene_t), intent(in) :: scene
+      type(mesh_t), intent(in) :: mesh
+      !> Set where two do
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: conflict
+      integer :: i, k, before
+
+      before = size(mesh%more_nodes) - size(scene%supports)
+      do k = 1, size(scene%supports)
+         conflict = ''
+         associate (node => mesh%more_nodes(before + k), support => scene%supports(k))
+            if (scene%has_stop .and. (mesh%stop_node == node .or. any(mesh%more_nodes(:before) == node))) then
+               conflict = conflict_with_support(support)
+            end if
+            do i = 1, k - 1
+               if (mesh%more_nodes(before + i) == node .and. conflict == '') then
+                  conflict = conflict_of_supports(scene%supports(i), support)
+               end if
+            end do
+            if (conflict == '') cycle
+            call fail(error, status_bad_input, 'the support at '//to_text(support%position)//': '//conflict)
+            return
+         end associate
+      end do
+   end subroutine check_supports
 
    !> The supports of a scene on its mesh.
    pure function supports_of(scene, mesh) result(supports)

@@ -55,8 +55,10 @@ contains
    end subroutine scene_of
 
    !> The parameter that &sweep calls by a name; without a name: there is none.
-   function parameter_called(name) result(parameter)
+   function parameter_called(name, of) result(parameter)
       character(*), intent(in) :: name
+      !> Of this scene, which may have several stops; default one without any
+      type(scene_t), intent(in), optional :: of
       type(parameter_t) :: parameter
 
       type(table_t) :: table
@@ -65,6 +67,7 @@ contains
       integer, allocatable :: places(:)
       integer :: i
 
+      if (present(of)) scene = of
       call list_scene(table, scene, physical)
       call list_parameters(table, places)
       do i = 1, size(places)
