@@ -30,7 +30,7 @@ contains
 
       if (.not. scene%wants_response) return
       is_plain_scene = is_plain(run_of(scene)) .and. .not. scene%has_supports
-      if (scene%response%method /= method_newmark .and. scene%mesh%mass /= mass_redistributed .and. is_plain_scene) return
+      if (is_plain_scene .and. scene%response%method /= method_newmark .and. scene%mesh%mass /= mass_redistributed) return
       if (scene%wants_sweep) then
          if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, is_plain_scene))) return
       end if

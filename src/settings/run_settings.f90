@@ -53,8 +53,8 @@ module run_settings
       real(wp) :: position = 1.0_wp
       !> One of the `side_` constants
       integer :: side = side_below
-      !> delta = d / (y_c(0) - d), of a stop above with both signs turned; on both sides it is minus the clearance. y_c(0)
-      !> is that of the stop from which the beam is released
+      !> delta = d / (y_c(0) - d), of a stop above with both signs turned; on both sides it is minus the clearance.
+      !> y_c(0) is that of the stop from which the beam is released
       real(wp) :: preload = 0.0_wp
       !> One of the `law_` constants
       integer :: law = law_restitution
