@@ -3,19 +3,20 @@ module console_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_table
+   use measure_list, only: measure_count, measure_named, measure_table
    use number_text, only: rounded, to_text
-   use response_types, only: mesh_check_t, mode_check_t, run_measures_t
+   use response_types, only: mesh_check_t, mode_check_t, run_measures_t, surface_record_t
    use run_measures, only: row_of
-   use run_settings, only: impulse_names, law_names, law_restitution, method_names, method_newmark
+   use run_settings, only: method_names, method_newmark, side_below, stop_settings_t
    use scene_types, only: scene_t, shape_taper
+   use stop_words, only: law_in_words, place_in_words, released_stop, stops_in_scene, support_in_words
+   use text_columns, only: at_right, fixed, label_width, print_columns, print_line
    implicit none (type, external)
    private
-   public :: print_model, print_frequency_table, print_measures, print_mesh, print_modes
-   public :: print_columns, fixed
+   public :: print_model, print_frequency_table, print_measures, print_mesh, print_modes, print_surfaces
+   public :: measured
 
-   !> Width of the labels at the left, and of a column of numbers.
-   integer, parameter :: label_width = 20
+   !> Width of a column of numbers.
    integer, parameter :: column_width = 12
    !> Wider tables of frequencies are printed in parts.
    integer, parameter :: most_columns = 6
@@ -49,7 +50,7 @@ contains
             call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
                //to_text(scene%mesh%ratio))
          end if
-         call print_line(unit, 'stop', stop_in_words(scene, node_position))
+         call print_stops(unit, scene, node_position)
          call print_line(unit, 'motion', motion_in_words(scene))
       end if
    end subroutine print_model
@@ -78,29 +79,36 @@ contains
       words = words//', mu = '//rounded(scene%tip_mass_ratio)
    end function beam_in_words
 
-   !> Law and place of the stop.
-   function stop_in_words(scene, node_position) result(words)
+   !> Where each stop is and its law: of the paper's one in a line, of others in two.
+   subroutine print_stops(unit, scene, node_position)
+      integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
       !> x/L of the nodes, [0:n]
       real(wp), intent(in), optional :: node_position(0:)
-      character(:), allocatable :: words
 
-      associate (stop => scene%stop)
-         if (stop%law == law_restitution) then
-            words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('// &
-               trim(impulse_names(stop%impulse))//')'
-         else
-            words = 'three elements, kappa = '//rounded(stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
-               //', c* = '//rounded(stop%damper_ratio)
+      type(stop_settings_t), allocatable :: stops(:)
+      character(:), allocatable :: label, words
+      integer :: k
+
+      allocate (stops, source=stops_in_scene(scene))
+      do k = 1, size(stops)
+         label = 'stop'
+         if (size(stops) > 1) label = label//' '//to_text(k)
+         words = place_in_words(stops(k), node_position)
+         if (size(stops) == 1 .and. stops(k)%side == side_below) then
+            call print_line(unit, label, law_in_words(stops(k))//', '//words)
+            cycle
          end if
-         words = words//', at x/L = '//rounded(stop%position)
-         if (present(node_position)) then
-            if (all(abs(node_position - stop%position) > 0.0_wp)) words = words// &
-               ' (so near to the tip that it is put there)'
-         end if
-         words = words//', delta = '//rounded(stop%preload)
-      end associate
-   end function stop_in_words
+         if (k == released_stop(scene)) words = words//'; released from it'
+         if (stops(k)%side == side_below) words = 'below, '//words
+         call print_line(unit, label, words)
+         call print_line(unit, '', law_in_words(stops(k)))
+      end do
+      if (.not. allocated(scene%supports)) return
+      do k = 1, size(scene%supports)
+         call print_line(unit, 'support '//to_text(k), support_in_words(scene%supports(k)))
+      end do
+   end subroutine print_stops
 
    !> Method and length of the run.
    function motion_in_words(scene) result(words)
@@ -276,27 +284,76 @@ contains
    end subroutine print_modes
 
    !> The measures of a run, a line each, and the highest points of its rebounds.
-   subroutine print_measures(unit, measures)
+   subroutine print_measures(unit, measures, released)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
+      !> The stop of the rebounds, if that must be said; 0: it need not
+      integer, intent(in), optional :: released
 
+      character(label_width) :: heading
       real(wp) :: row(measure_count)
       integer :: i
 
+      heading = 'rebound peaks'
+      if (present(released)) then
+         if (released > 0) heading = 'peaks at stop '//to_text(released)
+      end if
       row = row_of(measures)
       write (unit, '()')
       do i = 1, measure_count
          if (measure_table(i)%label /= '') call print_line(unit, trim(measure_table(i)%label), &
             measure_in_words(i, row(i), 6, measures%duration))
       end do
-      if (measures%rebounds == 0) call print_line(unit, 'rebound peaks', 'none')
+      if (measures%rebounds == 0) call print_line(unit, heading, 'none')
       do i = 1, min(measures%rebounds, most_peaks)
-         call print_line(unit, trim(merge('rebound peaks', '             ', i == 1)), 'eta = ' &
+         call print_line(unit, merge(heading, repeat(' ', label_width), i == 1), 'eta = ' &
             //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
       end do
       if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)// &
          ' more')
    end subroutine print_measures
+
+   !> What happened at each of several surfaces, a line each.
+   subroutine print_surfaces(unit, surfaces)
+      integer, intent(in) :: unit
+      !> With measures
+      type(surface_record_t), intent(in) :: surfaces(:)
+
+      integer, parameter :: size_of_heading = 16
+      character(*), parameter :: shown(6) = [character(24) :: 'impacts', 'contacts', 'first_impact_tau', &
+         'total_contact', 'greatest_force', 'greatest_impulse']
+      character(column_width) :: cells(size(shown) + 2, size(surfaces))
+      character(size_of_heading) :: headings(size(shown) + 2)
+      real(wp) :: row(measure_count)
+      integer :: i, k
+
+      headings = [character(size_of_heading) :: 'stop', 'side', 'impacts', 'lasting contacts', 'first at tau =', &
+         'time in contact', 'greatest force', 'greatest impulse']
+      do i = 1, size(surfaces)
+         row = row_of(surfaces(i)%measures)
+         cells(:2, i) = [character(column_width) :: to_text(surfaces(i)%stop), &
+            trim(merge('below', 'above', surfaces(i)%sign > 0))]
+         do k = 1, size(shown)
+            cells(k + 2, i) = measured(measure_named(shown(k)), row)
+         end do
+      end do
+      write (unit, '()')
+      call print_columns(unit, headings, cells)
+   end subroutine print_surfaces
+
+   !> A measure for a cell of a table; '-': it did not happen.
+   function measured(measure, row) result(text)
+      !> Its place in the table
+      integer, intent(in) :: measure
+      !> [measure_count]
+      real(wp), intent(in) :: row(:)
+      character(:), allocatable :: text
+
+      text = '-'
+      if (ieee_is_nan(row(measure))) return
+      text = fixed(row(measure), 6)
+      if (measure_table(measure)%is_whole) text = to_text(nint(row(measure)))
+   end function measured
 
    !> Such as '15', 'at tau = 1.547641', 'not until tau = 20'.
    function measure_in_words(measure, value, decimals, duration) result(words)
@@ -322,19 +379,6 @@ contains
       end associate
    end function measure_in_words
 
-   !> A label and what belongs to it.
-   subroutine print_line(unit, label, words)
-      integer, intent(in) :: unit
-      character(*), intent(in) :: label
-      !> What belongs to it
-      character(*), intent(in) :: words
-
-      character(label_width) :: padded
-
-      padded = label
-      write (unit, '(2x, a, a)') padded, words
-   end subroutine print_line
-
    !> A row of a table.
    subroutine print_cells(unit, label, cells)
       integer, intent(in) :: unit
@@ -355,48 +399,6 @@ contains
       write (unit, '(2x, a)') trim(line)
    end subroutine print_cells
 
-   !> Columns as wide as what stands in them, under headings of two lines.
-   subroutine print_columns(unit, headings, cells)
-      integer, intent(in) :: unit
-      !> [columns]
-      character(*), intent(in) :: headings(:)
-      !> [columns, rows]
-      character(*), intent(in) :: cells(:, :)
-
-      character(len(cells)) :: lines(size(headings), size(cells, 2) + 2)
-      character(:), allocatable :: line
-      integer :: i, k, widths(size(headings))
-
-      do k = 1, size(headings)
-         call split_heading(trim(headings(k)), lines(k, 1), lines(k, 2))
-      end do
-      lines(:, 3:) = cells
-      widths = maxval(len_trim(lines), dim=2)
-      do i = 1, size(lines, 2)
-         line = ''
-         do k = 1, size(headings)
-            line = line//'  '//at_right(lines(k, i), widths(k))
-         end do
-         write (unit, '(a)') line
-      end do
-   end subroutine print_columns
-
-   !> At the blank that makes the longer half shortest; without any all of it belongs below.
-   pure subroutine split_heading(heading, upper, lower)
-      character(*), intent(in) :: heading
-      character(*), intent(out) :: upper
-      character(*), intent(out) :: lower
-
-      integer :: i, place
-
-      place = 0
-      do i = 1, len(heading)
-         if (heading(i:i) == ' ' .and. max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
-      end do
-      upper = heading(:place)
-      lower = heading(place + 1:)
-   end subroutine split_heading
-
    !> An error in percent: four decimals, or an exponent where these would hide it.
    pure function error_text(error) result(text)
       real(wp), intent(in) :: error
@@ -412,25 +414,6 @@ contains
       end if
    end function error_text
 
-   !> A number with so many decimals; with an exponent if it is too large for that.
-   pure function fixed(value, decimals) result(text)
-      real(wp), intent(in) :: value
-      !> Digits behind the point
-      integer, intent(in) :: decimals
-      character(:), allocatable :: text
-
-      real(wp), parameter :: largest = 1.0e6_wp
-      character(32) :: buffer, layout
-
-      if (abs(value) < largest) then
-         write (layout, '(a, i0, a)') '(f24.', decimals, ')'
-      else
-         write (layout, '(a, i0, a)') '(es24.', decimals, ')'
-      end if
-      write (buffer, layout) value
-      text = trim(adjustl(buffer))
-   end function fixed
-
    !> A text at the right of a column.
    pure function adjust_right(text) result(cell)
       character(*), intent(in) :: text
@@ -438,15 +421,5 @@ contains
 
       cell = at_right(text, column_width)
    end function adjust_right
-
-   !> The same of any width.
-   pure function at_right(text, width) result(cell)
-      character(*), intent(in) :: text
-      integer, intent(in) :: width
-      character(width) :: cell
-
-      cell = text
-      cell = adjustr(cell)
-   end function at_right
 
 end module console_tables

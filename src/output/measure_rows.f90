@@ -35,7 +35,7 @@ contains
    end subroutine write_measures_of_run
 
    !> One list a measure.
-   subroutine write_measures_of_cases(group, names, units, rows, along)
+   subroutine write_measures_of_cases(group, names, units, rows, along, in_scene_units)
       type(hdf5_group_t), intent(in) :: group
       !> Of the datasets, [measure_count]; empty: it is left out
       character(*), intent(in) :: names(:)
@@ -44,17 +44,22 @@ contains
       real(wp), intent(in) :: rows(:, :)
       !> Dimension scale of the cases
       character(*), intent(in) :: along
+      !> One unit of each measure in the units of the scene; 0: not known
+      real(wp), intent(in), optional :: in_scene_units(:)
 
-      real(wp) :: column(size(rows, 2))
+      real(wp) :: column(size(rows, 2)), known(measure_count)
       integer :: i
 
+      known = 0.0_wp
+      if (present(in_scene_units)) known = in_scene_units
       do i = 1, measure_count
          if (names(i) == '') cycle
          column = rows(i, :)
          if (measure_table(i)%is_whole) then
             call group%add(trim(names(i)), nint(column), trim(units(i)), trim(measure_table(i)%meaning), along)
          else
-            call group%add(trim(names(i)), column, trim(units(i)), trim(measure_table(i)%meaning), along)
+            call group%add(trim(names(i)), column, trim(units(i)), trim(measure_table(i)%meaning), along, &
+               in_scene_units=known(i))
          end if
       end do
    end subroutine write_measures_of_cases

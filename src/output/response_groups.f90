@@ -5,9 +5,10 @@ module response_groups
    use kinds, only: wp
    use measure_list, only: measure_table
    use measure_rows, only: write_measures_of_run
-   use response_types, only: event_names, response_t, run_measures_t
+   use response_types, only: event_blow, event_names, response_t, run_measures_t
    use run_measures, only: row_of
    use scene_units, only: in_scene_units, units_t
+   use surface_groups, only: names_of, write_surfaces
    implicit none (type, external)
    private
    public :: write_run
@@ -30,6 +31,9 @@ contains
       end if
       if (allocated(response%energy)) call write_energy(group%group('energy'), response, units)
       if (allocated(response%measures)) call write_measures(group%group('measures'), response%measures, units)
+      ! sample times that are not allocated are not present
+      if (allocated(response%surfaces)) call write_surfaces(group%group('surfaces'), response%surfaces, units, &
+         response%tau)
    end subroutine write_run
 
    subroutine write_histories(group, response, units)
@@ -77,17 +81,19 @@ contains
       type(units_t), intent(in) :: units
 
       character(:), allocatable :: meanings
-      integer :: count, i
+      integer :: count, i, kinds
 
+      ! only among several surfaces one takes an impulse as another is hit
+      kinds = merge(size(event_names), event_blow - 1, allocated(response%surfaces))
       meanings = trim(event_names(1))
-      do i = 2, size(event_names)
+      do i = 2, kinds
          meanings = meanings//' '//trim(event_names(i))
       end do
       count = response%event_count
       call group%add('tau', [(response%events(i)%tau, i=1, count)], '1', 'time of the event, tau', &
          is_scale=.true., in_scene_units=units%time)
       call group%add('kind', [(response%events(i)%kind, i=1, count)], '1', 'kind of the event', along='tau')
-      call group%attribute('flag_values', [(i, i=1, size(event_names))], 'kind')
+      call group%attribute('flag_values', [(i, i=1, kinds)], 'kind')
       call group%attribute('flag_meanings', meanings, 'kind')
       call group%add('eta', [(response%events(i)%eta, i=1, count)], '1', &
          'displacement of the beam at the stop, eta', 'tau', in_scene_units=units%displacement)
@@ -99,6 +105,11 @@ contains
          'impulse on the beam in rho Abar L omega1 (y_c(0) - d)', 'tau', in_scene_units=units%impulse)
       call group%add('energy_change', [(response%events(i)%energy_change, i=1, count)], '1', &
          'change of energy in rho Abar L omega1^2 (y_c(0) - d)^2', 'tau', in_scene_units=units%energy)
+      if (.not. allocated(response%surfaces)) return
+      call group%add('surface', [(response%events(i)%surface, i=1, count)], '1', 'surface at which it happens', &
+         along='tau')
+      call group%attribute('flag_values', [(i, i=1, size(response%surfaces))], 'surface')
+      call group%attribute('flag_meanings', names_of(response%surfaces), 'surface')
    end subroutine write_events
 
    !> Shapes of the whole beam at chosen instants.

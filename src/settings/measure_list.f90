@@ -17,25 +17,30 @@ module measure_list
       !> Its line on the console, and what stands there before the number; empty: it is not printed
       character(20) :: label = ''
       character(12) :: lead = ''
+      !> Each of several surfaces has its own
+      logical :: is_of_surface = .false.
    end type measure_t
 
    type(measure_t), parameter :: measure_table(*) = [ &
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', '1', .true.), &
-      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', '1', .true., 'impacts'), &
-      measure_t('contacts', '', 'contacts that last', '1', .true., 'lasting contacts'), &
+      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', '1', .true., 'impacts', &
+      is_of_surface=.true.), &
+      measure_t('contacts', '', 'contacts that last', '1', .true., 'lasting contacts', is_of_surface=.true.), &
       measure_t('rebounds', '', 'flights that rise above eta = 0.02', '1', .true.), &
       measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'tau', &
-      .false., 'first impact', 'at tau ='), &
+      .false., 'first impact', 'at tau =', is_of_surface=.true.), &
       measure_t('first_impact_velocity', 'first_impact_velocity', 'd eta/d tau at the stop point before it', &
-      'eta/tau', .false., 'velocity before it'), &
+      'eta/tau', .false., 'velocity before it', is_of_surface=.true.), &
       measure_t('greatest_force', 'greatest_force', &
       'greatest contact force Pbar; with restitution its mean over the first 0.1 of tau of an episode', 'Pbar', &
-      .false.), &
+      .false., is_of_surface=.true.), &
       measure_t('greatest_impulse', 'greatest_impulse', &
       'greatest impulse of an episode, between flights above 0.02, less that of the force at rest', 'impulse', &
-      .false.), &
-      measure_t('total_contact', 'total_contact', 'time in contact', 'tau', .false., 'time in contact'), &
-      measure_t('longest_contact', 'longest_contact', 'longest contact', 'tau', .false., 'longest contact'), &
+      .false., is_of_surface=.true.), &
+      measure_t('total_contact', 'total_contact', 'time in contact', 'tau', .false., 'time in contact', &
+      is_of_surface=.true.), &
+      measure_t('longest_contact', 'longest_contact', 'longest contact', 'tau', .false., 'longest contact', &
+      is_of_surface=.true.), &
       measure_t('peak_1', '', 'highest point of the first rebound, eta', 'eta', .false.), &
       measure_t('peak_2', '', 'of the second', 'eta', .false.), &
       measure_t('peak_3', '', 'of the third', 'eta', .false.), &

@@ -131,16 +131,20 @@ module run_settings
 
 contains
 
-   !> From which of several stops the beam is released where the scene leaves that open: the one nearest the tip; of
+   !> From which of several stops the beam is released: where the scene leaves that open, the one nearest the tip; of
    !> those below before above before on both sides; of those the highest. Never by their order: of stops that are alike
    !> in all that any serves.
-   pure function stop_released_from(stops) result(place)
+   pure function stop_released_from(stops, chosen) result(place)
       type(stop_settings_t), intent(in) :: stops(:)
+      !> By the scene; 0: it leaves that open
+      integer, intent(in) :: chosen
       integer :: place
 
       real(wp) :: first(9), other(9)
       integer :: i, key
 
+      place = chosen
+      if (place > 0) return
       place = 1
       do i = 2, size(stops)
          first = keys(stops(place))

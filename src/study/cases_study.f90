@@ -1,10 +1,9 @@
 !> The cases of a scene, from the scene to their table and file: a group for each, with all that a file of one run
 !> holds, and what the cases are compared by along the varied parameter.
 module cases_study
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use, intrinsic :: iso_c_binding, only: c_size_t
    use case_runs, only: case_t, run_cases
-   use console_tables, only: fixed, print_columns, print_model
+   use console_tables, only: measured, print_model
    use failures, only: failure_t
    use file_system, only: make_folder
    use hdf5_writing, only: hdf5_group_t
@@ -19,11 +18,12 @@ module cases_study
    use run_measures, only: row_of
    use scene_types, only: scene_t
    use study_job, only: job_t
+   use text_columns, only: fixed, print_columns
    implicit none (type, external)
    private
    public :: run_cases_of_scene, write_cases
 
-   integer, parameter :: width = 32
+   integer, parameter :: width = 40
    !> Measures that cases are compared by
    character(*), parameter :: shown(*) = [character(24) :: &
       'impacts', 'first_impact_tau', 'first_impact_velocity', 'quiet_tau', 'spent_tau']
@@ -116,13 +116,7 @@ contains
          row = row_of(cases(i)%response%measures)
          cells(1, i) = to_text(cases(i)%value)
          do k = 1, size(shown)
-            associate (measure => measure_named(shown(k)))
-               if (measure_table(measure)%is_whole) then
-                  cells(k + 1, i) = to_text(nint(row(measure)))
-               else if (.not. ieee_is_nan(row(measure))) then
-                  cells(k + 1, i) = fixed(row(measure), 6)
-               end if
-            end associate
+            cells(k + 1, i) = measured(measure_named(shown(k)), row)
          end do
          associate (peaks => cases(i)%response%measures%peak_eta)
             if (size(peaks) > 0) cells(size(headings), i) = fixed(maxval(peaks), 6)

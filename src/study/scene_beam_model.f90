@@ -168,8 +168,7 @@ contains
       settings%height_ratio = scene%scales%height_ratio
       if (.not. allocated(scene%more_stops)) return
       settings%more_stops = scene%more_stops
-      settings%pulled = scene%pulled
-      if (settings%pulled == 0) settings%pulled = stop_released_from([scene%stop, scene%more_stops])
+      settings%pulled = stop_released_from([scene%stop, scene%more_stops], scene%pulled)
    end function run_of
 
 end module scene_beam_model

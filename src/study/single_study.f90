@@ -2,7 +2,8 @@
 module single_study
    use beam_model, only: beam_model_t
    use case_beam, only: case_beam_t
-   use console_tables, only: print_frequency_table, print_measures, print_mesh, print_model, print_modes
+   use console_tables, only: print_frequency_table, print_measures, print_mesh, print_model, print_modes, &
+      print_surfaces
    use failures, only: failure_t
    use frequency_study, only: frequency_table
    use frequency_types, only: frequency_table_t
@@ -17,6 +18,7 @@ module single_study
    use run_settings, only: run_settings_t
    use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
+   use stop_words, only: released_stop
    use study_job, only: job_t
    implicit none (type, external)
    private
@@ -55,7 +57,10 @@ contains
       if (allocated(response)) call print_mesh(job%unit, response%mesh_check)
       if (allocated(response)) call print_modes(job%unit, response%mode_check)
       if (allocated(table)) call print_frequency_table(job%unit, table)
-      if (allocated(response)) call print_measures(job%unit, response%measures)
+      if (allocated(response)) then
+         call print_measures(job%unit, response%measures, released_stop(scene))
+         if (allocated(response%surfaces)) call print_surfaces(job%unit, response%surfaces)
+      end if
       if (allocated(errors)) call print_mesh_errors(job%unit, errors)
    end subroutine run_single
 

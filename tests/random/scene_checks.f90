@@ -194,7 +194,7 @@ contains
          path = left(:index(left, ' ') - 1)
          left = adjustl(left(len_trim(path) + 1:))
          ! what did not happen or settle, or what a mesh does not have, is NaN by definition
-         if (index(path, 'measures/') > 0 .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
+         if (index(path, 'measures/') > 0 .or. index(path, 'surfaces/first_impact') > 0 .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
             .or. index(path, 'best/') == 1 .or. index(path, 'mesh_estimate/') == 1 &
             .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
             .or. &

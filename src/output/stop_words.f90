@@ -1,0 +1,84 @@
+!> Stops and supports in words.
+module stop_words
+   use kinds, only: wp
+   use number_text, only: rounded
+   use run_settings, only: impulse_names, law_names, law_restitution, law_spring_damper, side_above, side_below, &
+      side_both, stop_released_from, stop_settings_t
+   use scene_types, only: scene_t, support_displacement, support_settings_t
+   implicit none (type, external)
+   private
+   public :: law_in_words, place_in_words, support_in_words, stops_in_scene, released_stop
+
+contains
+
+   !> All stops of a scene in its order.
+   pure function stops_in_scene(scene) result(stops)
+      type(scene_t), intent(in) :: scene
+      type(stop_settings_t), allocatable :: stops(:)
+
+      stops = [scene%stop]
+      if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+   end function stops_in_scene
+
+   !> The stop from which the beam is released, where there are several; 0: there is one.
+   pure function released_stop(scene) result(place)
+      type(scene_t), intent(in) :: scene
+      integer :: place
+
+      place = 0
+      if (allocated(scene%more_stops)) place = stop_released_from(stops_in_scene(scene), scene%pulled)
+   end function released_stop
+
+   !> The law of a stop with its numbers.
+   function law_in_words(stop) result(words)
+      type(stop_settings_t), intent(in) :: stop
+      character(:), allocatable :: words
+
+      select case (stop%law)
+      case (law_restitution)
+         words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('//trim(impulse_names(stop%impulse))//')'
+      case (law_spring_damper)
+         words = 'spring and damper, kappa = '//rounded(stop%stiffness_ratio)//', c* = '//rounded(stop%damper_ratio)
+      case default
+         words = 'three elements, kappa = '//rounded(stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
+            //', c* = '//rounded(stop%damper_ratio)
+      end select
+   end function law_in_words
+
+   !> Where a stop is, of one that is not below the beam on which side too.
+   function place_in_words(stop, node_position) result(words)
+      type(stop_settings_t), intent(in) :: stop
+      !> x/L of the nodes, [0:n]
+      real(wp), intent(in), optional :: node_position(0:)
+      character(:), allocatable :: words
+
+      words = 'at x/L = '//rounded(stop%position)
+      if (present(node_position)) then
+         if (all(abs(node_position - stop%position) > 0.0_wp)) words = words// &
+            ' (so near to the tip that it is put there)'
+      end if
+      select case (stop%side)
+      case (side_below)
+         words = words//', delta = '//rounded(stop%preload)
+      case (side_above)
+         words = 'above, '//words//', delta = '//rounded(stop%preload)
+      case (side_both)
+         words = 'on both sides, '//words//', clearance '//rounded(-stop%preload)
+      end select
+   end function place_in_words
+
+   !> What a support holds, and where.
+   function support_in_words(support) result(words)
+      type(support_settings_t), intent(in) :: support
+      character(:), allocatable :: words
+
+      words = trim(merge('displacement', 'rotation    ', support%motion == support_displacement))
+      if (support%stiffness_ratio > 0.0_wp) then
+         words = 'spring against '//words//' of '//rounded(support%stiffness_ratio)
+      else
+         words = 'holds the '//words
+      end if
+      words = words//', at x/L = '//rounded(support%position)
+   end function support_in_words
+
+end module stop_words
