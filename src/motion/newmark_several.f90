@@ -1,5 +1,5 @@
 !> The beam and any number of surfaces through time by Newmark steps, halved at an event until the condition of each
-!> surface is met: a second way beside exact motion (docs/theory.md, section 17). The scene of one stop below the beam
+!> surface is met: a second way beside exact motion (docs/theory.md, section 10). The scene of one stop below the beam
 !> has a way of its own (`newmark_motion`). Rigid supports are held exactly.
 module newmark_several
    use beam_model, only: beam_model_t, hold_supports
