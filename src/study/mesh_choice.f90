@@ -123,8 +123,8 @@ contains
    end subroutine find_beam
 
    !> Refine until the motion settles within the tolerance. A beam that is thinner at the tip is refined with equal
-   !> elements, and from `graded_elements` on with elements as long as its waves are there, if that mesh is the nearer to
-   !> the next finer one.
+   !> elements; from `graded_elements` on with elements as long as its waves are there, if that mesh is nearer to the
+   !> next finer one.
    subroutine settle(scene, settings, beam)
       type(scene_t), intent(in) :: scene
       !> Of the runs that are compared
