@@ -63,7 +63,7 @@ contains
       integer :: i, k
 
       set%held = held
-      square = beam%oscillators%square
+      allocate (square, source=beam%oscillators%square)
       set%value = beam%value
       set%tip_value = beam%tip_value
       allocate (set%reaction(0, size(square)))
@@ -129,7 +129,7 @@ contains
       type(free_beam_t), intent(in) :: beam
       type(held_set_t), intent(inout) :: set
 
-      real(wp) :: flexibility(size(set%held), size(set%held))
+      real(wp) :: flexibility(size(set%held), size(set%held)), stiffness
       integer :: j, k
 
       allocate (set%static(size(beam%oscillators%square)), source=0.0_wp)
@@ -140,8 +140,17 @@ contains
                flexibility(j, k) = sum(b(:, j)*b(:, k)/square)
             end do
          end do
-         call solve_active(flexibility, -h, spread(.true., 1, size(h)), set%static_force)
-         set%static(:) = matmul(b, set%static_force)/square
+         if (size(h) == 1) then
+            ! as `make_support` has it, to the last digit
+            stiffness = 1.0_wp/flexibility(1, 1)
+            set%static_force(:) = h*stiffness
+            set%static(:) = h(1)*(b(:, 1)/square*stiffness)
+            set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
+         else
+            call solve_active(flexibility, -h, spread(.true., 1, size(h)), set%static_force)
+            set%static(:) = matmul(b, set%static_force)/square
+            set%static_tip = sum(beam%tip_value*set%static)
+         end if
          set%static_energy = 0.5_wp*sum(set%static_force*h)
       end associate
       allocate (set%static_gap(size(beam%height)))
@@ -149,7 +158,6 @@ contains
          set%static_gap(k) = sum(beam%value(:, k)*set%static) - beam%height(k)
       end do
       set%static_gap(set%held) = 0.0_wp
-      set%static_tip = sum(beam%tip_value*set%static)
       do k = 1, size(set%held)
          if (abs(beam%tip_sign(set%held(k))) <= 0.0_wp) cycle
          set%static_tip = beam%tip_sign(set%held(k))*beam%height(set%held(k))

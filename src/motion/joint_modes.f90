@@ -65,7 +65,7 @@ contains
       logical :: converged
 
       greatest = maxval(abs(value))
-      active = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest)
+      allocate (active, source=pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest))
       modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
       call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, spring, problem)
       n = problem%roots
@@ -75,8 +75,8 @@ contains
          call fail(error, status_run_failed, 'the exponents of a contact with several stops were not found')
          return
       end if
-      s = problem%pole(near) + offset
-      keep = pack([(i, i=1, n)], aimag(s) >= 0.0_wp)
+      allocate (s, source=problem%pole(near) + offset)
+      allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
       call make_room(modes, oscillators%count, size(spring), circle_points*size(spring)*size(keep) + size(keep))

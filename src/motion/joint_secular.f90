@@ -165,8 +165,8 @@ contains
       real(wp) :: damping, root, stiff, fastest
       integer :: j, k
 
-      square = problem%square
-      value = problem%value
+      allocate (square, source=problem%square)
+      allocate (value, source=problem%value)
       fastest = sqrt(maxval([0.0_wp, square]))
       do k = 1, size(problem%spring)
          stiff = problem%spring(k)%stiffness

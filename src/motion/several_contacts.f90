@@ -65,7 +65,7 @@ contains
       if (.not. all(self%now%states%is_rigid)) self%at_start = self%now%states
       self%z_end = self%now%z
       self%v_end = self%now%v
-      self%start_energy = energy_of(self, self%now%z, self%now%v)
+      self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%now%z, self%now%v))
       call self%sampler%restart()
       ! as many modes, but others
       self%sampler%has_matrices = .false.
@@ -183,7 +183,7 @@ contains
                if (k /= now%pulled) cycle
                sample%history(eta_stop) = sign*gap
                sample%history(velocity_stop) = sign*rate
-               sample%history(eta_tip) = held%static_tip + sum(held%tip_value*z) - sign*now%beam%height(k)
+               sample%history(eta_tip) = (held%static_tip - sign*now%beam%height(k)) + sum(held%tip_value*z)
             end associate
          end do
          sample%history(force_stop) = total
@@ -243,7 +243,7 @@ contains
             call losses_in(set, now%amplitude, now%z, now%v, time, lost)
             sample%lost(1) = lost(1)
          else
-            sample%lost(1) = self%start_energy - held%static_energy - sum(sample%beam_energy)
+            sample%lost(1) = self%start_energy - sum(sample%beam_energy)
          end if
          sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
          do k = 1, size(now%states)
@@ -351,7 +351,7 @@ contains
       call close_books(self, motion)
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
-      if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self)
+      if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self, motion)
       call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
    end subroutine finish
 
@@ -373,7 +373,7 @@ contains
             term = now%amplitude*exp(set%joint%exponent*time)
             if (keeps) call losses_in(set, now%amplitude, now%z, now%v, time, lost)
          else
-            lost = self%start_energy - energy_of(self, self%z_end, self%v_end)
+            lost = self%start_energy - sum(modal_energy(held%oscillators, self%z_end, self%v_end))
          end if
          if (keeps) ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
          do k = 1, size(now%states)
@@ -392,21 +392,24 @@ contains
    end subroutine close_books
 
    !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that is:
-   !> by a static shape, as that takes the least energy.
-   subroutine put_right(self)
+   !> by a static shape, as that takes the least energy, with which the ledger is charged.
+   subroutine put_right(self, motion)
       class(several_contacts_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
 
       real(wp), parameter :: least = 5.0e-12_wp
-      real(wp) :: dip
+      real(wp) :: dip, force, reached
 
       if (self%ended == 0) return
       associate (held => self%now%set%held, state => self%now%states(self%ended))
-         if (state%is_rigid .and. self%ended_by == end_force) return
-         dip = -state%depth - held%static_gap(self%ended) - sum(held%value(:, self%ended)*self%z_end)
+         if (state%is_rigid .neqv. self%ended_by == end_gap) return
+         reached = sum(held%value(:, self%ended)*self%z_end)
+         dip = -state%depth - held%static_gap(self%ended) - reached
          if (state%is_rigid .and. dip < least) return
-         if (.not. state%is_rigid .and. self%ended_by == end_gap) return
          associate (shape => held%value(:, self%ended)/held%oscillators%square)
-            self%z_end = self%z_end + shape*(dip/sum(held%value(:, self%ended)*shape))
+            force = dip/sum(held%value(:, self%ended)*shape)
+            if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(reached + 0.5_wp*dip))
+            self%z_end = self%z_end + shape*force
          end associate
       end associate
    end subroutine put_right

@@ -276,8 +276,8 @@ contains
       type(event_t) :: event
       integer :: a, k
 
-      taking = pack([(k, k=1, size(reached))], [(takes_part(k), k=1, size(reached))])
-      mobility = matmul(transpose(self%beam%value(:, taking)), self%beam%value(:, taking))
+      allocate (taking, source=pack([(k, k=1, size(reached))], [(takes_part(k), k=1, size(reached))]))
+      allocate (mobility, source=matmul(transpose(self%beam%value(:, taking)), self%beam%value(:, taking)))
       allocate (before(size(taking)), after(size(taking)), impulse(size(taking)), restitution(size(taking)), &
          acts(size(taking)))
       do a = 1, size(taking)
@@ -287,10 +287,18 @@ contains
          restitution(a) = self%states(k)%surface%settings%restitution
          if (captures%is_in(k) .or. self%states(k)%is_closed) restitution(a) = 0.0_wp
       end do
-      call solve_complementarity(mobility, (1.0_wp + restitution)*before, impulse, acts)
-      after = before + matmul(mobility, impulse)
-      where (acts) after = -restitution*before
-      motion%v = motion%v + matmul(self%beam%value(:, taking), impulse)
+      if (size(taking) == 1) then
+         acts = .true.
+         after = -restitution*before
+         impulse = (after - before)/mobility(:, 1)
+      else
+         call solve_complementarity(mobility, (1.0_wp + restitution)*before, impulse, acts)
+         after = before + matmul(mobility, impulse)
+         where (acts) after = -restitution*before
+      end if
+      do a = 1, size(taking)
+         motion%v = motion%v + self%beam%value(:, taking(a))*impulse(a)
+      end do
       do a = 1, size(taking)
          k = taking(a)
          event = event_of(self, k, event_impact, motion)
@@ -367,10 +375,10 @@ contains
       type(event_t) :: event
       integer :: a, k, order
 
-      resting = pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. &
-         self%states%is_closed))
+      allocate (resting, source=pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. &
+         self%states%is_closed)))
       if (size(resting) == 0) return
-      mobility = matmul(transpose(self%beam%value(:, resting)), self%beam%value(:, resting))
+      allocate (mobility, source=matmul(transpose(self%beam%value(:, resting)), self%beam%value(:, resting)))
       allocate (free(size(resting)), noise(size(resting)), force(size(resting)), rate(size(resting)), &
          holds(size(resting)))
       do a = 1, size(resting)
@@ -379,8 +387,9 @@ contains
       call solve_complementarity(mobility, free, force, holds)
       associate (b => self%beam%value(:, resting), square => self%beam%oscillators%square, &
          two_zeta => self%beam%oscillators%two_zeta)
-         acceleration = -square*(motion%q + two_zeta*motion%v) + matmul(b, force) + yielding_forces(self, motion)
-         rate = matmul(square*(motion%v + two_zeta*acceleration), b)
+         allocate (acceleration, source=-square*(motion%q + two_zeta*motion%v) + matmul(b, force) &
+            + yielding_forces(self, motion))
+         rate(:) = matmul(square*(motion%v + two_zeta*acceleration), b)
       end associate
       do a = 1, size(resting)
          k = resting(a)

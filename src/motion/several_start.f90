@@ -45,8 +45,8 @@ contains
       real(wp) :: rest_energy
       integer :: k, pulled
 
-      surfaces = surfaces_of(settings)
-      acts = acting(surfaces, model%stop_dofs(surfaces%stop))
+      allocate (surfaces, source=surfaces_of(settings))
+      allocate (acts, source=acting(surfaces, model%stop_dofs(surfaces%stop)))
       allocate (rest(size(surfaces)), source=0.0_wp)
       rest_energy = 0.0_wp
       if (settings%output%measures) call rest_on(model, surfaces, acts, rest, rest_energy, error)
@@ -121,7 +121,7 @@ contains
       integer :: k
       integer, allocatable :: place(:)
 
-      place = pack([(k, k=1, size(acts))], acts)
+      allocate (place, source=pack([(k, k=1, size(acts))], acts))
       call find_static_rest(model, surfaces(place), packed, energy, error)
       force(place) = packed
    end subroutine rest_on

@@ -58,7 +58,7 @@ contains
       type(surface_t) :: surface
       integer :: i, place, total
 
-      stops = stops_of(settings)
+      allocate (stops, source=stops_of(settings))
       allocate (surfaces(2*size(stops)))
       total = 0
       do i = 1, size(stops)
