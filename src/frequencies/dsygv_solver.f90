@@ -37,7 +37,7 @@ contains
       real(wp) :: work_size(1)
       integer :: info, order
 
-      free = free_dofs(model)
+      allocate (free, source=free_dofs(model))
       order = size(free)
       job = merge('V', 'N', present(modes))
       if (count < 0 .or. count > order) then
