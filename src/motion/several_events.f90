@@ -9,6 +9,7 @@ module several_events
       event_separation, event_t, response_t
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, several_t
+   use surface_values, only: event_of, force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    use phase_measures, only: measure_impulse
    implicit none (type, external)
    private
@@ -307,31 +308,7 @@ contains
          event%impulse = impulse(a)
          event%energy_change = 0.5_wp*impulse(a)*(before(a) + after(a))
          call charge_event(motion%recorder%ledger, event%energy_change)
-         if (self%states(k)%is_closed) then
-            event%kind = event_blow
-            if (impulse(a) > 0.0_wp) then
-               call append_event(response, event)
-               call take_blow(self, k, impulse(a), motion)
-            else if (after(a) > speed_noise(self, k, motion)) then
-               event%kind = event_release
-               call append_event(response, event)
-               call start_flight(self, k, 1, hop_tolerance)
-            end if
-         else if (captures%is_in(k) .or. .not. after(a) > 0.0_wp) then
-            if (.not. captures%is_in(k)) call append_event(response, event)
-            if (.not. captures%is_in(k)) call take_blow(self, k, impulse(a), motion)
-            captures%velocity(k) = merge(captures%velocity(k) + before(a), 0.0_wp, captures%is_in(k))
-            captures%impulse(k) = merge(captures%impulse(k) + impulse(a), 0.0_wp, captures%is_in(k))
-            captures%energy_change(k) = merge(captures%energy_change(k) + event%energy_change, 0.0_wp, &
-               captures%is_in(k))
-            captures%is_in(k) = .true.
-         else
-            if (impulse(a) > 0.0_wp) then
-               call append_event(response, event)
-               call take_blow(self, k, impulse(a), motion)
-            end if
-            call start_flight(self, k, 1, hop_tolerance)
-         end if
+         call enter_impact(self, k, event, hop_tolerance, captures, motion, response)
       end do
 
    contains
@@ -345,6 +322,46 @@ contains
          if (.not. answer .and. reached(k)) answer = .not. velocity_of(self, k, motion) > 0.0_wp
       end function takes_part
    end subroutine solve_impact
+
+   !> What an impulse, or none, made of a surface that took part.
+   subroutine enter_impact(self, k, event, hop_tolerance, captures, motion, response)
+      type(several_t), intent(inout) :: self
+      integer, intent(in) :: k
+      !> As an impact
+      type(event_t), intent(in) :: event
+      real(wp), intent(in) :: hop_tolerance
+      type(captures_t), intent(inout) :: captures
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      type(event_t) :: other
+      real(wp) :: leaves
+
+      leaves = self%states(k)%surface%sign*event%velocity_after
+      other = event
+      if (self%states(k)%is_closed) then
+         if (event%impulse > 0.0_wp) then
+            other%kind = event_blow
+            call append_event(response, other)
+            call take_blow(self, k, event%impulse, motion)
+         else if (leaves > speed_noise(self, k, motion)) then
+            other%kind = event_release
+            call append_event(response, other)
+            call start_flight(self, k, 1, hop_tolerance)
+         end if
+      else if (captures%is_in(k)) then
+         captures%velocity(k) = captures%velocity(k) + self%states(k)%surface%sign*event%velocity_before
+         captures%impulse(k) = captures%impulse(k) + event%impulse
+         captures%energy_change(k) = captures%energy_change(k) + event%energy_change
+      else
+         if (event%impulse > 0.0_wp .or. .not. leaves > 0.0_wp) then
+            call append_event(response, event)
+            call take_blow(self, k, event%impulse, motion)
+         end if
+         captures%is_in(k) = .not. leaves > 0.0_wp
+         if (leaves > 0.0_wp) call start_flight(self, k, 1, hop_tolerance)
+      end if
+   end subroutine enter_impact
 
    !> An impulse, for the measures.
    subroutine take_blow(self, k, impulse, motion)
@@ -456,108 +473,5 @@ contains
       allocate (captures%velocity(surfaces), captures%impulse(surfaces), captures%energy_change(surfaces), &
          source=0.0_wp)
    end subroutine no_captures
-
-   !> An event at the present state: displacement and velocity of the stop point up from the surface.
-   function event_of(self, k, kind, motion) result(event)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: k
-      integer, intent(in) :: kind
-      type(motion_t), intent(in) :: motion
-      type(event_t) :: event
-
-      event = event_t(tau=motion%tau, kind=kind, eta=self%states(k)%surface%sign*gap_of(self, k, motion%q), &
-         velocity_before=self%states(k)%surface%sign*velocity_of(self, k, motion), surface=self%states(k)%surface%number)
-      event%velocity_after = event%velocity_before
-   end function event_of
-
-   !> Distance from a surface where it is home.
-   pure function gap_of(self, k, q) result(gap)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: k
-      real(wp), intent(in) :: q(:)
-      real(wp) :: gap
-
-      gap = sum(self%beam%value(:, k)*q) - self%beam%height(k)
-   end function gap_of
-
-   !> Away from the surface.
-   pure function velocity_of(self, k, motion) result(velocity)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: k
-      type(motion_t), intent(in) :: motion
-      real(wp) :: velocity
-
-      velocity = sum(self%beam%value(:, k)*motion%v)
-   end function velocity_of
-
-   !> Rounding error of a gap at an instant that is rounded itself.
-   pure function noise_of(self, k, motion) result(noise)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: k
-      type(motion_t), intent(in) :: motion
-      real(wp) :: noise
-
-      noise = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
-         + abs(velocity_of(self, k, motion))*motion%tau)
-   end function noise_of
-
-   !> Rounding error of a velocity.
-   pure function speed_noise(self, k, motion) result(noise)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: k
-      type(motion_t), intent(in) :: motion
-      real(wp) :: noise
-
-      noise = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
-   end function speed_noise
-
-   !> Force of a surface that yields, if the beam is on it.
-   pure function force_of(self, k, motion) result(force)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: k
-      type(motion_t), intent(in) :: motion
-      real(wp) :: force
-
-      associate (state => self%states(k))
-         force = state%spring%stiffness*state%depth + state%branch_force &
-            - state%spring%viscosity*velocity_of(self, k, motion)
-      end associate
-   end function force_of
-
-   !> What closed surfaces that yield do to the free modes.
-   pure function yielding_forces(self, motion) result(forces)
-      type(several_t), intent(in) :: self
-      type(motion_t), intent(in) :: motion
-      real(wp) :: forces(size(motion%q))
-
-      integer :: k
-
-      forces = 0.0_wp
-      do k = 1, size(self%states)
-         if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
-         forces = forces + self%beam%value(:, k)*force_of(self, k, motion)
-      end do
-   end function yielding_forces
-
-   !> How the beam presses on a surface that does not act: the gap's acceleration with its sign turned.
-   function pull_of(self, k, motion, noise) result(pull)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: k
-      type(motion_t), intent(in) :: motion
-      !> Its rounding error
-      real(wp), intent(out), optional :: noise
-      real(wp) :: pull
-
-      real(wp), dimension(size(motion%q)) :: weight, others
-
-      others = yielding_forces(self, motion)
-      associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
-         two_zeta => self%beam%oscillators%two_zeta)
-         weight = b*square
-         pull = sum(weight*(motion%q + two_zeta*motion%v)) - sum(b*others)
-         if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*(sum(abs(weight)*(abs(motion%q) &
-            + two_zeta*abs(motion%v))) + sum(abs(b*others)))
-      end associate
-   end function pull_of
 
 end module several_events

@@ -2,12 +2,10 @@
 module several_measures
    use certified_search, only: viewed_signal_t
    use contact_losses, only: integral
-   use damped_oscillators, only: propagate
-   use exponential_signal, only: exponential_signal_t
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
-   use response_types, only: quiet_level, response_t, run_measures_t
+   use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
    use several_state, only: end_force, force_terms, move_to, several_t, signal_of, whole_gap
    use signal_peaks, only: exceeds

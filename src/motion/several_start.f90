@@ -1,7 +1,6 @@
 !> Beginning and end of a run among several surfaces.
 module several_start
    use beam_model, only: beam_model_t
-   use certified_search, only: search_t
    use damped_oscillators, only: make_oscillators
    use failures, only: failure_t
    use free_modes, only: free_modes_t

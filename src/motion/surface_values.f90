@@ -1,0 +1,116 @@
+!> Gaps, velocities and forces of surfaces at the present state of a motion, in the free modes.
+module surface_values
+   use kinds, only: wp
+   use motion_phases, only: motion_t
+   use response_types, only: event_t
+   use several_state, only: several_t
+   implicit none (type, external)
+   private
+   public :: event_of, gap_of, velocity_of, noise_of, speed_noise, force_of, yielding_forces, pull_of
+
+contains
+
+   !> An event at the present state: displacement and velocity of the stop point up from the surface.
+   function event_of(self, k, kind, motion) result(event)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      type(motion_t), intent(in) :: motion
+      type(event_t) :: event
+
+      event = event_t(tau=motion%tau, kind=kind, eta=self%states(k)%surface%sign*gap_of(self, k, motion%q), &
+         velocity_before=self%states(k)%surface%sign*velocity_of(self, k, motion), surface=self%states(k)%surface%number)
+      event%velocity_after = event%velocity_before
+   end function event_of
+
+   !> Distance from a surface where it is home.
+   pure function gap_of(self, k, q) result(gap)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: q(:)
+      real(wp) :: gap
+
+      gap = sum(self%beam%value(:, k)*q) - self%beam%height(k)
+   end function gap_of
+
+   !> Away from the surface.
+   pure function velocity_of(self, k, motion) result(velocity)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: velocity
+
+      velocity = sum(self%beam%value(:, k)*motion%v)
+   end function velocity_of
+
+   !> Rounding error of a gap at an instant that is rounded itself.
+   pure function noise_of(self, k, motion) result(noise)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: noise
+
+      noise = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
+         + abs(velocity_of(self, k, motion))*motion%tau)
+   end function noise_of
+
+   !> Rounding error of a velocity.
+   pure function speed_noise(self, k, motion) result(noise)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: noise
+
+      noise = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
+   end function speed_noise
+
+   !> Force of a surface that yields, if the beam is on it.
+   pure function force_of(self, k, motion) result(force)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: force
+
+      associate (state => self%states(k))
+         force = state%spring%stiffness*state%depth + state%branch_force &
+            - state%spring%viscosity*velocity_of(self, k, motion)
+      end associate
+   end function force_of
+
+   !> What closed surfaces that yield do to the free modes.
+   pure function yielding_forces(self, motion) result(forces)
+      type(several_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      real(wp) :: forces(size(motion%q))
+
+      integer :: k
+
+      forces = 0.0_wp
+      do k = 1, size(self%states)
+         if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
+         forces = forces + self%beam%value(:, k)*force_of(self, k, motion)
+      end do
+   end function yielding_forces
+
+   !> How the beam presses on a surface that does not act: the gap's acceleration with its sign turned.
+   function pull_of(self, k, motion, noise) result(pull)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      !> Its rounding error
+      real(wp), intent(out), optional :: noise
+      real(wp) :: pull
+
+      real(wp), dimension(size(motion%q)) :: weight, others
+
+      others = yielding_forces(self, motion)
+      associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
+         two_zeta => self%beam%oscillators%two_zeta)
+         weight = b*square
+         pull = sum(weight*(motion%q + two_zeta*motion%v)) - sum(b*others)
+         if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*(sum(abs(weight)*(abs(motion%q) &
+            + two_zeta*abs(motion%v))) + sum(abs(b*others)))
+      end associate
+   end function pull_of
+
+end module surface_values
