@@ -52,7 +52,7 @@ contains
    end subroutine say
 
    !> A tapered beam.
-   function beam_for(elements, ratio, taper, tip_mass, position) result(model)
+   function beam_for(elements, ratio, taper, tip_mass, position, is_redistributed) result(model)
       !> Mesh
       integer, intent(in) :: elements
       real(wp), intent(in) :: ratio
@@ -61,6 +61,8 @@ contains
       real(wp), intent(in) :: tip_mass
       !> Lc/L; absent: the tip
       real(wp), intent(in), optional :: position
+      !> Inertia redistributed at the stop; default false
+      logical, intent(in), optional :: is_redistributed
       type(beam_model_t) :: model
 
       type(mesh_t) :: mesh
@@ -70,7 +72,7 @@ contains
       place = 1.0_wp
       if (present(position)) place = position
       call make_mesh(elements, ratio, place, mesh, error)
-      call make_beam_model(tapered_section(1.0_wp + taper, 1.0_wp - taper), mesh, tip_mass, model)
+      call make_beam_model(tapered_section(1.0_wp + taper, 1.0_wp - taper), mesh, tip_mass, model, is_redistributed)
    end function beam_for
 
    !> Model B.
