@@ -30,7 +30,9 @@ contains
 
       if (.not. scene%wants_response) return
       is_plain_scene = is_plain(run_of(scene)) .and. .not. scene%has_supports
-      if (is_plain_scene .and. scene%response%method /= method_newmark .and. scene%mesh%mass /= mass_redistributed) return
+      if (is_plain_scene .and. scene%response%method /= method_newmark) then
+         if (scene%mesh%mass /= mass_redistributed) return
+      end if
       if (scene%wants_sweep) then
          if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, is_plain_scene))) return
       end if
@@ -73,6 +75,8 @@ contains
       if (.not. allocated(trouble)) return
       if (index(trouble%message, 'mass = ') == 1) then
          call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
+      else if (index(trouble%message, 'contact_tolerance ') == 1) then
+         call complain_of_scene(scene, 'response', 'contact_tolerance', subject//trouble%message, error)
       else if (index(trouble%message, 'the support at ') == 1) then
          call complain_of_scene(scene, 'support', '', subject//trouble%message, error)
       else if (any([(index(trouble%message, trim(of_stops(i))) == 1, i=1, size(of_stops))])) then

@@ -13,7 +13,7 @@ module scene_checks
    use newmark_stability, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
-   use run_settings, only: impulse_momentum, law_restitution, method_exact
+   use run_settings, only: impulse_momentum, law_restitution, method_exact, stop_settings_t
    use scene_draft, only: draft_t, drop, has_name, mend, put, save_text, text_of
    use scene_drawing, only: place_of_parameter
    use scene_names, only: name_t
@@ -169,7 +169,8 @@ contains
          'the motion does not advance', 'memory', 'DSYGV: ', 'Lanczos: ', &
          'too uneven', &
          'contact_tolerance is too small', &
-         'lost in rounding', 'leaves the node at the stop without mass']
+         'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
+         'cannot be pulled away from a stop', 'is too near to that of another', 'the stops at ', 'the support at ']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0
@@ -194,7 +195,8 @@ contains
          path = left(:index(left, ' ') - 1)
          left = adjustl(left(len_trim(path) + 1:))
          ! what did not happen or settle, or what a mesh does not have, is NaN by definition
-         if (index(path, 'measures/') > 0 .or. index(path, 'surfaces/first_impact') > 0 .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
+         if (index(path, 'measures/') > 0 .or. index(path, 'surfaces/first_impact') > 0 &
+            .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
             .or. index(path, 'best/') == 1 .or. index(path, 'mesh_estimate/') == 1 &
             .or. index(path, 'precision/') == 1 .or. index(path, 'statements/') == 1 &
             .or. &
@@ -306,9 +308,50 @@ contains
       type(response_t), intent(in) :: response
       real(wp) :: unit
 
-      unit = (1.0_wp + abs(scene%stop%preload)) &
+      unit = (1.0_wp + greatest_preload(scene)) &
          *sqrt(energy_scale(response)/max(response%initial_energy, tiny(1.0_wp)))
    end function length_scale
+
+   !> The surface that is farthest from the beam, in size.
+   pure function greatest_preload(scene) result(preload)
+      type(scene_t), intent(in) :: scene
+      real(wp) :: preload
+
+      preload = abs(scene%stop%preload)
+      if (allocated(scene%more_stops)) preload = max(preload, maxval(abs(scene%more_stops%preload)))
+   end function greatest_preload
+
+   !> What must hold at every instant of each surface.
+   subroutine check_surfaces(scene, response, complaint)
+      type(scene_t), intent(in) :: scene
+      !> Its motion, everything kept
+      type(response_t), intent(in) :: response
+      !> Gets what is wrong
+      character(:), allocatable, intent(inout) :: complaint
+
+      type(stop_settings_t), allocatable :: stops(:)
+      real(wp) :: reach
+      integer :: k
+
+      stops = [scene%stop]
+      if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+      reach = length_scale(scene, response)
+      do k = 1, size(response%surfaces)
+         associate (surface => response%surfaces(k))
+            if (.not. (all(ieee_is_finite(surface%eta)) .and. all(ieee_is_finite(surface%force)))) &
+               complaint = complaint//'a surface has what is not finite; '
+            call limit('a surface pulls', -minval(surface%force)/max(maxval(surface%force), tiny(1.0_wp)), rounding, &
+               complaint)
+            if (stops(surface%stop)%law /= law_restitution) cycle
+            if (scene%response%method == method_exact) then
+               call limit('the beam enters a surface', -minval(real(surface%sign, wp)*surface%eta)/reach, rounding, complaint)
+            else
+               call limit('the beam enters a surface', -minval(real(surface%sign, wp)*surface%eta), &
+                  scene%response%contact_tolerance, complaint)
+            end if
+         end associate
+      end do
+   end subroutine check_surfaces
 
    !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode. What
    !> opens the ledger by more than `promised` is refused.
@@ -395,6 +438,10 @@ contains
       associate (force => response%history(force_stop)%values)
          call limit('the stop pulls', -minval(force)/max(maxval(force), tiny(1.0_wp)), rounding, complaint)
       end associate
+      if (allocated(response%surfaces)) then
+         call check_surfaces(scene, response, complaint)
+         return
+      end if
       if (scene%stop%law /= law_restitution) return
       if (scene%response%method == method_exact) then
          call limit('the beam enters the stop', &
@@ -426,6 +473,7 @@ contains
             complaint = complaint//'events out of order; '
          if (events(1)%tau < 0.0_wp .or. events(size(events))%tau > scene%response%duration) &
             complaint = complaint//'events outside the run; '
+         if (allocated(response%surfaces)) return
          ! a rebound too low to count, or to tell from the rounding error of the gap, may be taken back
          arrives = (events%kind == event_impact .or. events%kind == event_contact) .and. &
             [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) &
@@ -656,7 +704,7 @@ contains
                ! Newmark's reaction is made of forces of the shortest element, and those of rounding
                if (lists(k) == 'response/contact_force' .and. alone%response%method /= method_exact) tolerance = 1.0e-5_wp
                call limit('case '//to_text(i)//' alone: '//trim(lists(k))//' differs by', maxval(abs(here - there)), &
-                  tolerance*max((1.0_wp + abs(alone%stop%preload))**powers(k), maxval(abs(there))), complaint)
+                  tolerance*max((1.0_wp + greatest_preload(alone))**powers(k), maxval(abs(there))), complaint)
             end if
          end do
          call look_closely(alone, folder//'/single.h5', tally, complaint)

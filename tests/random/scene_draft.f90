@@ -11,7 +11,7 @@ module scene_draft
    !> A name and its value; without a name: the group is there.
    type :: line_t
       character(24) :: group = ''
-      character(32) :: name = ''
+      character(40) :: name = ''
       character(room) :: value = ''
    end type line_t
 
@@ -153,7 +153,7 @@ contains
       text = ''
       do i = 1, draft%count
          if (any(draft%lines(:i - 1)%group == draft%lines(i)%group)) cycle
-         text = text//'&'//trim(draft%lines(i)%group)
+         text = text//'&'//base_of(draft%lines(i)%group)
          do k = i, draft%count
             if (draft%lines(k)%group /= draft%lines(i)%group .or. draft%lines(k)%name == '') cycle
             text = text//new_line('a')//'   '//trim(draft%lines(k)%name)//' = '//trim(draft%lines(k)%value)
@@ -161,6 +161,39 @@ contains
          text = text//' /'//new_line('a')
       end do
    end function text_of
+
+   !> The name of a group in a file: 'stop' of 'stop_2'.
+   pure function base_of(group) result(base)
+      character(*), intent(in) :: group
+      character(:), allocatable :: base
+
+      base = trim(group)
+      if (index(base, 'stop_') == 1) base = 'stop'
+      if (index(base, 'support_') == 1) base = 'support'
+   end function base_of
+
+   !> The group in the draft that stands in a line of its text.
+   pure function group_in_line(draft, message) result(group)
+      type(draft_t), intent(in) :: draft
+      !> It begins with the line, `:LINE:`
+      character(*), intent(in) :: message
+      character(:), allocatable :: group
+
+      integer :: k, last, line, code
+
+      group = ''
+      read (message(2:index(message(2:), ':')), *, iostat=code) last
+      if (code /= 0) return
+      line = 0
+      do k = 1, draft%count
+         if (any(draft%lines(:k - 1)%group == draft%lines(k)%group)) cycle
+         ! its lines begin with its name, and end where the next begins
+         line = line + 1
+         if (line > last) return
+         group = trim(draft%lines(k)%group)
+         line = line + count(draft%lines(:draft%count)%group == group .and. draft%lines(:draft%count)%name /= '')
+      end do
+   end function group_in_line
 
    !> Take out what the reader refuses, going by its message: `FILE:LINE: &group name = ...` names it.
    pure subroutine mend(draft, message, is_mended)
@@ -178,6 +211,7 @@ contains
       rest = message(index(message, '&') + 1:)
       group = word_in(rest)
       rest = rest(len(group) + 1:)
+      if (group == 'stop' .or. group == 'support') group = group_in_line(draft, message)
       if (index(rest, ': give ') == 1) then
          name = word_in(rest(8:))
       else

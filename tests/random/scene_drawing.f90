@@ -4,9 +4,10 @@ module scene_drawing
    use kinds, only: wp
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, start_random
+   use run_settings, only: side_above, side_both
    use scene_draft, only: draft_t, drop, has_name, number_of, put, value_of
    use scene_names, only: kind_logical, kind_number, kind_text, kind_words, name_t
-   use scene_types, only: scene_t
+   use scene_types, only: scene_t, support_rotation
    implicit none (type, external)
    private
    public :: draw_scene, give_units, take_ratios, place_of_parameter
@@ -26,6 +27,9 @@ module scene_drawing
       usual_t('mesh', 'elements', 1.0_wp, 16.0_wp, .true., 40.0_wp), usual_t('mesh', 'ratio', 0.8_wp, 1.4_wp, &
       .false.), usual_t('mesh', 'tolerance', 1.0e-4_wp, 1.0e-2_wp, .true., 1.0e-2_wp), &
       usual_t('damping', 'zeta', 1.0e-5_wp, 0.3_wp, .true.), usual_t('tip_mass', 'ratio', 0.01_wp, 5.0_wp, .true.), &
+      usual_t('support_1', 'position', 0.1_wp, 1.0_wp, .false.), &
+      usual_t('support_1', 'stiffness_ratio', 0.1_wp, 1.0e5_wp, .true.), &
+      usual_t('stop', 'clearance_ratio', 0.5_wp, 3.0_wp, .false.), &
       usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
       usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
       usual_t('stop', 'stiffness_ratio', 1.0_wp, 1.0e6_wp, .true.), &
@@ -89,6 +93,8 @@ contains
       if (choice < 0.95_wp) then
          call put(draft, 'stop', '', '')
          call draw_group(names, 'stop', 0.6_wp, draft)
+         if (chance(0.8_wp)) call drop(draft, 'stop', 'side')
+         if (chance(0.4_wp)) call draw_others(names, draft)
          call draw_response(names, draft)
       end if
       if (choice < 0.70_wp) then
@@ -123,6 +129,40 @@ contains
       end if
    end subroutine draw_scene
 
+   !> Further stops, most of which the beam can start between, and supports.
+   subroutine draw_others(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group
+      integer :: k
+
+      do k = 2, 1 + int(4.0_wp*number())
+         group = 'stop_'//to_text(k)
+         call put(draft, group, '', '')
+         call draw_group(names, 'stop', 0.4_wp, draft, group)
+         if (chance(0.2_wp)) cycle
+         call drop(draft, group, 'clearance_ratio')
+         call drop(draft, group, 'pulled')
+         select case (value_of(draft, group, 'side'))
+         case ('''both''')
+            call put(draft, group, 'clearance_ratio', to_text(between(1.0_wp, 4.0_wp, .false.)))
+         case ('''above''')
+            call put(draft, group, 'preload', to_text(-between(1.2_wp, 4.0_wp, .false.)))
+         case default
+            call put(draft, group, 'preload', to_text(-between(0.0_wp, 2.0_wp, .false.)))
+         end select
+      end do
+      do k = 1, int(3.0_wp*number())
+         group = 'support_'//to_text(k)
+         call put(draft, group, '', '')
+         call draw_group(names, 'support_1', 0.7_wp, draft, group)
+         if (k > 1) call drop(draft, group, 'stiffness')
+      end do
+   end subroutine draw_others
+
    !> A number between 0 and 1.
    function number() result(value)
       real(wp) :: value
@@ -139,7 +179,7 @@ contains
    end function chance
 
    !> Each name of a group in this share of all cases.
-   subroutine draw_group(names, group, share, draft)
+   subroutine draw_group(names, group, share, draft, label)
       !> The table of names
       type(name_t), intent(in) :: names(:)
       !> The group
@@ -148,12 +188,17 @@ contains
       real(wp), intent(in) :: share
       !> The scene
       type(draft_t), intent(inout) :: draft
+      !> What the draft calls it, where that is something else
+      character(*), intent(in), optional :: label
 
+      character(:), allocatable :: place
       integer :: i
 
+      place = group
+      if (present(label)) place = label
       do i = 1, size(names)
          if (names(i)%group /= group) cycle
-         if (chance(merge(0.01_wp, share, names(i)%is_physical))) call put(draft, group, trim(names(i)%name), &
+         if (chance(merge(0.01_wp, share, names(i)%is_physical))) call put(draft, place, trim(names(i)%name), &
             value_for(names(i)))
       end do
    end subroutine draw_group
@@ -425,6 +470,11 @@ contains
          if (parameter == 'mesh_ratio') call put(draft, 'mesh', 'elements', to_text(1 + int(4.0_wp*number())))
          if (parameter == 'elements' .or. parameter == 'mesh_ratio') call drop(draft, 'mesh', 'ratio')
          if (parameter == 'duration') call put(draft, 'response', 'step', '0.003')
+         if (parameter == 'clearance_ratio') then
+            call drop(draft, 'stop', 'preload')
+            call put(draft, 'stop', 'side', '''both''')
+            call put(draft, 'stop', 'clearance_ratio', '1')
+         end if
          count = count + 1
       end do
       if (.not. chance(0.3_wp)) return
@@ -517,7 +567,14 @@ contains
          call instead('stop', 'damper_ratio', 'damper', scene%stop%damper_ratio*stiffness*time)
          call instead('response', 'duration', 'duration_time', scene%response%duration*time)
          call instead('response', 'step', 'step_time', scene%response%step*time)
+         if (allocated(scene%supports)) call instead('support_1', 'stiffness_ratio', 'stiffness', stiffness &
+            *scene%supports(1)%stiffness_ratio*merge(scales%length**2, 1.0_wp, scene%supports(1)%motion == support_rotation))
+         if (allocated(scene%more_stops)) return
+         lift = lift*merge(-1.0_wp, 1.0_wp, scene%stop%side == side_above)
          call instead('stop', 'preload', 'surface_height', scene%stop%preload*lift)
+         if (scene%stop%preload <= -0.5_wp) call instead('stop', 'clearance_ratio', 'clearance', -scene%stop%preload*lift)
+         if (has_name(draft, 'stop', 'clearance')) &
+            call put(draft, 'stop', 'initial_height', to_text((1.0_wp + scene%stop%preload)*lift))
          if (has_name(draft, 'stop', 'surface_height')) &
             call put(draft, 'stop', 'initial_height', to_text((1.0_wp + scene%stop%preload)*lift))
       end associate
@@ -552,7 +609,9 @@ contains
       call take('stop', 'stiffness_ratio', scene%stop%stiffness_ratio)
       call take('stop', 'branch_ratio', scene%stop%branch_ratio)
       call take('stop', 'damper_ratio', scene%stop%damper_ratio)
-      call take('stop', 'preload', scene%stop%preload)
+      if (scene%stop%side == side_both) call take('stop', 'clearance_ratio', -scene%stop%preload)
+      if (scene%stop%side /= side_both) call take('stop', 'preload', scene%stop%preload)
+      if (allocated(scene%supports)) call take('support_1', 'stiffness_ratio', scene%supports(1)%stiffness_ratio)
       call take('response', 'duration', scene%response%duration)
       call take('response', 'step', scene%response%step)
 

@@ -13,7 +13,7 @@ module scene_names
 
    type :: name_t
       character(24) :: group = ''
-      character(32) :: name = ''
+      character(40) :: name = ''
       !> One of the `kind_` constants
       integer :: kind = kind_number
       logical :: is_whole = .false.
@@ -44,14 +44,12 @@ contains
       integer :: i, place
 
       call list_names(entries)
-      ! several stops, other sides and supports are not drawn yet
-      entries = pack(entries, [(entries(i)%group /= 'support' .and. index(entries(i)%name, 'support_') == 0 .and. &
-         index(entries(i)%name, 'clearance') == 0 .and. .not. (entries(i)%group == 'stop' .and. &
-         (entries(i)%name == 'side' .or. entries(i)%name == 'pulled')), i=1, size(entries))])
       allocate (names(size(entries)))
       do i = 1, size(entries)
          associate (entry => entries(i), name => names(i))
             name%group = entry%group
+            ! as parameters call it
+            if (entry%group == 'support') name%group = 'support_1'
             name%name = entry%name
             call read_allowed(entry%allowed, name)
             if (name%kind /= kind_number) cycle
@@ -87,8 +85,6 @@ contains
             length = index(allowed(place + 1:), '''') - 1
             name%word_count = name%word_count + 1
             name%words(name%word_count) = allowed(place + 1:place + length)
-            if (name%words(name%word_count) == 'spring_damper' .or. index(name%words(name%word_count), 'support_') == 1 &
-               .or. name%words(name%word_count) == 'clearance_ratio') name%word_count = name%word_count - 1
             place = place + length + 2
             if (index(allowed(place:), '''') == 0) exit
             place = place + index(allowed(place:), '''') - 1
