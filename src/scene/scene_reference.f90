@@ -51,6 +51,11 @@ contains
                names(count)%meaning = names(count)%meaning//'; instead of '//trim(entry%name%instead_of)
             end if
             if (table%phrase(i) /= '') names(count)%meaning = names(count)%meaning//'; goes with '//table%phrase(i)
+            if (group%repeats .and. entry%name%sweep%order > 0) then
+               names(count)%meaning = names(count)%meaning &
+                  //'; of the second &'//trim(group%name)//' a sweep calls it '//&
+                  trim(group%name)//'_2_'//trim(entry%name%name)
+            end if
             names(count)%allowed = allowed_in(entry)
             names(count)%default = default_of(entry)
          end associate
