@@ -13,7 +13,6 @@ animation; tables give their errors, statements their verdicts; all cases togeth
 import argparse
 from pathlib import Path
 
-import matplotlib.animation as animation
 import matplotlib.patches as patches
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
@@ -21,6 +20,7 @@ import numpy
 
 import impactbeam_plots as plots
 import plot_frequencies
+import plot_scene
 from plot_response import set_ticks, shade_contacts
 
 SYMBOLS = {
@@ -31,8 +31,6 @@ SYMBOLS = {
 CURVE_COLOURS = plots.COLOURS + ["#c9a227"]
 CURVE_MARKERS = plots.MARKERS + ["X"]
 PEAKS = "fig10"
-FRAME_TAU = 0.04
-FRAMES_A_SECOND = 20
 
 
 class Case:
@@ -148,24 +146,11 @@ class Shapes:
             self.impact = float(file["measures/first_impact"][()])
             self.stop = float(file["scene/stop"].attrs["position"])
             node = group["x"][()]
-            self.x = numpy.concatenate([numpy.linspace(a, b, 13)[:-1] for a, b in zip(node[:-1], node[1:])] + [node[-1:]])
-            self.displacement = self.curves(node, group["displacement"][()], group["slope"][()])
-            self.velocity = self.curves(node, group["velocity"][()], group["slope_velocity"][()])
+            self.x = plot_scene.within_elements(node)
+            self.displacement = plot_scene.cubics(node, self.x, group["displacement"][()], group["slope"][()])
+            self.velocity = plot_scene.cubics(node, self.x, group["velocity"][()], group["slope_velocity"][()])
             listed = file["scene/output"].attrs["shape_times"]
             self.listed = [int(numpy.argmin(abs(self.tau - instant))) for instant in numpy.atleast_1d(listed)]
-            response = file["response"]
-            self.history = (response["tau"][()], response["eta_stop"][()])
-            self.contacts = list(zip(file["measures/contact_start"][()], file["measures/contact_end"][()]))
-
-    def curves(self, node, value, slope):
-        """Cubics between the nodes, [instant, x]."""
-        if value.shape[0] != len(self.tau):
-            value, slope = value.T, slope.T
-        element = numpy.clip(numpy.searchsorted(node, self.x, side="right") - 1, 0, len(node) - 2)
-        length = node[element + 1] - node[element]
-        s = (self.x - node[element]) / length
-        return (value[:, element] * (1 + 2 * s) * (1 - s)**2 + slope[:, element] * length * s * (1 - s)**2
-                + value[:, element + 1] * s**2 * (3 - 2 * s) - slope[:, element + 1] * length * s**2 * (1 - s))
 
 
 def draw_shapes(shapes):
@@ -200,47 +185,6 @@ def draw_shapes(shapes):
     grid[0, 0].set_ylabel(r"displacement $\eta$")
     grid[1, 0].set_ylabel(r"velocity $\mathrm{d}\eta/\mathrm{d}\tau$")
     return figure
-
-
-def animate(shapes, path):
-    """The beam hitting the stop, as a GIF."""
-    frames = [0]
-    for index, tau in enumerate(shapes.tau):
-        if tau - shapes.tau[frames[-1]] >= FRAME_TAU - 1e-9:
-            frames.append(index)
-    figure, (axes, below) = plt.subplots(2, 1, figsize=(5.6, 4.0), gridspec_kw={"height_ratios": [2.2, 1.0], "hspace": 0.36})
-    figure.subplots_adjust(left=0.125, right=0.975, top=0.95, bottom=0.12)
-    low, high = -0.28, 1.08
-    axes.add_patch(patches.Rectangle((-0.045, low), 0.045, high - low, facecolor="#bbbbbb", hatch="////", edgecolor="#666666"))
-    stop = patches.Rectangle((shapes.stop - 0.035, low), 0.07, -low - 0.012, facecolor="#bbbbbb", edgecolor="black")
-    axes.add_patch(stop)
-    beam, = axes.plot([], [], color="#1f5fa8", linewidth=3.2, solid_capstyle="butt")
-    clock = axes.text(0.07, 0.92, "", transform=axes.transAxes, ha="left", va="top")
-    axes.set(xlim=(-0.045, 1.07), ylim=(low, high), ylabel=r"$\eta$")
-    axes.set_xlabel(r"$x/L$", labelpad=1)
-    axes.minorticks_off()
-    shade_contacts(below, shapes)
-    below.axhline(0.0, color="black", linewidth=0.5)
-    below.plot(*shapes.history, color="#9a9a9a", linewidth=0.8)
-    trace, = below.plot([], [], color="black", linewidth=1.1)
-    dot, = below.plot([], [], marker="o", color="#b5431c", markersize=4)
-    below.set(xlim=(0.0, shapes.tau[-1]), ylim=(-0.12, 1.08), xlabel=r"$\tau$", ylabel=r"$\eta$ at the stop")
-    tau, eta = shapes.history
-
-    def show(frame):
-        now = shapes.tau[frame]
-        in_contact = any(start <= now <= end for start, end in shapes.contacts)
-        beam.set_data(shapes.x, shapes.displacement[frame])
-        stop.set_facecolor("#e08a5b" if in_contact else "#bbbbbb")
-        clock.set_text(rf"$\tau$ = {now:.2f}" + (", in contact" if in_contact else ""))
-        trace.set_data(tau[tau <= now], eta[tau <= now])
-        dot.set_data([now], [numpy.interp(now, tau, eta)])
-
-    film = animation.FuncAnimation(figure, show, frames=frames, blit=False)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    film.save(path, writer=animation.PillowWriter(fps=FRAMES_A_SECOND), dpi=100)
-    plt.close(figure)
-    print(path)
 
 
 class Verdicts:
@@ -314,6 +258,9 @@ def draw_file(path, folder, pictures, films):
     """The picture of one file, and its film; the cases of the file, if it has some."""
     with plots.open_results(path) as file:
         kinds = set(file)
+        # before, at and after the first impact of the paper's stop; else the scene itself
+        has_listed_shapes = "surfaces" not in kinds and "measures/first_impact" in file and "scene/output" in file and \
+            len(numpy.atleast_1d(file["scene/output"].attrs["shape_times"])) > 0
     picture = folder / f"{path.stem}.png"
     if "cases" in kinds:
         cases = Cases(path)
@@ -321,11 +268,11 @@ def draw_file(path, folder, pictures, films):
         pictures.append(picture)
         return cases
     if "shapes" in kinds:
-        shapes = Shapes(path)
-        plots.save(draw_shapes(shapes), picture)
+        scene = plot_scene.Scene(path)
+        plots.save(draw_shapes(Shapes(path)) if has_listed_shapes else plot_scene.draw(scene), picture)
         pictures.append(picture)
         if films:
-            animate(shapes, picture.with_suffix(".gif"))
+            plot_scene.animate(scene, picture.with_suffix(".gif"))
     elif "statements" in kinds:
         plots.save(draw_verdicts(Verdicts(path)), picture)
         pictures.append(picture)

@@ -1,0 +1,358 @@
+#!/usr/bin/python3
+"""Draw scenes to scale: the beam, its stops and supports, the start; with --film also the beam as it moves.
+
+Plots what the results files hold and computes nothing; between nodes the beam is the cubic of its elements. The start
+and the film need shapes in the file: &output shape_times or shape_step.
+"""
+
+import argparse
+from pathlib import Path
+
+import matplotlib.animation as animation
+import matplotlib.patches as patches
+import matplotlib.pyplot as plt
+import numpy
+
+import impactbeam_plots as plots
+
+BEAM = "#c3d3e8"
+EDGE = "#1f5fa8"
+GROUND = "#666666"
+TOUCHED = "#e08a5b"
+LAWS = {"restitution": "rigid", "three_element": "spring, and damper with spring", "spring_damper": "spring and damper"}
+FRAME_TAU = 0.04
+MOST_FRAMES = 200
+FRAMES_A_SECOND = 20
+
+
+def cubics(node, x, value, slope):
+    """The cubics between the nodes at x, [instant, x], from values and slopes, [instant, node]."""
+    element = numpy.clip(numpy.searchsorted(node, x, side="right") - 1, 0, len(node) - 2)
+    length = node[element + 1] - node[element]
+    s = (x - node[element]) / length
+    return (value[:, element] * (1 + 2 * s) * (1 - s)**2 + slope[:, element] * length * s * (1 - s)**2
+            + value[:, element + 1] * s**2 * (3 - 2 * s) - slope[:, element + 1] * length * s**2 * (1 - s))
+
+
+def within_elements(node):
+    """Points along the beam, thirteen an element."""
+    return numpy.concatenate([numpy.linspace(a, b, 13)[:-1] for a, b in zip(node[:-1], node[1:])] + [node[-1:]])
+
+
+class Surface:
+    """One side of a stop: its number, +1 below and -1 above, place, height, law, contacts, gap over time."""
+
+    def __init__(self, stop, side, position, height, law):
+        self.stop, self.side, self.position, self.height, self.law = int(stop), int(side), position, height, law
+        self.contacts = []
+        self.eta = None
+
+
+class Scene:
+    """What a file tells of its scene, lengths along the beam in L, displacements in the units of the scene if known."""
+
+    def __init__(self, path):
+        with plots.open_results(path) as file:
+            if "cases" in file or "sweep" in file:
+                raise plots.Unplottable(f"{path}: holds several cases, no single scene")
+            scene = plots.group_of(file, "scene", "scene")
+            self.name, self.title = path.stem, plots.title_of(file)
+            scales = scene["scales"].attrs
+            self.unit = float(scales["displacement"])
+            self.is_known = self.unit > 0.0
+            self.unit = self.unit if self.is_known else 1.0
+            self.length = float(scales["length"])
+            self.read_surfaces(file)
+            self.supports = [dict(scene[name].attrs) for name in scene if name.startswith("support")]
+            self.read_section(scene["beam"].attrs)
+            self.read_shapes(file)
+
+    def read_surfaces(self, file):
+        """Sides of stops; the file of the paper's one stop has no list of them."""
+        scene = file["scene"]
+        if "stop" not in scene:
+            raise plots.Unplottable(f"{file.filename}: its scene has no &stop")
+        laws = {name: plots.text_of(scene[name].attrs["law"]) for name in scene if name.split("_")[0] == "stop"}
+        self.tau = file["response/tau"][()] if "response/tau" in file else None
+        if "surfaces" not in file:
+            stop = scene["stop"].attrs
+            self.surfaces = [Surface(1, 1, float(stop["position"]), self.unit * float(stop["preload"]), laws["stop"])]
+            groups = [(self.surfaces[0], file["measures"])] if "measures" in file else []
+            for surface, group in groups:
+                surface.contacts = list(zip(group["contact_start"][()], group["contact_end"][()]))
+            if "response/eta_stop" in file:
+                self.surfaces[0].eta = self.unit * file["response/eta_stop"][()]
+            return
+        group = file["surfaces"]
+        rows = zip(group["stop"][()], group["side"][()], group["position"][()], self.unit * group["height"][()])
+        self.surfaces = [Surface(*row, laws["stop" if row[0] == 1 else f"stop_{row[0]}"]) for row in rows]
+        for number, surface in enumerate(self.surfaces):
+            if "eta" in group:
+                surface.eta = self.unit * group["eta"][number]
+            if "contact" in group:
+                own = group["contact_surface"][()] == number + 1
+                surface.contacts = list(zip(group["contact_start"][own], group["contact_end"][own]))
+
+    def read_section(self, beam):
+        """Stations along the beam and heights there; of area and inertia, those of the rectangle with the same."""
+        self.is_rectangle = "area" not in beam
+        if "station" in beam:
+            self.station = numpy.atleast_1d(beam["station"]) / self.length
+            self.height = numpy.atleast_1d(beam["height"]) if self.is_rectangle else numpy.sqrt(
+                12.0 * numpy.atleast_1d(beam["inertia"]) / numpy.atleast_1d(beam["area"]))
+        else:
+            self.station = numpy.array([0.0, 1.0])
+            self.height = numpy.array([float(beam["height_root"]), float(beam["height_tip"])])
+
+    def read_shapes(self, file):
+        """Displacement of the beam along x at some instants, from where it is unstressed."""
+        self.shape_tau = numpy.array([])
+        self.x = numpy.linspace(0.0, 1.0, 201)
+        if "shapes" not in file:
+            return
+        group = file["shapes"]
+        node = group["x"][()]
+        self.x = within_elements(node)
+        self.shape_tau = group["tau"][()]
+        value = group["displacement"][()]
+        # the clamp is where it always was
+        self.shape = self.unit * cubics(node, self.x, value - value[:, :1], group["slope"][()])
+
+    def start(self):
+        """The shape at the start, if it was kept."""
+        kept = len(self.shape_tau) > 0 and self.shape_tau[0] <= 0.0
+        return self.shape[0] if kept else None
+
+
+def spring(axes, x, low, high, width, **options):
+    """A zigzag from low to high."""
+    y = low + (high - low) * numpy.array([0.0, 0.18] + [0.18 + 0.64 * (k + 0.5) / 6 for k in range(6)] + [0.82, 1.0])
+    side = numpy.array([0.0, 0.0] + [(-1)**k for k in range(6)] + [0.0, 0.0])
+    return axes.plot(x + width * side, y, color="black", linewidth=0.8, solid_joinstyle="miter", **options)
+
+
+def damper(axes, x, low, high, width):
+    """A dashpot from low to high."""
+    cup, piston = low + 0.3 * (high - low), low + 0.5 * (high - low)
+    brim = low + 0.68 * (high - low)
+    for line in (([x, x], [low, cup]), ([x - width, x - width, x + width, x + width], [brim, cup, cup, brim]),
+                 ([x, x], [piston, high]), ([x - 0.7 * width, x + 0.7 * width], [piston, piston])):
+        axes.plot(*line, color="black", linewidth=0.8)
+
+
+class Drawing:
+    """The scene in one panel; `room` is the height of a stop's symbol."""
+
+    def __init__(self, axes, scene, shapes):
+        self.axes, self.scene = axes, scene
+        heights = [surface.height for surface in scene.surfaces]
+        values = numpy.concatenate([heights, [0.0]] + [numpy.ravel(shape) for shape in shapes])
+        span = max(values.max() - values.min(), 1e-30)
+        thickest = scene.height.max()
+        self.factor = 1.0
+        if not scene.is_known or not 0.04 * span <= thickest <= 0.6 * span:
+            self.factor = 0.1 * span / thickest
+        self.half = 0.5 * self.factor * numpy.interp(scene.x, scene.station, scene.height)
+        self.room = 0.2 * span
+        self.plates = [self.stop(surface) for surface in scene.surfaces]
+        for support in scene.supports:
+            self.support(support)
+        margin = self.factor * thickest * 0.5 + self.room * 2.0
+        axes.set_ylim(values.min() - margin, values.max() + margin)
+        low, high = axes.get_ylim()
+        axes.add_patch(patches.Rectangle((-0.05, low), 0.05, high - low, facecolor="#e0e0e0", hatch="////",
+                                         edgecolor=GROUND, linewidth=0.0))
+        axes.axvline(0.0, color="black", linewidth=0.8)
+        axes.set_xlim(-0.05, 1.08)
+        axes.set_xlabel(r"$x/L$")
+        axes.set_ylabel("displacement $y$" + ("" if scene.is_known else r" over $|y_c(0) - d|$"))
+
+    def half_at(self, position):
+        """Half the height of the beam as it is drawn."""
+        return float(numpy.interp(position, self.scene.x, self.half))
+
+    def beam(self, shape, **options):
+        """The beam with its heights about a line."""
+        return self.axes.fill_between(self.scene.x, shape - self.half, shape + self.half, **options)
+
+    def ground(self, x, y, width, side):
+        """A hatched line that nothing moves; it is below its edge where side is 1."""
+        depth = -side * 0.12 * self.room
+        self.axes.add_patch(patches.Rectangle((x - width, min(y, y + depth)), 2.0 * width, abs(depth), facecolor="white",
+                                              hatch="//////", edgecolor=GROUND, linewidth=0.0))
+        self.axes.plot([x - width, x + width], [y, y], color="black", linewidth=0.8)
+
+    def stop(self, surface):
+        """A plate at the surface, and what is behind it."""
+        same = [other for other in self.scene.surfaces
+                if other.side == surface.side and abs(other.position - surface.position) < 0.05]
+        x = surface.position + 0.06 * same.index(surface) if len(same) > 1 else surface.position
+        face = surface.height - surface.side * self.half_at(surface.position)
+        end = face - surface.side * self.room
+        width = 0.024
+        if surface.law == "restitution":
+            plate = patches.Rectangle((x - width, min(face, end)), 2 * width, abs(end - face), facecolor="#bbbbbb",
+                                      edgecolor="black", linewidth=0.8)
+        else:
+            depth = -surface.side * 0.1 * self.room
+            plate = patches.Rectangle((x - width, min(face, face + depth)), 2 * width, abs(depth), facecolor="#bbbbbb",
+                                      edgecolor="black", linewidth=0.8)
+            low = face + depth
+            spring(self.axes, x - 0.5 * width, low, end, 0.3 * width)
+            if surface.law == "three_element":
+                middle = low + 0.5 * (end - low)
+                spring(self.axes, x + 0.5 * width, low, middle, 0.3 * width)
+                damper(self.axes, x + 0.5 * width, end, middle, 0.3 * width)
+            else:
+                damper(self.axes, x + 0.5 * width, end, low, 0.3 * width)
+        self.axes.add_patch(plate)
+        self.ground(x, end, 1.3 * width, surface.side)
+        self.axes.text(x, end - surface.side * 0.2 * self.room, str(surface.stop), ha="center", fontsize=9,
+                       va="top" if surface.side > 0 else "bottom")
+        return plate
+
+    def support(self, support):
+        """A triangle or a spring below the beam, a square or an arc about its rotation."""
+        x, motion = float(support["position"]), plots.text_of(support["motion"])
+        below = -self.half_at(x)
+        if motion == "rotation":
+            is_rigid = "stiffness_ratio" not in support
+            self.axes.plot([x], [0.0], marker="s" if is_rigid else "$\\circlearrowleft$", markersize=8 if is_rigid else 12,
+                           color="black", zorder=5)
+            return
+        end = below - 0.8 * self.room
+        if "stiffness_ratio" in support:
+            spring(self.axes, x, end, below, 0.012)
+        else:
+            self.axes.add_patch(patches.Polygon([(x, below), (x - 0.02, end), (x + 0.02, end)], facecolor="white",
+                                                edgecolor="black", linewidth=0.8))
+        self.ground(x, end, 0.032, 1)
+
+
+def number(value):
+    """A number as it reads in a list."""
+    return f"{value:.4g}".replace("-", "\u2212")
+
+
+def list_of(scene):
+    """A line for each stop and support."""
+    lines = []
+    for stop in sorted({surface.stop for surface in scene.surfaces}):
+        sides = [surface for surface in scene.surfaces if surface.stop == stop]
+        places = ", ".join(f"{'below' if side.side > 0 else 'above'} at {number(side.height)}" for side in sides)
+        lines.append(f"stop {stop}: $x/L$ = {number(sides[0].position)}, {places}; {LAWS[sides[0].law]}")
+    for support in scene.supports:
+        kind = f"spring {number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
+        lines.append(f"support: $x/L$ = {number(float(support['position']))}, {plots.text_of(support['motion'])}, {kind}")
+    return lines
+
+
+def scales_of(drawing, figure):
+    """What is drawn how large."""
+    scene, axes = drawing.scene, drawing.axes
+    if not scene.is_known:
+        return ["The scene gives ratios only: heights of the beam are not to scale."]
+    box = axes.get_position()
+    across = box.width * figure.get_figwidth() / (1.13 * scene.length)
+    up = box.height * figure.get_figheight() / numpy.ptp(axes.get_ylim())
+    ratio = up / across
+    first = "Displacements are drawn " + (f"{number(ratio)} times larger than lengths" if ratio >= 1.0 else
+                                          f"{number(1.0 / ratio)} times smaller than lengths") + ","
+    what = "heights" if scene.is_rectangle else r"heights $\sqrt{12 I/A}$"
+    factor = drawing.factor
+    return [first, f"{what} of the beam " + ("as displacements." if factor == 1.0 else
+                                         f"{number(max(factor, 1.0 / factor))} times "
+                                         f"{'larger' if factor > 1.0 else 'smaller'} than displacements.")]
+
+
+def draw(scene):
+    """The scene at rest without stress, and at the start."""
+    start = scene.start()
+    lines = list_of(scene)
+    figure, axes = plt.subplots(figsize=(plots.WIDTH, 3.4))
+    drawing = Drawing(axes, scene, [] if start is None else [start])
+    drawing.beam(numpy.zeros_like(scene.x), facecolor=BEAM, edgecolor=EDGE, linewidth=0.8, zorder=2, label="unstressed")
+    axes.plot([0.0, 1.0], [0.0, 0.0], color=EDGE, linewidth=0.5, linestyle=(0, (8, 2, 2, 2)), zorder=3)
+    if start is not None:
+        drawing.beam(start, facecolor="none", edgecolor="black", linewidth=0.9, linestyle=(0, (4, 1.5)), zorder=4, label="start")
+    axes.set_title(scene.title, pad=19)
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.008, 0.99), ncol=2, borderaxespad=0.0, borderpad=0.3)
+    for row, line in enumerate(lines + scales_of(drawing, figure)):
+        axes.annotate(line, (0.0, 0.0), xytext=(0.0, -40.0 - 12.5 * row), xycoords="axes fraction",
+                      textcoords="offset points", fontsize=8.5, va="top", style="italic" if row >= len(lines) else "normal")
+    return figure
+
+
+def animate(scene, path):
+    """The beam moving among its stops, as a GIF."""
+    if len(scene.shape_tau) < 2:
+        raise plots.Unplottable(f"{scene.name}: no shapes to move: see &output shape_step")
+    frames = [0]
+    for index, tau in enumerate(scene.shape_tau):
+        if tau - scene.shape_tau[frames[-1]] >= FRAME_TAU - 1e-9:
+            frames.append(index)
+    frames = frames[::-(-len(frames) // MOST_FRAMES)]
+    recorded = [surface for surface in scene.surfaces if surface.eta is not None]
+    # the displacement at a stop that stands on both sides is one curve
+    points = list({surface.position: surface for surface in recorded}.values())
+    figure, (axes, below) = plt.subplots(2, 1, figsize=(5.6, 4.4), gridspec_kw={"height_ratios": [2.2, 1.0], "hspace": 0.36})
+    figure.subplots_adjust(left=0.15, right=0.975, top=0.95, bottom=0.11)
+    drawing = Drawing(axes, scene, [scene.shape])
+    band = [drawing.beam(scene.shape[0], facecolor=EDGE, edgecolor=EDGE, linewidth=1.2)]
+    clock = axes.text(0.07, 0.96, "", transform=axes.transAxes, ha="left", va="top")
+    axes.minorticks_off()
+    traces = []
+    for number_of_point, surface in enumerate(points):
+        colour = plots.COLOURS[number_of_point % len(plots.COLOURS)]
+        y = surface.eta + surface.height
+        below.plot(scene.tau, y, color=colour, linewidth=0.5, alpha=0.4)
+        traces.append((below.plot([], [], color=colour, linewidth=1.1, label=f"{number(surface.position)}")[0], y))
+    for surface in scene.surfaces:
+        below.axhline(surface.height, color=GROUND, linewidth=0.5, linestyle=(0, (4, 3)))
+    below.set(xlim=(0.0, scene.shape_tau[-1]), xlabel=r"$\tau$", ylabel="$y$ at the stops" if len(points) > 1 else "$y$ at the stop")
+    if len(points) > 1:
+        below.legend(title="$x/L$", fontsize=7, title_fontsize=7, loc="upper right", ncol=len(points), columnspacing=0.8,
+                     handlelength=1.2, frameon=True, facecolor="white", edgecolor="none", framealpha=0.8)
+    figure.align_ylabels((axes, below))
+
+    def show(frame):
+        now = scene.shape_tau[frame]
+        band[0].remove()
+        band[0] = drawing.beam(scene.shape[frame], facecolor=EDGE, edgecolor=EDGE, linewidth=1.2)
+        touched = set()
+        for surface, plate in zip(scene.surfaces, drawing.plates):
+            is_touched = any(start <= now <= end for start, end in surface.contacts)
+            plate.set_facecolor(TOUCHED if is_touched else "#bbbbbb")
+            touched |= {str(surface.stop)} if is_touched else set()
+        contact = "" if not touched else ", in contact" + (f" with {', '.join(sorted(touched))}" if len(scene.surfaces) > 1 else "")
+        clock.set_text(rf"$\tau$ = {now:.2f}" + contact)
+        for trace, y in traces:
+            trace.set_data(scene.tau[scene.tau <= now], y[scene.tau <= now])
+
+    film = animation.FuncAnimation(figure, show, frames=frames, blit=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    film.save(path, writer=animation.PillowWriter(fps=FRAMES_A_SECOND), dpi=100)
+    plt.close(figure)
+    print(path)
+
+
+def main():
+    """Read the command line, draw, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE.h5", help="results files")
+    parser.add_argument("--film", action="store_true", help="an animation too, a GIF beside the picture")
+    parser.add_argument("--out", type=Path, metavar="PICTURE",
+                        help="file of the picture, .png, .pdf or .svg (default: beside the results, NAME_scene.png)")
+    arguments = parser.parse_args()
+    if arguments.out and len(arguments.files) > 1:
+        parser.error("--out names one picture: give one file")
+    for path in arguments.files:
+        scene = Scene(path)
+        picture = arguments.out or path.with_name(f"{path.stem}_scene.png")
+        plots.save(draw(scene), picture)
+        if arguments.film:
+            animate(scene, picture.with_suffix(".gif"))
+
+
+if __name__ == "__main__":
+    plots.run(main)
