@@ -2,7 +2,7 @@
 !> it (docs/theory.md, section 17). Made at first use and kept.
 module contact_sets
    use contact_losses, only: integral
-   use damped_oscillators, only: propagate
+   use damped_oscillators, only: propagate, sampler_t
    use failures, only: failure_t
    use held_sets, only: free_beam_t, held_set_t, make_held_set
    use joint_modes, only: joint_modes_t, make_joint_modes
@@ -28,6 +28,8 @@ module contact_sets
       real(wp) :: rest_tip = 0.0_wp
       !> Places of the terms, the fastest last
       integer, allocatable :: place(:)
+      !> Goes through the samples of phases without terms
+      type(sampler_t) :: sampler
       !> Dissipation per pair of terms, in the beam and in each that yields: power = Re sum (plain A_m A_n + conjugate A_m
       !> conj(A_n))/2, [count, count, 1 + pressed]
       complex(wp), allocatable :: plain(:, :, :), conjugate(:, :, :)

@@ -3,7 +3,7 @@
 module several_contacts
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use contact_sets, only: losses_in, ready_for_losses
-   use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample, sampler_t
+   use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use motion_phases, only: found_taken_back, measure_energy, motion_t, phase_t
@@ -30,7 +30,6 @@ module several_contacts
       type(search_t), allocatable :: searches(:)
       !> State of the set's modes as it ends, [modes]
       real(wp), allocatable :: z_end(:), v_end(:)
-      type(sampler_t) :: sampler
       !> Energy of the modes as the phase starts
       real(wp) :: start_energy = 0.0_wp
       !> The surfaces as it starts
@@ -66,9 +65,7 @@ contains
       self%z_end = self%now%z
       self%v_end = self%now%v
       self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%now%z, self%now%v))
-      call self%sampler%restart()
-      ! as many modes, but others
-      self%sampler%has_matrices = .false.
+      call self%now%set%sampler%restart()
    end subroutine begin
 
    !> The first end of any surface. A low hop that nothing interrupts is no flight.
@@ -163,9 +160,9 @@ contains
             call move_to(now, time, z, v)
          else
             allocate (term(0))
-            call next_sample(self%sampler, held%oscillators, now%z, now%v, step, time)
-            z = self%sampler%z
-            v = self%sampler%v
+            call next_sample(set%sampler, held%oscillators, now%z, now%v, step, time)
+            z = set%sampler%z
+            v = set%sampler%v
          end if
          total = 0.0_wp
          do k = 1, size(now%states)
