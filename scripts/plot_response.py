@@ -6,6 +6,7 @@ Plots what the results files hold and computes nothing.
 
 import argparse
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib.patches as patches
 import matplotlib.pyplot as plt
@@ -22,6 +23,17 @@ PANELS = {
 RECORDS = ("eta_stop", "eta_tip", "velocity_stop", "contact_force")
 NOTHING_RECORDED = "no history was recorded: see &output histories"
 IMPACTS = ("impact", "contact")
+
+
+class Surface(NamedTuple):
+    """One side of a stop, +1 below the beam and -1 above it."""
+
+    stop: int
+    position: float
+    side: int
+    height: float
+    histories: dict
+    contacts: list
 
 
 class Response:
@@ -46,6 +58,7 @@ class Response:
             self.curves = {name: self.values(group[name]) for name in recorded}
             self.impacts = self.read_impacts(file["events"]) if "events" in file else []
             self.contacts = self.read_contacts(file["measures"]) if "measures" in file else []
+            self.surfaces = self.read_surfaces(file["surfaces"]) if "surfaces" in file else []
 
     def values(self, dataset):
         """The numbers of a dataset, in the units that were asked for."""
@@ -65,6 +78,17 @@ class Response:
     def read_contacts(self, measures):
         """Begin and end of each contact."""
         return list(zip(self.values(measures["contact_start"]), self.values(measures["contact_end"])))
+
+    def read_surfaces(self, group):
+        """What happens at each side of several stops."""
+        numbers, heights = group["stop"][()], self.values(group["height"])
+        places, sides = group["position"][()], group["side"][()]
+        histories = {name: self.values(group[name]) for name in ("eta", "velocity", "force") if name in group}
+        contacts = list(zip(group["contact_surface"][()], self.values(group["contact_start"]), self.values(group["contact_end"])))
+        return [Surface(int(numbers[row]), float(places[row]), int(sides[row]), float(heights[row]),
+                        {name: values[row] for name, values in histories.items()},
+                        [(start, end) for surface, start, end in contacts if surface == row + 1])
+                for row in range(len(numbers))]
 
     def has(self, panel):
         """Was something recorded for this panel?"""
@@ -142,8 +166,78 @@ def label_time(axes, responses, in_scene_units):
     set_ticks(axes.xaxis, 10)
 
 
+def draw_point(axes, surfaces, response):
+    """Displacement at one point of the beam, with the surfaces there and the contacts with them."""
+    for surface in surfaces:
+        beyond = surface.height - surface.side * 1e3 * max(abs(surface.histories["eta"]).max(), 1e-300)
+        shade_contacts(axes, surface)
+        axes.axhspan(min(surface.height, beyond), max(surface.height, beyond), facecolor="none", edgecolor="#999999",
+                     hatch="////", linewidth=0.0, zorder=0.6)
+        axes.axhline(surface.height, color="black", linewidth=0.7, zorder=1)
+    y = surfaces[0].histories["eta"] + surfaces[0].height
+    values = [y.min(), y.max()] + [surface.height for surface in surfaces
+                                   if min(abs(y - surface.height)) <= 0.5 * (y.max() - y.min())]
+    margin = 0.12 * (max(values) - min(values))
+    axes.set_ylim(min(values) - margin, max(values) + margin)
+    axes.plot(response.tau, y, color="black", linewidth=0.8)
+    axes.axhline(0.0, color="black", linewidth=0.4, linestyle=(0, (1, 3)), zorder=1)
+    stops = ", ".join(dict.fromkeys(str(surface.stop) for surface in surfaces))
+    axes.set_ylabel(f"$y$ at stop {stops}\n($x/L$ = {surfaces[0].position:g})", fontsize=9)
+    set_ticks(axes.yaxis, 4)
+    axes.ticklabel_format(axis="y", style="plain")
+
+
+def draw_sides(axes, response, panel):
+    """Velocity at each point, or force of each side on the beam, upwards positive."""
+    name = "velocity" if panel == "velocity" else "force"
+    shown = response.surfaces
+    if panel == "velocity":
+        shown = list({surface.position: surface for surface in shown}.values())
+    for number, surface in enumerate(shown):
+        sign, label = 1, f"$x/L$ = {surface.position:g}"
+        if panel == "force":
+            sign, label = surface.side, f"{surface.stop} {'below' if surface.side > 0 else 'above'}"
+            if not surface.histories[name].any():
+                continue
+        axes.plot(response.tau, sign * surface.histories[name], color=plots.COLOURS[number % len(plots.COLOURS)],
+                  linestyle=plots.DASHES[number % len(plots.DASHES)], linewidth=0.8, label=label)
+    if axes.get_legend_handles_labels()[0]:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.4 * (high - low))
+        axes.legend(fontsize=7, loc="upper right", ncol=4, columnspacing=1.0, handlelength=2.0, frameon=True,
+                    facecolor="white", edgecolor="none", framealpha=0.8)
+
+
+def draw_several(response, panels):
+    """A picture of one response with several stops: a panel for each point, then those of velocity and force."""
+    points = {}
+    if "displacement" in panels and "eta" in response.surfaces[0].histories:
+        for surface in sorted(response.surfaces, key=lambda surface: -surface.position):
+            points.setdefault(surface.position, []).append(surface)
+    others = [panel for panel in panels if panel != "displacement"
+              and ("velocity" if panel == "velocity" else "force") in response.surfaces[0].histories]
+    count = len(points) + len(others)
+    if count == 0:
+        raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded")
+    figure, grid = plt.subplots(count, 1, sharex=True, squeeze=False, figsize=(plots.WIDTH, 1.35 * count + 0.6),
+                                gridspec_kw={"hspace": 0.09})
+    panes = list(grid[:, 0])
+    for axes, surfaces in zip(panes, points.values()):
+        draw_point(axes, surfaces, response)
+    for axes, panel in zip(panes[len(points):], others):
+        label_panel(axes, panel, response.in_scene_units)
+        draw_sides(axes, response, panel)
+    unit = "" if response.in_scene_units or not points else "; $y$ in units of $|y_c(0) - d|$"
+    panes[0].set_title(response.title + unit)
+    figure.align_ylabels(panes)
+    label_time(panes[-1], [response], response.in_scene_units)
+    return figure
+
+
 def draw_one(response, panels):
     """A picture of one response: panels over each other."""
+    if response.surfaces:
+        return draw_several(response, panels)
     drawn = [panel for panel in panels if response.has(panel)]
     if not drawn:
         others = " ".join(panel for panel in PANELS if response.has(panel))
