@@ -141,6 +141,7 @@ contains
          state%is_new_flight = .true.
          state%is_low = .true.
          state%has_risen = .false.
+         state%is_first_flight = .false.
       end associate
    end subroutine start_flight
 

@@ -8,7 +8,7 @@ module several_measures
    use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
    use several_state, only: end_force, force_terms, move_to, several_t, signal_of, whole_gap
-   use signal_peaks, only: exceeds
+   use signal_peaks, only: exceeds, greatest_value
    implicit none (type, external)
    private
    public :: measure_surfaces, finish_surfaces
@@ -63,17 +63,54 @@ contains
       end if
       call signal_of(self, k, whole_gap, signal)
       ! its surface is where it is home
-      rises = self%states(k)%has_risen
-      if (.not. rises) then
-         call measure_rise(measurer, signal, tau, length, is_last, min(greatest, quiet_level), rises)
-         self%states(k)%has_risen = rises
-         if (rises) call end_episode(measurer%tally)
-      end if
+      associate (state => self%states(k))
+         rises = state%has_risen
+         if (rises .and. .not. state%is_first_flight) then
+            call measure_higher(measurer, signal, tau, length, is_last)
+         else if (.not. rises) then
+            if (state%is_first_flight) then
+               rises = exceeds(signal, length, quiet_level)
+            else
+               call measure_rise(measurer, signal, tau, length, is_last, min(greatest, quiet_level), rises)
+            end if
+            state%has_risen = rises
+            if (rises) call end_episode(measurer%tally)
+         end if
+      end associate
       if (k /= self%pulled) return
       call signal%evaluate(0.0_wp, value, slope)
       if (.not. rises) rises = exceeds(signal, length, quiet_level)
       if (rises .or. value < -quiet_level) call keep_loud(measurer, signal, tau, length)
    end subroutine measure_surface
+
+   !> A flight that events of other surfaces cut goes on: does it rise above its highest point so far? If it still does as
+   !> the run ends it was no rebound.
+   subroutine measure_higher(measurer, signal, tau, length, is_last)
+      type(measurer_t), intent(inout) :: measurer
+      !> The gap of a surface, home
+      class(viewed_signal_t), intent(in) :: signal
+      !> Start and length of the phase
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: length
+      logical, intent(in) :: is_last
+
+      real(wp) :: known, peak, time
+      logical :: is_higher, still_rises
+
+      associate (measures => measurer%measures)
+         known = quiet_level
+         if (measures%rebounds <= measurer%most_peaks) known = measures%peak_eta(measures%rebounds)
+         if (measures%rebounds > measurer%most_peaks .and. .not. is_last) return
+         call greatest_value(signal, length, known, is_higher, still_rises, peak, time)
+         if (.not. is_higher) return
+         if (is_last .and. still_rises) then
+            measures%rebounds = measures%rebounds - 1
+         else if (measures%rebounds <= measurer%most_peaks) then
+            measures%peak_eta(measures%rebounds) = peak
+            measures%peak_tau(measures%rebounds) = tau + time
+         end if
+      end associate
+   end subroutine measure_higher
 
    !> Force and impulse of a closed surface.
    subroutine measure_closed(self, k, length, greatest, tau, measurer)

@@ -32,7 +32,8 @@ module surface_states
       real(wp) :: hop_tolerance = 0.0_wp
       logical :: is_new_flight = .true.
       logical :: is_low = .true.
-      !> It rose above the quiet level
+      !> It is the flight with which the run began; it rose above the quiet level
+      logical :: is_first_flight = .true.
       logical :: has_risen = .false.
       !> Dissipated so far in the stop
       real(wp) :: dissipated = 0.0_wp
