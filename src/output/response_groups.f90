@@ -30,7 +30,8 @@ contains
          call write_shapes(group%group('shapes'), response, node_position, units)
       end if
       if (allocated(response%energy)) call write_energy(group%group('energy'), response, units)
-      if (allocated(response%measures)) call write_measures(group%group('measures'), response%measures, units)
+      if (allocated(response%measures)) call write_measures(group%group('measures'), response%measures, &
+         allocated(response%surfaces), units)
       ! sample times that are not allocated are not present
       if (allocated(response%surfaces)) call write_surfaces(group%group('surfaces'), response%surfaces, units, &
          response%tau)
@@ -43,6 +44,8 @@ contains
 
       integer :: i
 
+      if (allocated(response%surfaces)) call group%attribute('among_several_surfaces', 'eta_stop and velocity_stop ' &
+         //'are of the stop from which the beam is released, contact_force is the sum over all; each: /surfaces')
       call group%attribute('evaluations', real(response%evaluations, wp))
       call group%attribute('rejected', real(response%rejected, wp))
       call group%attribute('factorisations', real(response%factorisations, wp))
@@ -175,13 +178,18 @@ contains
    end subroutine write_energy
 
    !> What the table on the console says.
-   subroutine write_measures(group, measures, units)
+   subroutine write_measures(group, measures, has_surfaces, units)
       type(hdf5_group_t), intent(in) :: group
       type(run_measures_t), intent(in) :: measures
+      !> There are several, which have measures of their own
+      logical, intent(in) :: has_surfaces
       type(units_t), intent(in) :: units
 
       integer :: i
 
+      if (has_surfaces) call group%attribute('among_several_surfaces', 'impacts, contacts and total_contact are ' &
+         //'sums over all, first_impact is the first, longest_contact, greatest_force and greatest_impulse are the ' &
+         //'greatest; rebounds, peaks and quiet are of the stop from which the beam is released; each: /surfaces')
       call group%add('duration', measures%duration, '1', 'length of the run, tau', in_scene_units=units%time)
       call write_measures_of_run(group, row_of(measures), in_scene_units(measure_table%unit, units))
       call group%add('contact', [(i, i=1, size(measures%contact_start))], '1', 'contact', is_scale=.true.)
