@@ -1,10 +1,10 @@
 !> Modes of a structure that is held at a point, or gets a spring there, from those that it has without.
 !>
-!> With W_i^2 the squared frequencies and b_i the modes at the point, mass-normalised, the new squared frequencies w^2 are
-!> the roots of f + sum b_i^2/(W_i^2 - w^2) = 0, f the flexibility of the spring, 0 where it is rigid: one between each
-!> two neighbouring poles and, with a spring, one above all. The modes are r b_i/(W_i^2 - w^2), r their reaction (Dowell,
-!> J. Appl. Mech. 46 (1979) 206: free vibrations of a linear structure with constraints). A root is sought as its distance
-!> from the nearer pole, so that no difference W_i^2 - w^2 cancels.
+!> With W_i^2 the squared frequencies and b_i the modes at the point, mass-normalised, the new squared frequencies w^2
+!> are the roots of f + sum b_i^2/(W_i^2 - w^2) = 0, f the flexibility of the spring, 0 where it is rigid: one between
+!> each two neighbouring poles and, with a spring, one above all. The modes are r b_i/(W_i^2 - w^2), r their reaction
+!> (Dowell, J. Appl. Mech. 46 (1979) 206: free vibrations of a linear structure with constraints). A root is sought as
+!> its distance from the nearer pole, so that no difference W_i^2 - w^2 cancels.
 module constrained_modes
    use beam_model, only: beam_support_t
    use bracketed_zero, only: bracket_t, enter, go_to

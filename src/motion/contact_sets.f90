@@ -1,5 +1,5 @@
-!> A set of closed surfaces, and the motion of a beam on it in closed form: rigid ones hold it, those that yield press on
-!> it (docs/theory.md, section 17). Made at first use and kept.
+!> A set of closed surfaces, and the motion of a beam on it in closed form: rigid ones hold it, those that yield press
+!> on it (docs/theory.md, section 17). Made at first use and kept.
 module contact_sets
    use contact_losses, only: integral
    use damped_oscillators, only: propagate, sampler_t
@@ -30,8 +30,8 @@ module contact_sets
       integer, allocatable :: place(:)
       !> Goes through the samples of phases without terms
       type(sampler_t) :: sampler
-      !> Dissipation per pair of terms, in the beam and in each that yields: power = Re sum (plain A_m A_n + conjugate A_m
-      !> conj(A_n))/2, [count, count, 1 + pressed]
+      !> Dissipation per pair of terms, in the beam and in each that yields: power = Re sum (plain A_m A_n + conjugate
+      !> A_m conj(A_n))/2, [count, count, 1 + pressed]
       complex(wp), allocatable :: plain(:, :, :), conjugate(:, :, :)
    end type contact_set_t
 

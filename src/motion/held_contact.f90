@@ -114,7 +114,8 @@ contains
       type(response_t), intent(inout) :: response
 
       if (self%beam%node_flexibility > 0.0_wp) then
-         call hold_node(self, self%depth*exp(-self%rate*merge(0.0_wp, flight%time, flight%outcome == found_taken_back)), &
+         call hold_node(self, &
+            self%depth*exp(-self%rate*merge(0.0_wp, flight%time, flight%outcome == found_taken_back)), &
             motion, response)
       else if (flight%outcome == found_zero) then
          call rebound(self, motion, response)

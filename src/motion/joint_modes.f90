@@ -67,7 +67,8 @@ contains
       greatest = maxval(abs(value))
       allocate (active, source=pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest))
       modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
-      call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, spring, problem)
+      call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, spring, &
+         problem)
       n = problem%roots
       allocate (near(n), offset(n))
       call find_joint_roots(problem, near, offset, converged)
@@ -306,7 +307,8 @@ contains
             if (problem%branch_pole(j) > 0) relaxed = distance(problem%branch_pole(j))
             total = (spring%stiffness + spring%viscosity*s)*relaxed + spring%branch_stiffness*s
             if (is_root) then
-               ! the force is known within the rounding of that of the hardest stop, the indentation within that of the sum
+               ! the force is known within the rounding of that of the hardest stop, the indentation within that of the
+               ! sum
                if (size_of(total)*sum(size_of(terms)) > size_of(relaxed)*greatest) then
                   u = force*relaxed/total
                else
@@ -357,7 +359,8 @@ contains
       end associate
    end subroutine cut_to_size
 
-   !> Amplitudes from the state at the start of a contact: what moves is rest + sum weight Re (amplitude value exp(s t)).
+   !> Amplitudes from the state at the start of a contact: what moves is rest + sum weight Re (amplitude value exp(s
+   !> t)).
    pure subroutine joint_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
       !> W_i^2 of the beam's modes
       real(wp), intent(in) :: square(:)

@@ -1,9 +1,9 @@
 !> The exponents of a beam that presses on several stops that yield (docs/theory.md, section 17).
 !>
 !> With the modes b_i at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s), H(s) = sum b_i b_i'/D_i and, stop by stop,
-!> N = s + nu (1 where there is no branch) and M = N Z, Z the impedance, they are the roots of det (N + M H) prod D_i = 0.
-!> One mode is always taken apart: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), T_i without that mode, so that
-!> nothing cancels next to its pole.
+!> N = s + nu (1 where there is no branch) and M = N Z, Z the impedance, they are the roots of det (N + M H) prod D_i =
+!> 0. One mode is always taken apart: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), T_i without that mode, so
+!> that nothing cancels next to its pole.
 module joint_secular
    use constrained_modes, only: constrain
    use contact_secular, only: distances, find_mode_poles, inverses, root_distances, secular_t, size_of, sum_of_inverses

@@ -80,6 +80,7 @@ contains
       associate (state => run%states(run%now), chatters => run%surfaces%captures >= patience)
          if (.not. any(run%arrives .and. run%surfaces%judged .and. chatters)) return
          n = 0
+         last = 0
          do k = 1, size(run%surfaces)
             if (run%surfaces(k)%status /= is_held) then
                if (.not. (chatters(k) .and. takes_part(run, k, leaving_too=.true.))) cycle

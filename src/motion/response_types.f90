@@ -164,7 +164,8 @@ module response_types
       !> Lc/L, and d in units of displacement
       real(wp) :: position = 1.0_wp
       real(wp) :: height = 0.0_wp
-      !> eta of the stop point, y - d there, its velocity, and Pbar, >= 0, at the sample times; unallocated: not asked for
+      !> eta of the stop point, y - d there, its velocity, and Pbar, >= 0, at the sample times; unallocated: not asked
+      !> for
       real(wp), allocatable :: eta(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: force(:)

@@ -1,5 +1,5 @@
-!> The phase of a beam among any number of surfaces: one set of closed ones, until the first of its signals falls to zero
-!> (docs/theory.md, section 17).
+!> The phase of a beam among any number of surfaces: one set of closed ones, until the first of its signals falls to
+!> zero (docs/theory.md, section 17).
 module several_contacts
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use contact_sets, only: losses_in, ready_for_losses
@@ -244,7 +244,12 @@ contains
          end if
          sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
          do k = 1, size(now%states)
-            if (now%states(k)%is_rigid) cycle
+            if (now%states(k)%is_rigid) then
+               if (allocated(self%records(k)%energy)) then
+                  self%records(k)%dissipated(self%kept) = now%states(k)%lost_at_impacts
+               end if
+               cycle
+            end if
             state = now%states(k)
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
@@ -257,7 +262,7 @@ contains
             sample%lost(2) = sample%lost(2) + (state%dissipated - now%states(k)%dissipated)
             if (.not. allocated(self%records(k)%energy)) cycle
             self%records(k)%energy(self%kept) = energy_in(state)
-            self%records(k)%dissipated(self%kept) = state%dissipated
+            self%records(k)%dissipated(self%kept) = state%dissipated + state%lost_at_impacts
          end do
       end associate
    end subroutine sample_energy
@@ -272,7 +277,8 @@ contains
       type(surface_state_t), intent(inout) :: state
 
       associate (set => self%now%set)
-         state%depth = set%rest_force(place)/state%spring%stiffness + sum(real(set%joint%indentation(place, :)*term, wp))
+         state%depth = set%rest_force(place)/state%spring%stiffness &
+            + sum(real(set%joint%indentation(place, :)*term, wp))
          state%branch_force = sum(real(set%joint%branch(place, :)*term, wp))
       end associate
    end subroutine keep_indentation
@@ -388,8 +394,8 @@ contains
       end associate
    end subroutine close_books
 
-   !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that is:
-   !> by a static shape, as that takes the least energy, with which the ledger is charged.
+   !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that
+   !> is: by a static shape, as that takes the least energy, with which the ledger is charged.
    subroutine put_right(self, motion)
       class(several_contacts_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion

@@ -1,16 +1,16 @@
-!> What happens where a phase among several surfaces ends: impacts, captures, contacts, releases (docs/theory.md, section
-!> 17).
+!> What happens where a phase among several surfaces ends: impacts, captures, contacts, releases (docs/theory.md,
+!> section 17).
 module several_events
    use certified_search, only: found_never_left, search_t
    use complementarity, only: solve_complementarity
    use kinds, only: wp
    use motion_phases, only: found_taken_back, motion_t
+   use phase_measures, only: measure_impulse
    use response_types, only: append_event, event_blow, event_capture, event_contact, event_impact, event_release, &
       event_separation, event_t, response_t
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, several_t
    use surface_values, only: event_of, force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
-   use phase_measures, only: measure_impulse
    implicit none (type, external)
    private
    public :: follow_end, meet_at_start
@@ -201,8 +201,8 @@ contains
       call append_event(response, event_of(self, k, event_contact, motion))
    end subroutine close_surface
 
-   !> Impulses at one instant: Newton's law as one complementarity problem over the rigid surface that is hit, those that
-   !> hold the beam, and others that it has reached and does not leave. What is turned back onto one that it was
+   !> Impulses at one instant: Newton's law as one complementarity problem over the rigid surface that is hit, those
+   !> that hold the beam, and others that it has reached and does not leave. What is turned back onto one that it was
    !> leaving takes part in the next problem.
    subroutine strike(self, first, hop_tolerance, captures, motion, response)
       type(several_t), intent(inout) :: self
@@ -239,7 +239,7 @@ contains
    !> A flight that is taken back did not happen: its stop point is brought to rest where it began, and those that hold
    !> the beam keep it.
    subroutine bring_to_rest(self, k, captures, motion)
-      type(several_t), intent(in) :: self
+      type(several_t), intent(inout) :: self
       integer, intent(in) :: k
       type(captures_t), intent(inout) :: captures
       type(motion_t), intent(inout) :: motion
@@ -252,6 +252,7 @@ contains
          captures%impulse(k) = impulse
          captures%energy_change(k) = 0.5_wp*impulse*captures%velocity(k)
          call charge_event(motion%recorder%ledger, captures%energy_change(k))
+         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - captures%energy_change(k)
          if (allocated(held%mode)) then
             motion%v = motion%v + matmul(held%mode, b)*impulse
          else
@@ -309,6 +310,7 @@ contains
          event%impulse = impulse(a)
          event%energy_change = 0.5_wp*impulse(a)*(before(a) + after(a))
          call charge_event(motion%recorder%ledger, event%energy_change)
+         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - event%energy_change
          call enter_impact(self, k, event, hop_tolerance, captures, motion, response)
       end do
 

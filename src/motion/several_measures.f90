@@ -83,8 +83,8 @@ contains
       if (rises .or. value < -quiet_level) call keep_loud(measurer, signal, tau, length)
    end subroutine measure_surface
 
-   !> A flight that events of other surfaces cut goes on: does it rise above its highest point so far? If it still does as
-   !> the run ends it was no rebound.
+   !> A flight that events of other surfaces cut goes on: does it rise above its highest point so far? If it still does
+   !> as the run ends it was no rebound.
    subroutine measure_higher(measurer, signal, tau, length, is_last)
       type(measurer_t), intent(inout) :: measurer
       !> The gap of a surface, home

@@ -35,8 +35,9 @@ module surface_states
       !> It is the flight with which the run began; it rose above the quiet level
       logical :: is_first_flight = .true.
       logical :: has_risen = .false.
-      !> Dissipated so far in the stop
+      !> Dissipated so far in the stop, and at impacts on it
       real(wp) :: dissipated = 0.0_wp
+      real(wp) :: lost_at_impacts = 0.0_wp
    end type surface_state_t
 
 contains

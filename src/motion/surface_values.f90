@@ -19,7 +19,8 @@ contains
       type(event_t) :: event
 
       event = event_t(tau=motion%tau, kind=kind, eta=self%states(k)%surface%sign*gap_of(self, k, motion%q), &
-         velocity_before=self%states(k)%surface%sign*velocity_of(self, k, motion), surface=self%states(k)%surface%number)
+         velocity_before=self%states(k)%surface%sign*velocity_of(self, k, motion), &
+         surface=self%states(k)%surface%number)
       event%velocity_after = event%velocity_before
    end function event_of
 

@@ -4,7 +4,8 @@
 !> force acts on the beam along s.
 module stop_surfaces
    use kinds, only: wp
-   use run_settings, only: law_restitution, law_spring_damper, run_settings_t, side_above, side_below, side_both, stop_settings_t
+   use run_settings, only: law_restitution, law_spring_damper, run_settings_t, side_above, side_below, side_both, &
+      stop_settings_t
    implicit none (type, external)
    private
    public :: surface_t, surfaces_of, stops_of, is_plain, acting
@@ -91,8 +92,8 @@ contains
       surfaces = surfaces(:total)
    end function surfaces_of
 
-   !> Which of them act? Of rigid ones at one point and on one side the highest does alone, of equal ones the one with the
-   !> greatest restitution.
+   !> Which of them act? Of rigid ones at one point and on one side the highest does alone, of equal ones the one with
+   !> the greatest restitution.
    pure function acting(surfaces, dofs) result(acts)
       type(surface_t), intent(in) :: surfaces(:)
       !> Degree of freedom of each
