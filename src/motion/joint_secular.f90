@@ -22,6 +22,9 @@ module joint_secular
       integer, allocatable :: branch_pole(:)
    end type joint_secular_t
 
+   !> Roots that nearly coalesce are known within this share of them.
+   real(wp), parameter :: coalescing = 1.0e-7_wp
+
    !> What belongs to a root, or to any s.
    type :: joint_vectors_t
       !> The mode taken apart; 0: there is no mode
@@ -121,7 +124,8 @@ contains
             offset(m) = offset(m) + step
             enough = 1.0e-12_wp*size_of(offset(m))
             if (iteration > patient) enough = max(enough, 8.0_wp*epsilon(1.0_wp)*size_of(s))
-            if (iteration > most_patient) enough = sqrt(epsilon(1.0_wp))*size_of(s)
+            ! two that coalesce are known within the root of rounding
+            if (iteration > most_patient) enough = coalescing*size_of(s)
             done(m) = size_of(step) <= enough .or. size_of(offset(m)) <= tiny(1.0_wp)
          end do
          if (all(done)) exit
@@ -148,6 +152,14 @@ contains
          else if (abs(aimag(offset(m))) <= 1.0e-9_wp*abs(offset(m))) then
             offset(m) = real(offset(m), wp)
          end if
+      end do
+      are_paired = count(aimag(problem%pole(near) + offset) > 0.0_wp) == &
+         count(aimag(problem%pole(near) + offset) < 0.0_wp)
+      if (are_paired) return
+      ! two that coalesce on the axis
+      do m = 1, size(near)
+         s = problem%pole(near(m)) + offset(m)
+         if (abs(aimag(s)) <= coalescing*abs(s)) offset(m) = real(s, wp) - problem%pole(near(m))
       end do
       are_paired = count(aimag(problem%pole(near) + offset) > 0.0_wp) == &
          count(aimag(problem%pole(near) + offset) < 0.0_wp)
