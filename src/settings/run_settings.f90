@@ -5,6 +5,7 @@
 module run_settings
    use history_list, only: history_count
    use kinds, only: wp
+   use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t
@@ -127,6 +128,15 @@ module run_settings
       type(stop_settings_t), allocatable :: more_stops(:)
       !> From which of all the beam is released
       integer :: pulled = 1
+      !> What acts on the beam; unallocated: nothing does
+      type(force_settings_t), allocatable :: forces(:)
+      type(base_settings_t), allocatable :: bases(:)
+      !> How it begins
+      type(start_settings_t) :: start
+      !> C = gamma K + alpha M: alpha/(2 omega1)
+      real(wp) :: zeta_mass = 0.0_wp
+      !> Damping ratios of the modes instead, the last for all that follow; unallocated: C = gamma K + alpha M
+      real(wp), allocatable :: mode_ratios(:)
    end type run_settings_t
 
 contains

@@ -1,0 +1,163 @@
+!> How loads go on in time, piece by piece: on each a constant, a slope and a harmonic (docs/theory.md, section 18).
+module load_courses
+   use kinds, only: wp
+   use load_settings, only: base_displacement, base_settings_t, course_harmonic, course_pulse, course_step, course_table, &
+      pulse_half_sine, time_course_t
+   implicit none (type, external)
+   private
+   public :: piece_t, piece_at, value_at, acceleration_of, is_past
+
+   real(wp), parameter :: pi = acos(-1.0_wp)
+
+   !> constant + slope t + Re(harmonic exp(i frequency t)), t from where the piece was asked for.
+   type :: piece_t
+      real(wp) :: constant = 0.0_wp
+      real(wp) :: slope = 0.0_wp
+      complex(wp) :: harmonic = (0.0_wp, 0.0_wp)
+      real(wp) :: frequency = 0.0_wp
+      !> tau at which another piece follows
+      real(wp) :: until = huge(1.0_wp)
+   end type piece_t
+
+contains
+
+   !> The piece that begins, or goes on, at an instant.
+   pure function piece_at(course, tau) result(piece)
+      type(time_course_t), intent(in) :: course
+      !> What is as near to a break as rounding can tell is past it
+      real(wp), intent(in) :: tau
+      type(piece_t) :: piece
+
+      real(wp) :: last
+      integer :: k
+
+      if (.not. is_past(tau, course%start)) then
+         piece%until = course%start
+         return
+      end if
+      last = course%end
+      if (course%kind == course_pulse) last = min(last, course%start + course%duration)
+      if (is_past(tau, last)) return
+      piece%until = last
+      select case (course%kind)
+      case (course_harmonic)
+         call swing(course%amplitude, course%frequency, course%frequency*tau + course%phase, piece)
+      case (course_step)
+         piece%constant = course%amplitude
+      case (course_pulse)
+         if (course%shape == pulse_half_sine) then
+            associate (frequency => pi/course%duration)
+               call swing(course%amplitude, frequency, frequency*(tau - course%start), piece)
+            end associate
+         else
+            piece%constant = course%amplitude
+         end if
+      case (course_table)
+         k = place_in(course, tau)
+         if (k < size(course%time)) piece%until = min(last, course%start + course%time(k + 1))
+         if (k == 0 .or. k == size(course%time)) return
+         associate (t => course%time, v => course%value)
+            piece%slope = course%amplitude*((v(k + 1) - v(k))/(t(k + 1) - t(k)))
+            piece%constant = course%amplitude*v(k) + piece%slope*((tau - course%start) - t(k))
+         end associate
+      end select
+   end function piece_at
+
+   !> amplitude sin(angle + frequency t).
+   pure subroutine swing(amplitude, frequency, angle, piece)
+      real(wp), intent(in) :: amplitude
+      real(wp), intent(in) :: frequency
+      !> Where the piece begins
+      real(wp), intent(in) :: angle
+      type(piece_t), intent(inout) :: piece
+
+      piece%frequency = frequency
+      piece%harmonic = cmplx(amplitude*sin(angle), -amplitude*cos(angle), wp)
+   end subroutine swing
+
+   !> Has an instant come, as far as rounding can tell?
+   elemental function is_past(tau, instant) result(is)
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: instant
+      logical :: is
+
+      is = instant - tau <= 2.0_wp*epsilon(1.0_wp)*abs(tau)
+   end function is_past
+
+   !> The last point of a table that an instant has passed; 0: none.
+   pure function place_in(course, tau) result(place)
+      type(time_course_t), intent(in) :: course
+      real(wp), intent(in) :: tau
+      integer :: place
+
+      integer :: above, middle
+
+      place = 0
+      above = size(course%time) + 1
+      do while (above - place > 1)
+         middle = place + (above - place)/2
+         if (is_past(tau, course%start + course%time(middle))) then
+            place = middle
+         else
+            above = middle
+         end if
+      end do
+   end function place_in
+
+   !> Its value at an instant; where it jumps, after the jump.
+   elemental function value_at(course, tau) result(value)
+      type(time_course_t), intent(in) :: course
+      real(wp), intent(in) :: tau
+      real(wp) :: value
+
+      type(piece_t) :: piece
+
+      piece = piece_at(course, tau)
+      value = piece%constant + real(piece%harmonic, wp)
+   end function value_at
+
+   !> The acceleration of a base whose displacement is harmonic, or a cubic spline through a table, with no velocity at
+   !> its ends: linear between its points.
+   pure function acceleration_of(base) result(course)
+      type(base_settings_t), intent(in) :: base
+      type(time_course_t) :: course
+
+      course = base%course
+      if (base%quantity /= base_displacement) return
+      if (course%kind == course_harmonic) course%amplitude = -course%frequency**2*course%amplitude
+      if (course%kind == course_table) course%value(:) = second_derivatives(course%time, course%value)
+   end function acceleration_of
+
+   !> Second derivatives at the points of the cubic spline with zero slope at both ends.
+   pure function second_derivatives(x, y) result(curvature)
+      !> Ascending, two or more
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: y(:)
+      real(wp) :: curvature(size(x))
+
+      ! of each stretch, and of those before the first and after the last
+      real(wp), dimension(0:size(x)) :: length, slope
+      real(wp) :: diagonal(size(x)), factor
+      integer :: i, n
+
+      n = size(x)
+      length = 0.0_wp
+      slope = 0.0_wp
+      length(1:n - 1) = x(2:) - x(:n - 1)
+      slope(1:n - 1) = (y(2:) - y(:n - 1))/length(1:n - 1)
+      do i = 1, n
+         curvature(i) = 6.0_wp*(slope(i) - slope(i - 1))
+         diagonal(i) = 2.0_wp*(length(i - 1) + length(i))
+      end do
+      do i = 2, n
+         factor = length(i - 1)/diagonal(i - 1)
+         diagonal(i) = diagonal(i) - factor*length(i - 1)
+         curvature(i) = curvature(i) - factor*curvature(i - 1)
+      end do
+      curvature(n) = curvature(n)/diagonal(n)
+      do i = n - 1, 1, -1
+         curvature(i) = (curvature(i) - length(i)*curvature(i + 1))/diagonal(i)
+      end do
+   end function second_derivatives
+
+end module load_courses
