@@ -1,7 +1,8 @@
 !> Names of a table that a sweep, or several cases, may vary.
 module name_parameters
    use kinds, only: wp
-   use name_table, only: kind_whole, sweep_t, table_t
+   use name_table, only: table_t
+   use name_types, only: kind_whole, sweep_t
    use sorting, only: ascending_order
    use sweep_settings, only: parameter_t
    implicit none (type, external)

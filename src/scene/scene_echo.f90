@@ -1,7 +1,8 @@
 !> The names of a scene with the values that they came to, for result files.
 module scene_echo
    use kinds, only: wp
-   use name_table, only: entry_t, kind_logical, kind_text, kind_word, table_t
+   use name_table, only: table_t
+   use name_types, only: entry_t, kind_logical, kind_text, kind_word
    use scene_groups, only: list_scene, physical_t
    use scene_types, only: echo_t, scene_t
    implicit none (type, external)

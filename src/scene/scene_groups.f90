@@ -7,7 +7,8 @@ module scene_groups
    use kinds, only: wp
    use measure_list, only: measure_status, measure_table
    use name_parameters, only: list_parameters, parameter_of
-   use name_table, only: group_t, name_t, condition_t, sweep_t, table_t
+   use name_table, only: table_t
+   use name_types, only: group_t, name_t, condition_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
    use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, mass_names, mesh_settings_t, &

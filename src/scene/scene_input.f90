@@ -4,8 +4,8 @@ module scene_input
    use kinds, only: i8, wp
    use name_hints, only: group_hint, item_hint
    use name_parameters, only: chosen_parameter
-   use name_table, only: entry_t, is_among, kind_logical, kind_number, kind_text, kind_whole, kind_word, &
-      most_repeats, table_t
+   use name_table, only: is_among, most_repeats, table_t
+   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
    use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, &
       value_count, value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice

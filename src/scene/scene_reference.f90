@@ -1,6 +1,7 @@
 !> Every name that a scene file may have, for the user to read.
 module scene_reference
-   use name_table, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, table_t
+   use name_table, only: table_t
+   use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
    use number_text, only: to_text
    use program_identity, only: program_any
    use scene_echo, only: words_of

@@ -1,7 +1,8 @@
 !> The names of &stop and &support, of which a file may have any number.
 module stop_groups
    use kinds, only: wp
-   use name_table, only: condition_t, group_t, name_t, sweep_t, table_t
+   use name_table, only: table_t
+   use name_types, only: condition_t, group_t, name_t, sweep_t
    use number_text, only: to_text
    use program_identity, only: in_motion_and_benchmark
    use run_settings, only: impulse_names, law_names, side_both, side_names, stop_settings_t
