@@ -10,7 +10,7 @@ module beam_model
    use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
    implicit none (type, external)
    private
-   public :: beam_model_t, beam_support_t, make_beam_model, hold_supports, static_shape
+   public :: beam_model_t, beam_support_t, make_beam_model, element_dofs, hold_supports, static_shape
 
    !> A support along the beam, a stop that is always closed.
    type :: beam_support_t
@@ -57,7 +57,7 @@ contains
       !> Along the beam; the mesh has nodes there. The other further nodes, which come first, are those of stops
       type(beam_support_t), intent(in), optional :: supports(:)
 
-      integer :: dofs(4), element, i
+      integer :: element, i
       integer, allocatable :: first_row(:)
 
       model%section = section
@@ -87,11 +87,9 @@ contains
       call make_skyline(model%stiffness, first_row)
       call make_skyline(model%mass, first_row)
       do element = 1, mesh%elements
-         dofs = [2*element - 3, 2*element - 2, 2*element - 1, 2*element]
-         dofs = max(dofs, 0)
-         call add_element(model%stiffness, dofs, &
+         call add_element(model%stiffness, element_dofs(model, element), &
             element_stiffness(section, mesh%length(element), mesh%tip_distance(element)))
-         call add_element(model%mass, dofs, &
+         call add_element(model%mass, element_dofs(model, element), &
             element_mass(section, mesh%length(element), mesh%tip_distance(element)))
       end do
       if (model%is_redistributed) call redistribute(section, mesh, model%continuation, model%mass)
@@ -100,6 +98,16 @@ contains
          call add_to_diagonal(model%stiffness, model%supports(i)%dof, model%supports(i)%stiffness)
       end do
    end subroutine make_beam_model
+
+   !> Degrees of freedom of an element: y and dy/dx at its left, then at its right node; 0: held by the clamp.
+   pure function element_dofs(model, element) result(dofs)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: element
+      integer :: dofs(4)
+
+      dofs = 2*element - [3, 2, 1, 0]
+      if (element == 1) dofs(1:2) = 0
+   end function element_dofs
 
    !> The beam with its rigid supports held: their degrees of freedom are bound to nothing else, and stay at rest.
    pure function hold_supports(model) result(held)

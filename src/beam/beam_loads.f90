@@ -1,0 +1,285 @@
+!> What acts on the beam besides stops, and the bending moment within it, over the degrees of freedom of a model
+!> (docs/theory.md, section 3). Units: E Ibar = rho Abar = L = 1; forces and displacements count upwards, the moment
+!> E I y'' is positive where the beam is bent upwards.
+!>
+!> Loads are consistent: of a force at x the values of the shape functions there, so that no node is needed. The moment
+!> is that of equilibrium, not of the curvature of the shape functions: the forces at an element's end from its
+!> stiffness, its inertia and its loads, and from there what acts on the beam up to x. In a beam that is not
+!> redistributed it is exact under any loads at rest, and converges as displacements do, with the fourth power of the
+!> element.
+!>
+!> Where the inertia of the stop's node belongs to its neighbours (`redistributed_mass`), so do the loads there: the
+!> node moves no mass, so that a force on it would move it at once. Between these nodes a moment then lacks a share of
+!> the square of the element.
+module beam_loads
+   use beam_element, only: element_mass, element_stiffness, gauss_rule, hermite_shape, section_pieces
+   use beam_model, only: beam_model_t, element_dofs
+   use beam_section, only: area
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: base_mass_vector, base_rotation_vector, point_load, line_load
+   public :: moment_weights_t, moment_weights, moment_of_point_load, moment_of_line_load
+
+   !> The moment at x is stiffness.(y + gamma y') + mass.(y'' + alpha y') + base a_b + those of the loads.
+   type :: moment_weights_t
+      !> [order of the model]
+      real(wp), allocatable :: stiffness(:)
+      real(wp), allocatable :: mass(:)
+      !> Of a translation of the base with unit acceleration
+      real(wp) :: base = 0.0_wp
+   end type moment_weights_t
+
+   !> Points of a rule that is exact for all products of shape functions, arm and area.
+   integer, parameter :: load_points = 4
+
+contains
+
+   !> M_b: rows of the full mass matrix, those of the clamp left out and its columns not, times a translation by 1.
+   pure function base_mass_vector(model) result(vector)
+      type(beam_model_t), intent(in) :: model
+      !> [order of the model]
+      real(wp), allocatable :: vector(:)
+
+      allocate (vector, source=rigid_motion_inertia(model, 1.0_wp, 0.0_wp))
+   end function base_mass_vector
+
+   !> The same of a rotation by 1 about the root.
+   pure function base_rotation_vector(model) result(vector)
+      type(beam_model_t), intent(in) :: model
+      !> [order of the model]
+      real(wp), allocatable :: vector(:)
+
+      allocate (vector, source=rigid_motion_inertia(model, 0.0_wp, 1.0_wp))
+   end function base_rotation_vector
+
+   !> The full mass matrix times a rigid motion.
+   pure function rigid_motion_inertia(model, translation, rotation) result(vector)
+      type(beam_model_t), intent(in) :: model
+      !> y and dy/dx at the root
+      real(wp), intent(in) :: translation
+      real(wp), intent(in) :: rotation
+      real(wp) :: vector(model%mass%order)
+
+      real(wp) :: motion(4)
+      integer :: element
+
+      vector = 0.0_wp
+      do element = 1, model%mesh%elements
+         associate (x => model%mesh%position)
+            motion = [translation + rotation*x(element - 1), rotation, translation + rotation*x(element), rotation]
+         end associate
+         call spread_over(element_dofs(model, element), matmul(mass_of(model, element), motion), vector)
+      end do
+      call give_to_neighbours(model, vector)
+      vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*(translation + rotation)
+   end function rigid_motion_inertia
+
+   !> Consistent loads of a unit force.
+   pure function point_load(model, at) result(vector)
+      type(beam_model_t), intent(in) :: model
+      !> x/L, 0 to 1
+      real(wp), intent(in) :: at
+      !> [order of the model]
+      real(wp) :: vector(model%mass%order)
+
+      integer :: element
+
+      vector = 0.0_wp
+      element = element_at(model, at)
+      associate (length => model%mesh%length(element))
+         call spread_over(element_dofs(model, element), hermite_shape(place_in(model, element, at)/length, length), &
+            vector)
+      end associate
+      call give_to_neighbours(model, vector)
+   end function point_load
+
+   !> Consistent loads of a unit force per length.
+   pure function line_load(model, from, to) result(vector)
+      type(beam_model_t), intent(in) :: model
+      !> Ends of its stretch, x/L, 0 to 1, ascending
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: to
+      !> [order of the model]
+      real(wp) :: vector(model%mass%order)
+
+      integer :: element
+
+      vector = 0.0_wp
+      do element = element_at(model, from), element_at(model, to)
+         call spread_over(element_dofs(model, element), load_on_element(model, element, from, to), vector)
+      end do
+      call give_to_neighbours(model, vector)
+   end function line_load
+
+   !> The bending moment at x; at a node that on the clamp's side of it, at the root that within the beam.
+   pure function moment_weights(model, x) result(weights)
+      type(beam_model_t), intent(in) :: model
+      !> x/L, 0 to 1
+      real(wp), intent(in) :: x
+      type(moment_weights_t) :: weights
+
+      real(wp), allocatable :: cut(:), point(:), weight(:)
+      real(wp) :: inertia(4), s, stiffness(4, 4), xi, width
+      integer :: element, i, piece
+
+      element = element_at(model, x)
+      s = place_in(model, element, x)
+      stiffness = element_stiffness(model%section, model%mesh%length(element), model%mesh%tip_distance(element))
+      inertia = end_moment(mass_of(model, element), s)
+      associate (length => model%mesh%length(element), right => model%mesh%tip_distance(element))
+         allocate (cut, source=section_pieces(model%section, length, right))
+         call gauss_rule(load_points, point, weight)
+         do piece = 1, size(cut) - 1
+            width = min(cut(piece + 1), s/length) - cut(piece)
+            if (width <= 0.0_wp) exit
+            do i = 1, load_points
+               xi = cut(piece) + width*point(i)
+               inertia = inertia - weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
+                  *(s - xi*length)*hermite_shape(xi, length)
+            end do
+         end do
+      end associate
+      allocate (weights%stiffness(model%stiffness%order), weights%mass(model%mass%order), source=0.0_wp)
+      call spread_over(element_dofs(model, element), end_moment(stiffness, s), weights%stiffness)
+      call spread_over(element_dofs(model, element), inertia, weights%mass)
+      call give_to_neighbours(model, weights%mass)
+      weights%base = inertia(1) + inertia(3)
+   end function moment_weights
+
+   !> What a unit force adds to the moment at x.
+   pure function moment_of_point_load(model, x, at) result(moment)
+      type(beam_model_t), intent(in) :: model
+      !> Where the moment is asked for, and where the force acts, x/L, 0 to 1
+      real(wp), intent(in) :: x
+      real(wp), intent(in) :: at
+      real(wp) :: moment
+
+      real(wp) :: ends(4), s
+      integer :: element
+
+      moment = 0.0_wp
+      element = element_at(model, x)
+      if (element_at(model, at) /= element) return
+      s = place_in(model, element, x)
+      associate (length => model%mesh%length(element))
+         ends = hermite_shape(place_in(model, element, at)/length, length)
+      end associate
+      moment = ends(2) - s*ends(1) + max(x - at, 0.0_wp)
+   end function moment_of_point_load
+
+   !> What a unit force per length adds to the moment at x.
+   pure function moment_of_line_load(model, x, from, to) result(moment)
+      type(beam_model_t), intent(in) :: model
+      !> Where the moment is asked for, x/L, 0 to 1
+      real(wp), intent(in) :: x
+      !> Ends of the stretch, x/L, 0 to 1, ascending
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: to
+      real(wp) :: moment
+
+      real(wp) :: ends(4), left, right
+      integer :: element
+
+      element = element_at(model, x)
+      associate (start => model%mesh%position(element - 1))
+         ends = load_on_element(model, element, from, to)
+         left = max(from, start)
+         right = max(min(to, x), left)
+         moment = ends(2) - (x - start)*ends(1) + (right - left)*(x - 0.5_wp*(left + right))
+      end associate
+   end function moment_of_line_load
+
+   !> The moment at a distance from an element's left end, of the forces at that end alone.
+   pure function end_moment(matrix, s) result(weights)
+      !> Of the element; times its degrees of freedom it gives the forces at its ends
+      real(wp), intent(in) :: matrix(4, 4)
+      !> The distance, in L
+      real(wp), intent(in) :: s
+      real(wp) :: weights(4)
+
+      weights = s*matrix(:, 1) - matrix(:, 2)
+   end function end_moment
+
+   !> Consistent loads of a unit force per length on an element.
+   pure function load_on_element(model, element, from, to) result(load)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: element
+      !> Ends of its stretch, x/L
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: to
+      real(wp) :: load(4)
+
+      real(wp), allocatable :: point(:), weight(:)
+      real(wp) :: left, width
+      integer :: i
+
+      load = 0.0_wp
+      associate (length => model%mesh%length(element))
+         left = max(place_in(model, element, from), 0.0_wp)/length
+         width = min(place_in(model, element, to)/length, 1.0_wp) - left
+         if (width <= 0.0_wp) return
+         call gauss_rule(load_points, point, weight)
+         do i = 1, load_points
+            load = load + weight(i)*width*length*hermite_shape(left + width*point(i), length)
+         end do
+      end associate
+   end function load_on_element
+
+   !> The element in which x lies; of two that of the clamp's side.
+   pure function element_at(model, x) result(element)
+      type(beam_model_t), intent(in) :: model
+      !> x/L, 0 to 1
+      real(wp), intent(in) :: x
+      integer :: element
+
+      element = max(1, min(model%mesh%elements, count(model%mesh%position < x)))
+   end function element_at
+
+   !> The distance of x to an element's left end, in L.
+   pure function place_in(model, element, x) result(s)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: element
+      !> x/L
+      real(wp), intent(in) :: x
+      real(wp) :: s
+
+      s = min(x - model%mesh%position(element - 1), model%mesh%length(element))
+   end function place_in
+
+   pure function mass_of(model, element) result(mass)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: element
+      real(wp) :: mass(4, 4)
+
+      mass = element_mass(model%section, model%mesh%length(element), model%mesh%tip_distance(element))
+   end function mass_of
+
+   !> Add what belongs to the degrees of freedom of an element.
+   pure subroutine spread_over(dofs, values, vector)
+      !> Those that are held are below 1
+      integer, intent(in) :: dofs(4)
+      real(wp), intent(in) :: values(4)
+      real(wp), intent(inout) :: vector(:)
+
+      integer :: i
+
+      do i = 1, 4
+         if (dofs(i) > 0) vector(dofs(i)) = vector(dofs(i)) + values(i)
+      end do
+   end subroutine spread_over
+
+   !> What acts on a node whose inertia belongs to its neighbours acts on those.
+   pure subroutine give_to_neighbours(model, vector)
+      type(beam_model_t), intent(in) :: model
+      real(wp), intent(inout) :: vector(:)
+
+      integer :: own
+
+      if (.not. model%is_redistributed) return
+      own = 2*model%mesh%struck_node - 1
+      call spread_over(model%continuation%dof, model%continuation%weight*vector(own), vector)
+      vector(own) = 0.0_wp
+   end subroutine give_to_neighbours
+
+end module beam_loads
