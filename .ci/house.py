@@ -67,7 +67,7 @@ def names_after(mark, statement):
 
 
 def read_file(folder, path, modules, broken):
-    """The modules of a file, its length; what is too long in it."""
+    """Add the modules of a file, and what is too long in it."""
     with open(path, encoding="utf-8") as stream:
         text = stream.read()
     shown = os.path.relpath(path, ROOT)
@@ -108,12 +108,11 @@ def read_file(folder, path, modules, broken):
             is_foreign = interfaces > 0 and (module.name in FOREIGN_INTERFACES or "bind(c" in statement)
             if arguments > MOST_ARGUMENTS and not is_foreign:
                 broken.append(f"{shown}:{first}: {procedure.group(1)} has {arguments} arguments, at most {MOST_ARGUMENTS}")
-    return lines
 
 
 def read_house():
-    """Folders with what they are for and their lines, modules by name, broken rules."""
-    folders, lines, modules, broken = {}, {}, {}, []
+    """Folders with what they are for, modules by name, broken rules."""
+    folders, modules, broken = {}, {}, []
     with open(os.path.join(ROOT, "src", "CMakeLists.txt"), encoding="utf-8") as stream:
         for line in stream:
             found = re.match(r"add_subdirectory\((\w+)\)\s*(?:#\s*(.*))?$", line)
@@ -126,10 +125,10 @@ def read_house():
                 if concern not in folders:
                     broken.append(f"{concern}/{name}: its folder is not in src/CMakeLists.txt")
                     continue
-                lines[concern] = lines.get(concern, 0) + read_file(concern, os.path.join(folder, name), modules, broken)
+                read_file(concern, os.path.join(folder, name), modules, broken)
     for module in modules.values():
         module.uses &= modules.keys()
-    return folders, lines, modules, broken
+    return folders, modules, broken
 
 
 def check_uses(folders, modules, broken):
@@ -201,20 +200,20 @@ def layers(names, modules):
     return [sorted(name for name in names if depth[name] == level) for level in range(max(depth.values(), default=-1) + 1)]
 
 
-def draw(folders, sizes, modules):
-    """The drawing as text."""
+def draw(folders, modules):
+    """The drawing as text: nothing that every change would move, such as a count."""
     lines, numbers = [], {folder: number for number, folder in enumerate(folders, start=1)}
     members = {folder: {name for name, module in modules.items() if module.folder == folder} for folder in folders}
     room = max(len(folder) for folder in folders)
     purpose_room = max(len(purpose) for purpose in folders.values())
-    columns = "".join(f"{number:4d}" for number in numbers.values())
-    lines.append(f"    {'folder':{room}}  lines  {'what it is for':{purpose_room}}{columns}")
+    columns = "".join(f"{number:3d}" for number in numbers.values())
+    lines.append(f"    {'folder':{room}}  {'what it is for':{purpose_room}}{columns}")
     for folder, number in numbers.items():
         row = ""
         for other, place in numbers.items():
-            count = sum(1 for name in members[folder] for used in modules[name].uses if modules[used].folder == other)
-            row += f"{count if count else '.':>4}" if place <= number or count else ""
-        lines.append(f"{number:3d} {folder:{room}} {sizes.get(folder, 0):6d}  {folders[folder]:{purpose_room}}{row}".rstrip())
+            is_used = any(modules[name].uses & members[other] for name in members[folder])
+            row += f"{'x' if is_used else '.':>3}" if place <= number or is_used else ""
+        lines.append(f"{number:3d} {folder:{room}}  {folders[folder]:{purpose_room}}{row}".rstrip())
     lines.append("")
     for folder in folders:
         text = " | ".join(" ".join(group) for group in layers(members[folder], modules))
@@ -255,8 +254,8 @@ def check_page(page, drawing, broken):
 
 def main(arguments):
     """Draw, check or write."""
-    folders, sizes, modules, broken = read_house()
-    drawing = draw(folders, sizes, modules)
+    folders, modules, broken = read_house()
+    drawing = draw(folders, modules)
     if arguments not in ([], ["--check"], ["--write"]):
         print(__doc__, file=sys.stderr)
         return 2
