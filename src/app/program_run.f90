@@ -1,13 +1,14 @@
 !> A whole run of one of the programs: arguments, scenes, messages and exit status. A procedure, so that all it holds is
 !> given back before the program stops.
 module program_run
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
    use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t, command_line_t, get_arguments, parse_arguments, usage
    use failures, only: fail, failure_t, status_bad_input
    use file_system, only: make_folder
    use memory_needs, only: check_need, need_t
-   use process, only: open_text, prepare_process, print_text, text_of
+   use process, only: open_text, prepare_process, print_text, text_of, work_on_usual_stack
    use program_identity, only: name_of_program, program_version
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
@@ -30,6 +31,13 @@ module program_run
       procedure(needs_interface), pointer, nopass :: needs_of => null()
       procedure(run_interface), pointer, nopass :: run => null()
    end type program_t
+
+   !> A run of a program, and what came of it.
+   type :: program_run_t
+      type(program_t) :: program
+      !> Exit status
+      integer :: status = 0
+   end type program_run_t
 
    abstract interface
       !> What a scene needs of the machine.
@@ -60,12 +68,29 @@ contains
       !> Exit status: 0 done, 1 a run failed, 2 bad usage or input
       integer, intent(out) :: status
 
+      type(program_run_t), target :: run
+
+      run%program = program
       call prepare_process()
+      call work_on_usual_stack(run_ranks, c_loc(run))
+      status = run%status
+   end subroutine run_program
+
+   !> A run of a program, all but the start of the process.
+   function run_ranks(data) bind(c) result(nothing)
+      !> A program_run_t
+      type(c_ptr), value :: data
+      type(c_ptr) :: nothing
+
+      type(program_run_t), pointer :: run
+
+      nothing = c_null_ptr
+      call c_f_pointer(data, run)
       call single_threaded_blas()
       call start_ranks()
-      call run_command_line(program, status)
+      call run_command_line(run%program, run%status)
       call stop_ranks()
-   end subroutine run_program
+   end function run_ranks
 
    !> Do what the command line asks for.
    subroutine run_command_line(program, status)

@@ -1,13 +1,23 @@
 !> This process as the system sees it: its streams and its signals.
 module process
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: reason
    implicit none (type, external)
    private
-   public :: prepare_process, open_text, text_of, print_text
+   public :: prepare_process, work_on_usual_stack, open_text, text_of, print_text
 
    integer(c_int), parameter :: standard_output_descriptor = 1_c_int
+
+   abstract interface
+      !> A thread's work.
+      function work_interface(data) bind(c) result(nothing)
+         import :: c_ptr
+         implicit none (type, external)
+         type(c_ptr), value :: data
+         type(c_ptr) :: nothing
+      end function work_interface
+   end interface
 
    interface
       ! These are explained in process_posix.c.
@@ -19,9 +29,14 @@ module process
          implicit none (type, external)
       end subroutine impactbeam_take_signals
 
-      subroutine impactbeam_widen_stacks() bind(c)
+      !> Do some work where there is a stack of the usual size.
+      subroutine work_on_usual_stack(work, data) bind(c, name='impactbeam_work_on_usual_stack')
+         import :: c_ptr, work_interface
          implicit none (type, external)
-      end subroutine impactbeam_widen_stacks
+         procedure(work_interface) :: work
+         !> What the work is given
+         type(c_ptr), value :: data
+      end subroutine work_on_usual_stack
 
       function impactbeam_write_all(descriptor, bytes, count) bind(c) result(code)
          import :: c_char, c_int, c_size_t
@@ -39,7 +54,6 @@ contains
    subroutine prepare_process()
       call impactbeam_hold_streams()
       call impactbeam_take_signals()
-      call impactbeam_widen_stacks()
    end subroutine prepare_process
 
    !> Open a unit for a text that is to be read back.

@@ -95,29 +95,25 @@ int impactbeam_write_all(int descriptor, const char *bytes, size_t count)
    return 0;
 }
 
-/* Where the user's limit leaves less (ulimit -s), the stack of this thread may grow to what is usual, and those of threads to
- * come have it. */
-void impactbeam_widen_stacks(void)
+/* Do some work where there is a stack of the usual size, and give threads to come the same. Where the user's limit leaves less
+ * (ulimit -s) it may be final, and linear algebra alone takes some 60 kB: what a thread is given is not bound by it. */
+void impactbeam_work_on_usual_stack(void *(*work)(void *), void *data)
 {
    static const rlim_t usual = (rlim_t)8 << 20;
    struct rlimit limit;
-   if (getrlimit(RLIMIT_STACK, &limit) == 0 && limit.rlim_cur < usual) {
-      limit.rlim_cur = usual;
-      if (limit.rlim_max < usual) limit.rlim_max = usual;
-      if (setrlimit(RLIMIT_STACK, &limit) != 0 && getrlimit(RLIMIT_STACK, &limit) == 0) {
-         limit.rlim_cur = limit.rlim_max;
-         setrlimit(RLIMIT_STACK, &limit);
-      }
-   }
-#ifdef __GLIBC__
    pthread_attr_t attributes;
-   size_t size;
-   if (pthread_getattr_default_np(&attributes) != 0) return;
-   if (pthread_attr_getstacksize(&attributes, &size) == 0 && size < usual &&
-       pthread_attr_setstacksize(&attributes, usual) == 0)
-      pthread_setattr_default_np(&attributes);
-   pthread_attr_destroy(&attributes);
+   pthread_t thread;
+   int is_done = 0;
+   if (getrlimit(RLIMIT_STACK, &limit) == 0 && limit.rlim_cur < usual && pthread_attr_init(&attributes) == 0) {
+      if (pthread_attr_setstacksize(&attributes, usual) == 0) {
+#ifdef __GLIBC__
+         pthread_setattr_default_np(&attributes);
 #endif
+         is_done = pthread_create(&thread, &attributes, work, data) == 0 && pthread_join(thread, NULL) == 0;
+      }
+      pthread_attr_destroy(&attributes);
+   }
+   if (!is_done) work(data);
 }
 
 /* libgfortran calls one of these where an allocation without a status fails, and would print a backtrace: the program's own
