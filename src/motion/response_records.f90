@@ -12,7 +12,7 @@ module response_records
 contains
 
    !> Make room for what was asked for.
-   pure subroutine open_records(elements, settings, samples, step, response)
+   pure subroutine open_records(elements, settings, samples, step, response, is_driven)
       !> Elements of the mesh
       integer, intent(in) :: elements
       !> What was asked for
@@ -23,6 +23,8 @@ contains
       real(wp), intent(in) :: step
       !> Its histories are allocated, [samples + 1], and its shapes
       type(response_t), intent(inout) :: response
+      !> Loads act on the beam, whose work is kept, too; default false
+      logical, intent(in), optional :: is_driven
 
       integer :: i, shapes
 
@@ -39,6 +41,9 @@ contains
                allocate (energy%kinetic(n), energy%strain(n), energy%stop(n), energy%dissipated_beam(n), &
                   energy%dissipated_stop(n), energy%dissipated_impact(n), energy%created(n), source=0.0_wp)
             end associate
+            if (present(is_driven)) then
+               if (is_driven) allocate (response%energy%work(n), source=0.0_wp)
+            end if
          end if
          call find_instants(settings, real(samples, wp)*step, response%shape_tau)
          if (.not. allocated(response%shape_tau)) return

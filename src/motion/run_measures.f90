@@ -19,10 +19,13 @@ module run_measures
    private
    public :: tally_t, start_tally, open_tally, take_impulse, take_contact, end_episode, mark_energy, add_rebound
    public :: finish_tally, gather_measures
-   public :: early_part, excess_of, force_window, row_of
+   public :: early_part, excess_of, force_window, no_rest, row_of
 
    !> A rigid stop's force is the mean over so long from the beginning of an episode, tau.
    real(wp), parameter :: force_window = 0.1_wp
+
+   !> Energy at the rest that a beam under loads does not come to.
+   real(wp), parameter :: no_rest = -huge(1.0_wp)
 
    !> What has gathered so far; numbers only, so that it can be put back where a run goes back.
    type :: tally_t
@@ -165,6 +168,14 @@ contains
       tally%in_episode = .false.
    end subroutine end_episode
 
+   !> Is there rest at the end of all motion?
+   elemental function comes_to_rest(tally) result(does)
+      type(tally_t), intent(in) :: tally
+      logical :: does
+
+      does = tally%rest_energy > no_rest
+   end function comes_to_rest
+
    !> By how much an energy, less that of rest, exceeds the share that counts as spent.
    elemental function excess_of(tally, energy) result(excess)
       type(tally_t), intent(in) :: tally
@@ -243,11 +254,11 @@ contains
       measures%has_spent = tally%has_spent
       measures%spent_tau = tally%spent_tau
       measures%start_energy = tally%start_energy
-      measures%rest_energy = tally%rest_energy
+      measures%rest_energy = merge(tally%rest_energy, ieee_value(1.0_wp, ieee_quiet_nan), comes_to_rest(tally))
       ! a start without energy has none to share
       above = tally%start_energy - tally%rest_energy
       shares = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (above > 0.0_wp) shares = [lost, created, measures%final_energy - tally%rest_energy]/above
+      if (above > 0.0_wp .and. comes_to_rest(tally)) shares = [lost, created, measures%final_energy - tally%rest_energy]/above
       measures%lost_beam = shares(1)
       measures%lost_stop = shares(2)
       measures%lost_impact = shares(3)

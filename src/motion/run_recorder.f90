@@ -17,6 +17,8 @@ module run_recorder
       real(wp) :: dissipated_impact = 0.0_wp
       !> By the nodal reading of the impulse
       real(wp) :: created = 0.0_wp
+      !> Won from forces and from the motion of the base
+      real(wp) :: work = 0.0_wp
    end type ledger_t
 
    !> What is kept at the samples.
@@ -35,6 +37,8 @@ module run_recorder
       real(wp) :: stop_energy = 0.0_wp
       !> Dissipated in beam and stop besides what the ledger has
       real(wp) :: lost(2) = 0.0_wp
+      !> Work of loads, likewise
+      real(wp) :: work = 0.0_wp
    end type sample_t
 
    !> How far the histories have come.
@@ -98,6 +102,7 @@ contains
          entry%dissipated_stop(place) = ledger%dissipated_stop + sample%lost(2)
          entry%dissipated_impact(place) = ledger%dissipated_impact
          entry%created(place) = ledger%created
+         if (allocated(entry%work)) entry%work(place) = ledger%work + sample%work
       end associate
    end subroutine keep_sample
 

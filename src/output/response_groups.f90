@@ -162,6 +162,7 @@ contains
          call add('dissipated_stop', energy%dissipated_stop, 'dissipated so far in the stop')
          call add('dissipated_impact', energy%dissipated_impact, 'dissipated so far at impacts')
          call add('created', energy%created, 'created so far by the nodal reading of the impulse')
+         call add('work', energy%work, 'work done so far by forces and by the motion of the base')
       end associate
 
    contains

@@ -1,0 +1,103 @@
+!> What acts on a beam besides its stops: forces, and the inertia that the motion of its base gives it, each as a
+!> vector over the degrees of freedom times a course in time.
+!>
+!> Scales: displacement eta, time tau, mass in rho Abar L, so forces as those of the stops' laws: 3 E Ibar D/L^3 is
+!> 3/lambda1^4.
+module applied_loads
+   use beam_loads, only: base_mass_vector, line_load, point_load
+   use beam_model, only: beam_model_t
+   use kinds, only: lambda1_power4, wp
+   use load_courses, only: acceleration_of
+   use load_settings, only: course_harmonic, course_pulse, pulse_half_sine, time_course_t
+   use run_settings, only: run_settings_t
+   implicit none (type, external)
+   private
+   public :: applied_loads_t, gather_loads, has_loads
+
+   type :: applied_loads_t
+      integer :: count = 0
+      !> How each goes on, [loads]
+      type(time_course_t), allocatable :: course(:)
+      !> Per unit of its course, over the degrees of freedom, [order, loads]
+      real(wp), allocatable :: vector(:, :)
+      !> The same in the free modes, where they are found, [modes, loads]
+      real(wp), allocatable :: mode(:, :)
+      !> Frequency with which it swings, 0: it does not, and which of all frequencies that is, [loads]
+      real(wp), allocatable :: frequency(:)
+      integer, allocatable :: harmonic(:)
+      !> All that differ
+      real(wp), allocatable :: frequencies(:)
+   end type applied_loads_t
+
+contains
+
+   !> Does anything act on the beam?
+   pure function has_loads(settings) result(has)
+      type(run_settings_t), intent(in) :: settings
+      logical :: has
+
+      has = allocated(settings%forces) .or. allocated(settings%bases)
+   end function has_loads
+
+   !> Vectors and courses of all loads.
+   pure subroutine gather_loads(model, settings, loads)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      type(applied_loads_t), intent(out) :: loads
+
+      real(wp), allocatable :: vector(:)
+      integer :: forces, g, i
+
+      forces = 0
+      if (allocated(settings%forces)) forces = size(settings%forces)
+      loads%count = forces
+      if (allocated(settings%bases)) loads%count = forces + size(settings%bases)
+      allocate (loads%course(loads%count), loads%vector(model%mass%order, loads%count))
+      do g = 1, forces
+         associate (force => settings%forces(g))
+            loads%course(g) = force%course
+            if (allocated(force%position)) then
+               allocate (vector(model%mass%order), source=0.0_wp)
+               do i = 1, size(force%position)
+                  vector = vector + point_load(model, force%position(i))
+               end do
+            else
+               allocate (vector, source=line_load(model, force%stretch(1), force%stretch(2)))
+            end if
+         end associate
+         loads%vector(:, g) = 3.0_wp/lambda1_power4*vector
+         deallocate (vector)
+      end do
+      do g = forces + 1, loads%count
+         loads%course(g) = acceleration_of(settings%bases(g - forces))
+         loads%vector(:, g) = -base_mass_vector(model)
+      end do
+      call find_frequencies(loads)
+   end subroutine gather_loads
+
+   !> With which each of them swings.
+   pure subroutine find_frequencies(loads)
+      type(applied_loads_t), intent(inout) :: loads
+
+      real(wp), parameter :: pi = acos(-1.0_wp)
+      integer :: g
+
+      allocate (loads%frequency(loads%count), source=0.0_wp)
+      allocate (loads%harmonic(loads%count), source=0)
+      allocate (loads%frequencies(0))
+      do g = 1, loads%count
+         associate (course => loads%course(g))
+            if (course%kind == course_harmonic) loads%frequency(g) = course%frequency
+            if (course%kind == course_pulse .and. course%shape == pulse_half_sine) then
+               loads%frequency(g) = pi/course%duration
+            end if
+         end associate
+         if (loads%frequency(g) <= 0.0_wp) cycle
+         loads%harmonic(g) = findloc(abs(loads%frequencies - loads%frequency(g)) <= 0.0_wp, .true., dim=1)
+         if (loads%harmonic(g) > 0) cycle
+         loads%frequencies = [loads%frequencies, loads%frequency(g)]
+         loads%harmonic(g) = size(loads%frequencies)
+      end do
+   end subroutine find_frequencies
+
+end module applied_loads
