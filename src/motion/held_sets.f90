@@ -165,23 +165,28 @@ contains
       end do
    end subroutine find_rest
 
-   !> Displacements that hold the surfaces, less those at rest, from free modes to those of the set. In a mode far
-   !> stiffer than the others the rounding error of the sum is a great force, so where that is better the forces are
-   !> summed instead: w_j^2 p_j = sum psi_ij W_i^2 q_i.
-   pure function into_held(beam, set, q) result(p)
+   !> Displacements that hold the surfaces, less those at rest, and velocities, from free modes to those of the set. In a
+   !> mode far stiffer than the others the rounding error of the sum is a great force, so where that is better the
+   !> forces are summed instead: w_j^2 p_j = sum psi_ij W_i^2 q_i.
+   pure subroutine into_held(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
       type(held_set_t), intent(in) :: set
-      !> Free modal coordinates, [free]
+      !> State in the free modes, [free]
       real(wp), intent(in) :: q(:)
-      real(wp) :: p(set%count)
+      real(wp), intent(in) :: v(:)
+      !> In those of the set, [count]
+      real(wp), intent(out) :: p(:)
+      real(wp), intent(out) :: rate(:)
 
       real(wp) :: moved(size(q)), forces(size(q))
       integer :: j
 
       if (.not. allocated(set%mode)) then
          p = q
+         rate = v
          return
       end if
+      rate = matmul(v, set%mode)
       moved = q - set%static
       p = matmul(moved, set%mode)
       if (set%oscillators%square(set%count) < least_stiff) return
@@ -191,15 +196,18 @@ contains
             p(j) = sum(set%mode(:, j)*forces)/set%oscillators%square(j)
          end if
       end do
-   end function into_held
+   end subroutine into_held
 
    !> And back: W_i^2 q_i = sum psi_ij w_j^2 p_j + b_i' (sum reaction_j p_j).
-   pure function out_of_held(beam, set, p) result(q)
+   pure subroutine out_of_held(beam, set, p, rate, q, v)
       type(free_beam_t), intent(in) :: beam
       type(held_set_t), intent(in) :: set
       !> [count]
       real(wp), intent(in) :: p(:)
-      real(wp) :: q(size(beam%tip_value))
+      real(wp), intent(in) :: rate(:)
+      !> [free]
+      real(wp), intent(out) :: q(:)
+      real(wp), intent(out) :: v(:)
 
       real(wp), dimension(size(set%held)) :: reaction, magnitude
       real(wp) :: forces(set%count)
@@ -207,8 +215,10 @@ contains
 
       if (.not. allocated(set%mode)) then
          q = p
+         v = rate
          return
       end if
+      v = matmul(set%mode, rate)
       q = matmul(set%mode, p)
       if (set%oscillators%square(set%count) >= least_stiff) then
          forces = set%oscillators%square*p
@@ -222,6 +232,6 @@ contains
          end do
       end if
       q = set%static + q
-   end function out_of_held
+   end subroutine out_of_held
 
 end module held_sets

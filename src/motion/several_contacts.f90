@@ -61,10 +61,14 @@ contains
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) call ready_for_losses(self%now%set)
-      if (.not. all(self%now%states%is_rigid)) self%at_start = self%now%states
-      self%z_end = self%now%z
-      self%v_end = self%now%v
-      self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%now%z, self%now%v))
+      if (motion%measurer%is_wanted .and. .not. all(self%now%states%is_rigid)) self%at_start = self%now%states
+      if (allocated(self%z_end)) then
+         if (size(self%z_end) /= size(self%now%z)) deallocate (self%z_end, self%v_end)
+      end if
+      if (.not. allocated(self%z_end)) allocate (self%z_end(size(self%now%z)), self%v_end(size(self%now%z)))
+      if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) then
+         self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%now%z, self%now%v))
+      end if
       call self%now%set%sampler%restart()
    end subroutine begin
 
@@ -375,7 +379,7 @@ contains
          if (size(set%pressed) > 0) then
             term = now%amplitude*exp(set%joint%exponent*time)
             if (keeps) call losses_in(set, now%amplitude, now%z, now%v, time, lost)
-         else
+         else if (keeps) then
             lost = self%start_energy - sum(modal_energy(held%oscillators, self%z_end, self%v_end))
          end if
          if (keeps) ledger%dissipated_beam = ledger%dissipated_beam + lost(1)

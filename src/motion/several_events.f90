@@ -18,13 +18,13 @@ module several_events
    !> So many problems at one instant, then all that is hit is captured.
    integer, parameter :: most_rounds = 100
 
-   !> Surfaces that are brought to rest, with what that took.
-   type :: captures_t
-      logical, allocatable :: is_in(:)
-      real(wp), allocatable :: velocity(:)
-      real(wp), allocatable :: impulse(:)
-      real(wp), allocatable :: energy_change(:)
-   end type captures_t
+   !> Is a surface brought to rest, and what did that take?
+   type :: capture_t
+      logical :: is_in = .false.
+      real(wp) :: velocity = 0.0_wp
+      real(wp) :: impulse = 0.0_wp
+      real(wp) :: energy_change = 0.0_wp
+   end type capture_t
 
 contains
 
@@ -41,7 +41,7 @@ contains
       !> Gets the events
       type(response_t), intent(inout) :: response
 
-      type(captures_t) :: captures
+      type(capture_t) :: captures(size(self%states))
 
       associate (state => self%states(k))
          select case (ended_by)
@@ -58,8 +58,7 @@ contains
                call meet_yielding(self, k, search, motion, response)
                return
             end if
-            call no_captures(size(self%states), captures)
-            captures%is_in(k) = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
+            captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
             if (search%outcome == found_taken_back) then
                call bring_to_rest(self, k, captures, motion)
@@ -78,14 +77,13 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      type(captures_t) :: captures
+      type(capture_t) :: captures(size(self%states))
       integer :: k
 
-      call no_captures(size(self%states), captures)
       do k = 1, size(self%states)
          if (.not. self%states(k)%acts) cycle
          if (gap_of(self, k, motion%q) > noise_of(self, k, motion)) cycle
-         captures%is_in(k) = self%states(k)%is_rigid
+         captures(k)%is_in = self%states(k)%is_rigid
          if (self%states(k)%is_rigid) cycle
          self%states(k)%start_order = 2
          if (pull_of(self, k, motion) > 0.0_wp) call close_surface(self, k, 2, motion, response)
@@ -210,7 +208,7 @@ contains
       integer, intent(in) :: first
       real(wp), intent(in) :: hop_tolerance
       !> What is hit without rebound in; all that is brought to rest
-      type(captures_t), intent(inout) :: captures
+      type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
@@ -227,7 +225,7 @@ contains
          call solve_impact(self, reached, next, hop_tolerance, captures, motion, response)
          next = 0
          do k = 1, size(reached)
-            if (.not. reached(k) .or. captures%is_in(k) .or. self%states(k)%is_closed) cycle
+            if (.not. reached(k) .or. captures(k)%is_in .or. self%states(k)%is_closed) cycle
             if (velocity_of(self, k, motion) < -speed_noise(self, k, motion)) next = k
          end do
          if (next == 0) exit
@@ -241,18 +239,18 @@ contains
    subroutine bring_to_rest(self, k, captures, motion)
       type(several_t), intent(inout) :: self
       integer, intent(in) :: k
-      type(captures_t), intent(inout) :: captures
+      type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
 
       real(wp) :: impulse
 
       associate (held => self%set%held, b => self%set%held%value(:, k))
-         captures%velocity(k) = velocity_of(self, k, motion)
-         impulse = -captures%velocity(k)/sum(b**2)
-         captures%impulse(k) = impulse
-         captures%energy_change(k) = 0.5_wp*impulse*captures%velocity(k)
-         call charge_event(motion%recorder%ledger, captures%energy_change(k))
-         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - captures%energy_change(k)
+         captures(k)%velocity = velocity_of(self, k, motion)
+         impulse = -captures(k)%velocity/sum(b**2)
+         captures(k)%impulse = impulse
+         captures(k)%energy_change = 0.5_wp*impulse*captures(k)%velocity
+         call charge_event(motion%recorder%ledger, captures(k)%energy_change)
+         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - captures(k)%energy_change
          if (allocated(held%mode)) then
             motion%v = motion%v + matmul(held%mode, b)*impulse
          else
@@ -269,40 +267,43 @@ contains
       !> That one is hit
       integer, intent(in) :: first
       real(wp), intent(in) :: hop_tolerance
-      type(captures_t), intent(inout) :: captures
+      type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      integer, allocatable :: taking(:)
-      real(wp), allocatable :: mobility(:, :), before(:), after(:), impulse(:), restitution(:)
-      logical, allocatable :: acts(:)
+      integer :: taking(count(reached .or. (self%states%is_rigid .and. self%states%is_closed)))
+      real(wp), dimension(size(taking)) :: before, after, impulse, restitution
+      real(wp) :: mobility(size(taking), size(taking))
+      logical :: acts(size(taking))
       type(event_t) :: event
-      integer :: a, k
+      integer :: a, k, n
 
-      allocate (taking, source=pack([(k, k=1, size(reached))], [(takes_part(k), k=1, size(reached))]))
-      allocate (mobility, source=matmul(transpose(self%beam%value(:, taking)), self%beam%value(:, taking)))
-      allocate (before(size(taking)), after(size(taking)), impulse(size(taking)), restitution(size(taking)), &
-         acts(size(taking)))
-      do a = 1, size(taking)
-         k = taking(a)
-         before(a) = 0.0_wp
-         if (.not. self%states(k)%is_closed) before(a) = min(velocity_of(self, k, motion), 0.0_wp)
-         restitution(a) = self%states(k)%surface%settings%restitution
-         if (captures%is_in(k) .or. self%states(k)%is_closed) restitution(a) = 0.0_wp
+      n = 0
+      do k = 1, size(reached)
+         if (.not. takes_part(k)) cycle
+         n = n + 1
+         taking(n) = k
+         do a = 1, n
+            mobility(a, n) = dot_product(self%beam%value(:, taking(a)), self%beam%value(:, k))
+            mobility(n, a) = mobility(a, n)
+         end do
+         before(n) = 0.0_wp
+         if (.not. self%states(k)%is_closed) before(n) = min(velocity_of(self, k, motion), 0.0_wp)
+         restitution(n) = self%states(k)%surface%settings%restitution
+         if (captures(k)%is_in .or. self%states(k)%is_closed) restitution(n) = 0.0_wp
       end do
-      if (size(taking) == 1) then
-         acts = .true.
-         after = -restitution*before
-         impulse = (after - before)/mobility(:, 1)
+      if (n == 1) then
+         after(1) = -restitution(1)*before(1)
+         impulse(1) = (after(1) - before(1))/mobility(1, 1)
       else
-         call solve_complementarity(mobility, (1.0_wp + restitution)*before, impulse, acts)
-         after = before + matmul(mobility, impulse)
-         where (acts) after = -restitution*before
+         call solve_complementarity(mobility(:n, :n), (1.0_wp + restitution(:n))*before(:n), impulse(:n), acts(:n))
+         after(:n) = before(:n) + matmul(mobility(:n, :n), impulse(:n))
+         where (acts(:n)) after(:n) = -restitution(:n)*before(:n)
       end if
-      do a = 1, size(taking)
-         motion%v = motion%v + self%beam%value(:, taking(a))*impulse(a)
+      do a = 1, n
+         motion%v(:) = motion%v + self%beam%value(:, taking(a))*impulse(a)
       end do
-      do a = 1, size(taking)
+      do a = 1, n
          k = taking(a)
          event = event_of(self, k, event_impact, motion)
          event%velocity_before = self%states(k)%surface%sign*before(a)
@@ -333,7 +334,7 @@ contains
       !> As an impact
       type(event_t), intent(in) :: event
       real(wp), intent(in) :: hop_tolerance
-      type(captures_t), intent(inout) :: captures
+      type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
@@ -352,16 +353,16 @@ contains
             call append_event(response, other)
             call start_flight(self, k, 1, hop_tolerance)
          end if
-      else if (captures%is_in(k)) then
-         captures%velocity(k) = captures%velocity(k) + self%states(k)%surface%sign*event%velocity_before
-         captures%impulse(k) = captures%impulse(k) + event%impulse
-         captures%energy_change(k) = captures%energy_change(k) + event%energy_change
+      else if (captures(k)%is_in) then
+         captures(k)%velocity = captures(k)%velocity + self%states(k)%surface%sign*event%velocity_before
+         captures(k)%impulse = captures(k)%impulse + event%impulse
+         captures(k)%energy_change = captures(k)%energy_change + event%energy_change
       else
          if (event%impulse > 0.0_wp .or. .not. leaves > 0.0_wp) then
             call append_event(response, event)
             call take_blow(self, k, event%impulse, motion)
          end if
-         captures%is_in(k) = .not. leaves > 0.0_wp
+         captures(k)%is_in = .not. leaves > 0.0_wp
          if (leaves > 0.0_wp) call start_flight(self, k, 1, hop_tolerance)
       end if
    end subroutine enter_impact
@@ -385,31 +386,42 @@ contains
    subroutine settle(self, captures, motion, response)
       type(several_t), intent(inout) :: self
       !> Those that hold it already take part, too
-      type(captures_t), intent(in) :: captures
+      type(capture_t), intent(in) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      integer, allocatable :: resting(:)
-      real(wp), allocatable :: mobility(:, :), free(:), noise(:), force(:), rate(:), acceleration(:)
-      logical, allocatable :: holds(:)
+      integer :: resting(count(captures%is_in .or. (self%states%is_rigid .and. self%states%is_closed)))
+      real(wp), dimension(size(resting)) :: free, noise, force, rate
+      real(wp) :: mobility(size(resting), size(resting)), acceleration(size(motion%q))
+      logical :: holds(size(resting))
       type(event_t) :: event
       integer :: a, k, order
 
-      allocate (resting, source=pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. &
-         self%states%is_closed)))
       if (size(resting) == 0) return
-      allocate (mobility, source=matmul(transpose(self%beam%value(:, resting)), self%beam%value(:, resting)))
-      allocate (free(size(resting)), noise(size(resting)), force(size(resting)), rate(size(resting)), &
-         holds(size(resting)))
+      a = 0
+      do k = 1, size(self%states)
+         if (.not. (captures(k)%is_in .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed))) cycle
+         a = a + 1
+         resting(a) = k
+      end do
       do a = 1, size(resting)
+         do k = 1, a
+            mobility(k, a) = dot_product(self%beam%value(:, resting(k)), self%beam%value(:, resting(a)))
+            mobility(a, k) = mobility(k, a)
+         end do
          free(a) = -pull_of(self, resting(a), motion, noise(a))
       end do
       call solve_complementarity(mobility, free, force, holds)
-      associate (b => self%beam%value(:, resting), square => self%beam%oscillators%square, &
+      associate (b => self%beam%value, square => self%beam%oscillators%square, &
          two_zeta => self%beam%oscillators%two_zeta)
-         allocate (acceleration, source=-square*(motion%q + two_zeta*motion%v) + matmul(b, force) &
-            + yielding_forces(self, motion))
-         rate(:) = matmul(square*(motion%v + two_zeta*acceleration), b)
+         acceleration = -square*(motion%q + two_zeta*motion%v)
+         if (.not. all(self%states%is_rigid)) acceleration = acceleration + yielding_forces(self, motion)
+         do a = 1, size(resting)
+            acceleration = acceleration + b(:, resting(a))*force(a)
+         end do
+         do a = 1, size(resting)
+            rate(a) = sum(b(:, resting(a))*(square*(motion%v + two_zeta*acceleration)))
+         end do
       end associate
       do a = 1, size(resting)
          k = resting(a)
@@ -422,19 +434,19 @@ contains
                   order = 3
                end if
             end if
-            if (captures%is_in(k)) then
+            if (captures(k)%is_in) then
                state%is_closed = order == 0
                state%is_indented = .false.
                state%start_order = 0
                ! with no impulse given and none to hold it there was no capture to speak of
-               if (state%is_closed .or. abs(captures%velocity(k)) > 0.0_wp) then
+               if (state%is_closed .or. abs(captures(k)%velocity) > 0.0_wp) then
                   event = event_of(self, k, event_capture, motion)
-                  event%velocity_before = state%surface%sign*captures%velocity(k)
+                  event%velocity_before = state%surface%sign*captures(k)%velocity
                   event%velocity_after = 0.0_wp
-                  event%impulse = captures%impulse(k)
-                  event%energy_change = captures%energy_change(k)
+                  event%impulse = captures(k)%impulse
+                  event%energy_change = captures(k)%energy_change
                   call append_event(response, event)
-                  call take_blow(self, k, captures%impulse(k), motion)
+                  call take_blow(self, k, captures(k)%impulse, motion)
                   if (order > 0) call open_surface(self, k, order, motion, response)
                end if
                if (order > 0) call start_flight(self, k, order, 0.0_wp)
@@ -467,14 +479,5 @@ contains
          end associate
       end do
    end subroutine check_dampers
-
-   pure subroutine no_captures(surfaces, captures)
-      integer, intent(in) :: surfaces
-      type(captures_t), intent(out) :: captures
-
-      allocate (captures%is_in(surfaces), source=.false.)
-      allocate (captures%velocity(surfaces), captures%impulse(surfaces), captures%energy_change(surfaces), &
-         source=0.0_wp)
-   end subroutine no_captures
 
 end module several_events

@@ -58,14 +58,12 @@ contains
       call find_set(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], &
          self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
-      self%z = into_held(self%beam, self%set%held, q)
-      self%v = v
-      if (allocated(self%set%held%mode)) self%v = matmul(v, self%set%held%mode)
       associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
-         do k = 1, size(held%gap)
-            held%gap(k)%z = self%z
-            held%gap(k)%v = self%v
-         end do
+         if (allocated(self%z)) then
+            if (size(self%z) /= held%count) deallocate (self%z, self%v)
+         end if
+         if (.not. allocated(self%z)) allocate (self%z(held%count), self%v(held%count))
+         call into_held(self%beam, held, q, v, self%z, self%v)
          if (size(pressed) > 0) then
             if (allocated(self%amplitude)) deallocate (self%amplitude)
             allocate (self%amplitude(joint%count))
@@ -114,6 +112,8 @@ contains
          if (state%is_closed) ended_by = end_force
          if (state%is_indented) ended_by = end_pull
          if (ended_by == end_gap .and. size(self%set%pressed) == 0) then
+            held%gap(k)%z(:) = self%z
+            held%gap(k)%v(:) = self%v
             held%gap(k)%start_order = start_of(held%gap(k), state%start_order)
             held%gap(k)%surface = 0.0_wp
             if (allocated(state%spring)) then
@@ -121,6 +121,13 @@ contains
                held%gap(k)%rate = min(state%spring%surface_rate, huge(1.0_wp))
             end if
             call held%gap(k)%find_zero(limit, search)
+            return
+         end if
+         if (ended_by == end_force .and. size(self%set%pressed) == 0) then
+            associate (force => held%force(findloc(held%held, k, dim=1)))
+               force%start_order = start_of(force, state%start_order)
+               call first_zero(force, limit, search)
+            end associate
             return
          end if
          call signal_of(self, k, ended_by, signal)
@@ -148,6 +155,12 @@ contains
 
       order = known
       if (known > 0) return
+      select type (signal)
+      type is (modal_signal_t)
+         ! far from that
+         if (signal%offset + sum(signal%weight*signal%z) + min(signal%surface, 0.0_wp) > &
+            1.0e-9_wp*(abs(signal%offset) + sum(abs(signal%weight*signal%z)))) return
+      end select
       call signal%look(0.0_wp, 0, here)
       if (here%value <= here%rounding .and. here%slope > 0.0_wp) order = 1
    end function start_of
@@ -292,12 +305,7 @@ contains
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: rate(:)
 
-      q = out_of_held(self%beam, self%set%held, z)
-      if (allocated(self%set%held%mode)) then
-         rate = matmul(self%set%held%mode, v)
-      else
-         rate = v
-      end if
+      call out_of_held(self%beam, self%set%held, z, v, q, rate)
    end subroutine free_state
 
 end module several_state

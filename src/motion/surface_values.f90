@@ -102,15 +102,18 @@ contains
       real(wp), intent(out), optional :: noise
       real(wp) :: pull
 
-      real(wp), dimension(size(motion%q)) :: weight, others
+      real(wp), allocatable :: others(:)
 
-      others = yielding_forces(self, motion)
       associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
          two_zeta => self%beam%oscillators%two_zeta)
-         weight = b*square
-         pull = sum(weight*(motion%q + two_zeta*motion%v)) - sum(b*others)
-         if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*(sum(abs(weight)*(abs(motion%q) &
-            + two_zeta*abs(motion%v))) + sum(abs(b*others)))
+         pull = sum(b*square*(motion%q + two_zeta*motion%v))
+         if (present(noise)) noise = sum(abs(b*square)*(abs(motion%q) + two_zeta*abs(motion%v)))
+         if (.not. all(self%states%is_rigid)) then
+            allocate (others, source=yielding_forces(self, motion))
+            pull = pull - sum(b*others)
+            if (present(noise)) noise = noise + sum(abs(b*others))
+         end if
+         if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*noise
       end associate
    end function pull_of
 
