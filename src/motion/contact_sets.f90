@@ -4,16 +4,18 @@ module contact_sets
    use contact_losses, only: integral
    use damped_oscillators, only: propagate, sampler_t
    use failures, only: failure_t
-   use held_sets, only: free_beam_t, held_set_t, make_held_set
+   use held_sets, only: free_beam_t, held_set_t, make_held_set, rest_on_heights
    use joint_modes, only: joint_modes_t, make_joint_modes
    use kinds, only: wp
    use sorting, only: ascending_order
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: contact_set_t, set_store_t, find_set, losses_in, state_in, ready_for_losses
+   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, state_in, ready_for_losses
 
    type :: contact_set_t
+      !> The run of its store for which it is ready
+      integer :: run = 0
       !> Which surfaces are closed, [surfaces]
       logical, allocatable :: is_closed(:)
       !> The beam held at the rigid ones
@@ -35,53 +37,156 @@ module contact_sets
       complex(wp), allocatable :: plain(:, :, :), conjugate(:, :, :)
    end type contact_set_t
 
+   !> So many sets are kept, as long as they take no more bytes than this: four stops on both sides have 81.
+   integer, parameter :: most_sets = 128
+   real(wp), parameter :: most_bytes = 1.0e8_wp
+
    type :: set_place_t
       type(contact_set_t), pointer :: set => null()
    end type set_place_t
 
-   !> The sets of a run; the least recently made goes when there are too many.
+   !> The sets of a run, kept for the next one with the same beam, damping and stops. The least recently made go when
+   !> there are too many.
    type :: set_store_t
-      type(set_place_t), allocatable :: place(:)
+      private
+      !> Beam and surfaces of the present run
+      type(free_beam_t) :: beam
+      logical, allocatable :: is_rigid(:)
+      type(impedance_t), allocatable :: spring(:)
+      !> Runs so far
+      integer :: run = 0
+      type(set_place_t) :: place(most_sets)
       integer :: count = 0
+      !> It may not go: signals that outlive their phase point to it
+      type(contact_set_t), pointer, public :: in_use => null()
    contains
       final :: empty
    end type set_store_t
 
-   !> So many sets are kept: four stops on both sides have 81.
-   integer, parameter :: most_sets = 128
-
 contains
 
-   !> The set of these closed surfaces, made if there is none yet.
-   subroutine find_set(beam, is_rigid, spring, is_closed, store, set, is_new, error)
+   !> A run begins: what was made of another beam, other signs or other springs goes.
+   subroutine open_sets(beam, is_rigid, spring, store)
       type(free_beam_t), intent(in) :: beam
       !> Of each surface, [surfaces]
       logical, intent(in) :: is_rigid(:)
       !> Meant where it yields, [surfaces]
       type(impedance_t), intent(in) :: spring(:)
+      type(set_store_t), intent(inout) :: store
+
+      if (.not. is_alike(store, beam, is_rigid, spring)) then
+         call empty(store)
+         store%is_rigid = is_rigid
+         store%spring = spring
+      end if
+      store%beam = beam
+      store%run = store%run + 1
+      store%in_use => null()
+   end subroutine open_sets
+
+   !> Do the sets of a store serve these surfaces, whatever their heights?
+   pure function is_alike(store, beam, is_rigid, spring) result(answer)
+      type(set_store_t), intent(in) :: store
+      type(free_beam_t), intent(in) :: beam
+      logical, intent(in) :: is_rigid(:)
+      type(impedance_t), intent(in) :: spring(:)
+      logical :: answer
+
+      answer = .false.
+      if (store%count == 0) return
+      if (size(is_rigid) /= size(store%is_rigid) .or. size(beam%tip_value) /= size(store%beam%tip_value)) return
+      answer = all(is_rigid .eqv. store%is_rigid) .and. all(is_equal(spring%stiffness, store%spring%stiffness)) .and. &
+         all(is_equal(spring%branch_stiffness, store%spring%branch_stiffness)) .and. &
+         all(is_equal(spring%relaxation_rate, store%spring%relaxation_rate)) .and. &
+         all(is_equal(spring%viscosity, store%spring%viscosity))
+      if (.not. answer) return
+      associate (old => store%beam)
+         answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
+            all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
+            all(is_equal(beam%value, old%value)) .and. all(is_equal(beam%tip_value, old%tip_value)) .and. &
+            all(is_equal(beam%tip_sign, old%tip_sign))
+      end associate
+   end function is_alike
+
+   !> To the last bit.
+   elemental function is_equal(a, b) result(answer)
+      real(wp), intent(in) :: a
+      real(wp), intent(in) :: b
+      logical :: answer
+
+      answer = a <= b .and. a >= b
+   end function is_equal
+
+   !> The set of these closed surfaces, made if there is none yet.
+   subroutine find_set(is_closed, store, set, is_new, error)
+      !> [surfaces]
       logical, intent(in) :: is_closed(:)
+      !> Open for the run
       type(set_store_t), intent(inout) :: store
       type(contact_set_t), pointer, intent(out) :: set
+      !> The run has not used it so far
       logical, intent(out) :: is_new
       !> Set when the exponents are not found
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: i
 
-      is_new = .false.
-      if (.not. allocated(store%place)) allocate (store%place(most_sets))
-      do i = 1, min(store%count, most_sets)
+      do i = 1, store%count
          set => store%place(i)%set
-         if (all(set%is_closed .eqv. is_closed)) return
+         if (.not. all(set%is_closed .eqv. is_closed)) cycle
+         is_new = set%run /= store%run
+         if (is_new) then
+            call rest_on_heights(store%beam, set%held)
+            set%sampler = sampler_t()
+            call find_rest(set)
+            set%run = store%run
+         end if
+         return
       end do
       is_new = .true.
+      call make_room(store)
       allocate (set)
-      i = modulo(store%count, most_sets) + 1
-      if (associated(store%place(i)%set)) deallocate (store%place(i)%set)
-      store%place(i)%set => set
       store%count = store%count + 1
-      call make_set(beam, is_rigid, spring, is_closed, set, error)
+      store%place(store%count)%set => set
+      set%run = store%run
+      call make_set(store%beam, store%is_rigid, store%spring, is_closed, set, error)
    end subroutine find_set
+
+   !> Room for one more set.
+   subroutine make_room(store)
+      type(set_store_t), intent(inout) :: store
+
+      real(wp) :: bytes
+      integer :: first, i
+
+      bytes = 0.0_wp
+      do i = 1, store%count
+         bytes = bytes + bytes_of(store%place(i)%set)
+      end do
+      first = 1
+      do while (first <= store%count .and. (store%count == most_sets .or. bytes > most_bytes))
+         if (associated(store%place(first)%set, store%in_use)) then
+            first = first + 1
+            cycle
+         end if
+         bytes = bytes - bytes_of(store%place(first)%set)
+         deallocate (store%place(first)%set)
+         store%place(first:store%count - 1) = store%place(first + 1:store%count)
+         store%count = store%count - 1
+      end do
+   end subroutine make_room
+
+   !> What a set takes, but for what is small.
+   pure function bytes_of(set) result(bytes)
+      type(contact_set_t), intent(in) :: set
+      real(wp) :: bytes
+
+      real(wp), parameter :: word = 8.0_wp
+
+      bytes = word*real(set%held%count, wp)*real(set%held%count + 12*size(set%is_closed), wp) &
+         + 4.0_wp*word*real(set%held%count, wp)*real(set%joint%count, wp)
+      if (allocated(set%plain)) bytes = bytes + 4.0_wp*word*real(size(set%plain), wp)
+   end function bytes_of
 
    !> Give the sets back.
    subroutine empty(store)
@@ -89,11 +194,10 @@ contains
 
       integer :: i
 
-      if (.not. allocated(store%place)) return
-      do i = 1, size(store%place)
-         if (associated(store%place(i)%set)) deallocate (store%place(i)%set)
+      do i = 1, store%count
+         deallocate (store%place(i)%set)
       end do
-      deallocate (store%place)
+      store%count = 0
    end subroutine empty
 
    subroutine make_set(beam, is_rigid, spring, is_closed, set, error)
@@ -105,7 +209,6 @@ contains
       !> Set when the exponents are not found
       type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp), allocatable :: heights(:)
       integer :: i, m
 
       allocate (set%is_closed, source=is_closed)
@@ -115,14 +218,6 @@ contains
       call make_joint_modes(set%held%oscillators, set%held%value(:, set%pressed), spring(set%pressed), set%joint, error)
       if (allocated(error)) return
       associate (held => set%held, joint => set%joint, n => set%joint%count)
-         ! heights above the state of rest of the held beam
-         allocate (heights, source=-held%static_gap(set%pressed))
-         allocate (set%rest_force, source=matmul(joint%static_force, heights))
-         allocate (set%rest, source=matmul(joint%static_shape, heights))
-         allocate (set%rest_gap, source=held%static_gap + matmul(set%rest, held%value))
-         allocate (set%rest_reaction, source=held%static_force + matmul(held%reaction, set%rest) &
-            - matmul(held%share(:, set%pressed), set%rest_force))
-         set%rest_tip = held%static_tip + sum(held%tip_value*set%rest)
          allocate (set%gap(size(is_closed), n), set%reaction(size(held%held), n), set%tip(n))
          do m = 1, n
             set%gap(:, m) = matmul(joint%shape(:, m), held%value)
@@ -134,7 +229,26 @@ contains
          end do
          allocate (set%place, source=ascending_order(abs(joint%exponent)))
       end associate
+      call find_rest(set)
    end subroutine make_set
+
+   !> Where the beam is at rest on surfaces that yield, from where it is held.
+   pure subroutine find_rest(set)
+      type(contact_set_t), intent(inout) :: set
+
+      if (size(set%pressed) == 0) return
+      associate (held => set%held, joint => set%joint)
+         ! heights above the state of rest of the held beam
+         associate (heights => -held%static_gap(set%pressed))
+            set%rest_force = matmul(joint%static_force, heights)
+            set%rest = matmul(joint%static_shape, heights)
+         end associate
+         set%rest_gap = held%static_gap + matmul(set%rest, held%value)
+         set%rest_reaction = held%static_force + matmul(held%reaction, set%rest) &
+            - matmul(held%share(:, set%pressed), set%rest_force)
+         set%rest_tip = held%static_tip + sum(held%tip_value*set%rest)
+      end associate
+   end subroutine find_rest
 
    !> State of the held beam's modes on surfaces that yield.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)

@@ -1,6 +1,7 @@
 !> The response in closed form between events: free modes of the beam, then model A or B of the stop.
 module exact_motion
    use beam_model, only: beam_model_t
+   use contact_sets, only: set_store_t
    use exact_run, only: advance, run_phases
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
@@ -27,7 +28,7 @@ module exact_motion
 contains
 
    !> Run with the modes that the mode tolerance asks for.
-   subroutine exact_response(model, settings, response, error, shared)
+   subroutine exact_response(model, settings, response, error, shared, sets)
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -37,28 +38,35 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> The modes of the beam, found beforehand for many runs; where they are absent or empty the run finds its own
       type(free_modes_t), intent(in), optional :: shared
+      !> Sets of closed surfaces that the runs before made, for this one and those to come
+      type(set_store_t), target, intent(inout), optional :: sets
 
       type(free_modes_t) :: own
+      type(set_store_t), target :: own_sets
+      type(set_store_t), pointer :: kept
 
+      kept => own_sets
+      if (present(sets)) kept => sets
       if (present(shared)) then
          if (allocated(shared%lambda)) then
-            call respond(model, shared, settings, response, error)
+            call respond(model, shared, settings, kept, response, error)
             return
          end if
       end if
       call find_free_modes(model, own, error)
       if (allocated(error)) return
-      call respond(model, own, settings, response, error)
+      call respond(model, own, settings, kept, response, error)
       response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
    !> Choose the modes and run.
-   subroutine respond(model, modes, settings, response, error)
+   subroutine respond(model, modes, settings, sets, response, error)
       type(beam_model_t), intent(in) :: model
       !> The modes of the free beam
       type(free_modes_t), intent(in) :: modes
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
+      type(set_store_t), target, intent(inout) :: sets
       !> Events and histories
       type(response_t), intent(out) :: response
       !> Set when the run fails
@@ -67,7 +75,7 @@ contains
       type(mode_check_t) :: check
 
       if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
-         call run_among_surfaces(model, modes, settings, response, error)
+         call run_among_surfaces(model, modes, settings, sets, response, error)
          return
       end if
       check%kept = size(modes%lambda)
@@ -175,10 +183,11 @@ contains
    end subroutine run_in_modes
 
    !> Any number of stops, with all modes.
-   subroutine run_among_surfaces(model, modes, settings, response, error)
+   subroutine run_among_surfaces(model, modes, settings, sets, response, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
+      type(set_store_t), target, intent(inout) :: sets
       type(response_t), intent(out) :: response
       !> Set when the run cannot start, or fails
       type(failure_t), allocatable, intent(out) :: error
@@ -191,7 +200,7 @@ contains
       samples = count_samples(settings%response%duration, settings%response%step)
       call open_records(modes%elements, settings%output, samples, settings%response%step, response)
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
-      call start_several(model, modes, settings, samples, phase, motion, response, error)
+      call start_several(model, modes, settings, samples, sets, phase, motion, response, error)
       if (allocated(error)) return
       standstill = 0
       is_last = .false.

@@ -8,7 +8,7 @@ module held_sets
    use modal_signal, only: make_modal_signal, modal_signal_t
    implicit none (type, external)
    private
-   public :: free_beam_t, held_set_t, make_held_set, into_held, out_of_held
+   public :: free_beam_t, held_set_t, make_held_set, rest_on_heights, into_held, out_of_held
 
    !> The beam in its free modes, and the surfaces.
    type :: free_beam_t
@@ -95,15 +95,20 @@ contains
       call make_oscillators(square, 0.5_wp*beam%oscillators%two_zeta, set%oscillators)
       ! held exactly, not to rounding
       set%value(:, held) = 0.0_wp
-      call find_rest(beam, set)
+      do k = 1, size(held)
+         if (abs(beam%tip_sign(held(k))) > 0.0_wp) set%tip_value = 0.0_wp
+      end do
       allocate (set%gap(size(beam%height)), set%force(size(held)))
       do k = 1, size(beam%height)
-         call make_modal_signal(set%oscillators, set%static_gap(k), set%value(:, k), set%gap(k))
+         call make_modal_signal(set%oscillators, 0.0_wp, set%value(:, k), set%gap(k))
       end do
       do k = 1, size(held)
-         call make_modal_signal(set%oscillators, set%static_force(k), set%reaction(k, :), set%force(k))
+         call make_modal_signal(set%oscillators, 0.0_wp, set%reaction(k, :), set%force(k))
          set%force(k)%is_viscous = .true.
       end do
+      allocate (set%static(size(beam%oscillators%square)), set%static_force(size(held)), &
+         set%static_gap(size(beam%height)))
+      call rest_on_heights(beam, set)
    end subroutine make_held_set
 
    !> A force at a surface, as far as the surface held last takes it at once, and with it those before.
@@ -124,16 +129,15 @@ contains
       share(:place - 1) = share(:place - 1) - part*before
    end subroutine share_out
 
-   !> At rest on the surfaces that hold it, nothing else acting.
-   pure subroutine find_rest(beam, set)
+   !> At rest on the surfaces that hold it, at their present heights, nothing else acting.
+   pure subroutine rest_on_heights(beam, set)
       type(free_beam_t), intent(in) :: beam
       type(held_set_t), intent(inout) :: set
 
       real(wp) :: flexibility(size(set%held), size(set%held)), stiffness
       integer :: j, k
 
-      allocate (set%static(size(beam%oscillators%square)), source=0.0_wp)
-      allocate (set%static_force(size(set%held)), source=0.0_wp)
+      set%static_tip = 0.0_wp
       associate (h => beam%height(set%held), b => beam%value(:, set%held), square => beam%oscillators%square)
          do k = 1, size(set%held)
             do j = 1, size(set%held)
@@ -153,7 +157,6 @@ contains
          end if
          set%static_energy = 0.5_wp*sum(set%static_force*h)
       end associate
-      allocate (set%static_gap(size(beam%height)))
       do k = 1, size(beam%height)
          set%static_gap(k) = sum(beam%value(:, k)*set%static) - beam%height(k)
       end do
@@ -161,12 +164,13 @@ contains
       do k = 1, size(set%held)
          if (abs(beam%tip_sign(set%held(k))) <= 0.0_wp) cycle
          set%static_tip = beam%tip_sign(set%held(k))*beam%height(set%held(k))
-         set%tip_value = 0.0_wp
       end do
-   end subroutine find_rest
+      set%gap%offset = set%static_gap
+      set%force%offset = set%static_force
+   end subroutine rest_on_heights
 
-   !> Displacements that hold the surfaces, less those at rest, and velocities, from free modes to those of the set. In a
-   !> mode far stiffer than the others the rounding error of the sum is a great force, so where that is better the
+   !> Displacements that hold the surfaces, less those at rest, and velocities, from free modes to those of the set. In
+   !> a mode far stiffer than the others the rounding error of the sum is a great force, so where that is better the
    !> forces are summed instead: w_j^2 p_j = sum psi_ij W_i^2 q_i.
    pure subroutine into_held(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam

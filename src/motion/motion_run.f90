@@ -1,6 +1,7 @@
 !> A run through time by the method that its settings name.
 module motion_run
    use beam_model, only: beam_model_t
+   use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
@@ -16,12 +17,12 @@ module motion_run
    use stop_surfaces, only: is_plain, stops_of, surfaces_of
    implicit none (type, external)
    private
-   public :: run_motion, check_motion, find_shared_modes
+   public :: run_motion, check_motion, find_shared_modes, set_store_t
 
 contains
 
    !> From rest in the static shape of a force at the stop, the stop point at eta = 1, to the end of the run.
-   subroutine run_motion(model, settings, response, error, shared)
+   subroutine run_motion(model, settings, response, error, shared, sets)
       type(beam_model_t), intent(in) :: model
       !> What is run
       type(run_settings_t), intent(in) :: settings
@@ -31,12 +32,14 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       !> From `find_shared_modes`; without them a run that needs modes finds its own
       type(free_modes_t), intent(in), optional :: shared
+      !> Sets of closed surfaces that the runs before made, for this one and those to come; of one thread alone
+      type(set_store_t), target, intent(inout), optional :: sets
 
       call check_node(model, settings, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
-         call exact_response(model, settings, response, error, shared)
+         call exact_response(model, settings, response, error, shared, sets)
       case (method_newmark)
          if (is_plain_run(model, settings)) then
             call newmark_response(model, settings, response, error)

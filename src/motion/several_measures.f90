@@ -58,7 +58,7 @@ contains
          self%states(k)%has_risen = .false.
          if (k /= self%pulled .or. self%states(k)%is_rigid) return
          call signal_of(self, k, whole_gap, signal)
-         if (sinks(signal, length)) call keep_loud(measurer, signal, tau, length)
+         if (sinks(signal, length)) call keep_for_quiet()
          return
       end if
       call signal_of(self, k, whole_gap, signal)
@@ -80,7 +80,15 @@ contains
       if (k /= self%pulled) return
       call signal%evaluate(0.0_wp, value, slope)
       if (.not. rises) rises = exceeds(signal, length, quiet_level)
-      if (rises .or. value < -quiet_level) call keep_loud(measurer, signal, tau, length)
+      if (rises .or. value < -quiet_level) call keep_for_quiet()
+
+   contains
+
+      !> The signal, and with it the set to which it points.
+      subroutine keep_for_quiet()
+         call keep_loud(measurer, signal, tau, length)
+         self%store%in_use => self%set
+      end subroutine keep_for_quiet
    end subroutine measure_surface
 
    !> A flight that events of other surfaces cut goes on: does it rise above its highest point so far? If it still does

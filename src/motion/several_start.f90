@@ -1,6 +1,7 @@
 !> Beginning and end of a run among several surfaces.
 module several_start
    use beam_model, only: beam_model_t
+   use contact_sets, only: set_store_t
    use damped_oscillators, only: make_oscillators
    use failures, only: failure_t
    use free_modes, only: free_modes_t
@@ -15,6 +16,7 @@ module several_start
    use several_contacts, only: several_contacts_t
    use several_events, only: meet_at_start
    use several_measures, only: finish_surfaces
+   use several_state, only: open_store
    use static_states, only: find_static_rest
    use stop_surfaces, only: acting, surface_t, surfaces_of
    use surface_states, only: make_surface_state
@@ -25,12 +27,14 @@ module several_start
 contains
 
    !> At rest in the static shape of a force at the stop from which the beam is released.
-   subroutine start_several(model, modes, settings, samples, phase, motion, response, error)
+   subroutine start_several(model, modes, settings, samples, sets, phase, motion, response, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
       !> After the one at the start
       integer, intent(in) :: samples
+      !> Of this run, and perhaps of those before
+      type(set_store_t), target, intent(inout) :: sets
       type(several_contacts_t), intent(inout) :: phase
       !> Its recorder is ready
       type(motion_t), intent(inout) :: motion
@@ -73,6 +77,7 @@ contains
             call start_measurer(settings, .not. now%states(k)%is_rigid, response%initial_energy, rest(k), rest_energy, &
                now%measurers(k))
          end do
+         call open_store(now, sets)
          motion%measurer = now%measurers(pulled)
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance

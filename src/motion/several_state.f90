@@ -2,7 +2,7 @@
 !> signals that end it (docs/theory.md, section 17).
 module several_state
    use certified_search, only: first_zero, found_zero, local_t, search_t, viewed_signal_t
-   use contact_sets, only: contact_set_t, find_set, set_store_t, state_in
+   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
    use damped_oscillators, only: acceleration, propagate
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
@@ -14,7 +14,7 @@ module several_state
    use surface_states, only: impedance_of, surface_state_t
    implicit none (type, external)
    private
-   public :: several_t, take_over, search_surface, signal_of, move_to, free_state, force_terms
+   public :: several_t, open_store, take_over, search_surface, signal_of, move_to, free_state, force_terms
    public :: end_gap, end_force, end_home, end_pull, whole_gap
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
@@ -30,7 +30,8 @@ module several_state
       type(surface_state_t), allocatable :: states(:)
       !> Place of the surface from which the beam is released
       integer :: pulled = 1
-      type(set_store_t) :: store
+      !> The sets, which the next run may use too
+      type(set_store_t), pointer :: store => null()
       type(contact_set_t), pointer :: set => null()
       !> State of the set's modes as the phase starts, [modes]
       real(wp), allocatable :: z(:), v(:)
@@ -41,6 +42,18 @@ module several_state
    end type several_t
 
 contains
+
+   !> Get the store ready for the surfaces.
+   subroutine open_store(self, store)
+      !> Beam and states are there
+      type(several_t), intent(inout) :: self
+      type(set_store_t), target, intent(inout) :: store
+
+      integer :: k
+
+      call open_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
+      self%store => store
+   end subroutine open_store
 
    !> Begin a phase with the set that is closed now.
    subroutine take_over(self, q, v, is_new, error)
@@ -55,8 +68,7 @@ contains
 
       integer :: k
 
-      call find_set(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], &
-         self%states%is_closed, self%store, self%set, is_new, error)
+      call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
       associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
          if (allocated(self%z)) then

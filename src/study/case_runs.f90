@@ -4,7 +4,7 @@ module case_runs
    use failures, only: failure_t
    use kinds, only: wp
    use mesh_choice, only: find_case_beam
-   use motion_run, only: run_motion
+   use motion_run, only: run_motion, set_store_t
    use response_types, only: response_t
    use scene_beam_model, only: run_of
    use scene_reader, only: set_parameter
@@ -34,6 +34,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
+      type(set_store_t) :: sets
       type(scene_t), allocatable :: extremes(:)
       integer :: i
 
@@ -56,7 +57,7 @@ contains
             return
          end if
          allocate (cases(i)%node_position, source=beam%model%mesh%position)
-         call run_motion(beam%model, run_of(cases(i)%scene), cases(i)%response, error, beam%modes)
+         call run_motion(beam%model, run_of(cases(i)%scene), cases(i)%response, error, beam%modes, sets)
          if (allocated(error)) return
          if (beam%check%compared > 0) cases(i)%response%mesh_check = beam%check
       end do

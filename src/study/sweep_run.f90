@@ -8,7 +8,7 @@ module sweep_run
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use mesh_choice, only: find_case_beam
-   use motion_run, only: run_motion
+   use motion_run, only: run_motion, set_store_t
    use program_identity, only: program_name
    use response_types, only: response_t
    use run_measures, only: row_of
@@ -31,6 +31,8 @@ module sweep_run
       !> The scene with the parameters of the present case; it keeps measures only
       type(scene_t) :: scene
       type(case_beam_t) :: beam
+      !> What its runs among several stops share
+      type(set_store_t) :: sets
       !> The cases with the least and with the greatest values of what makes no other beam, [2]; unallocated: the mesh
       !> is given
       type(scene_t), allocatable :: extremes(:)
@@ -259,7 +261,7 @@ contains
          reason = runner%beam%trouble%message
          return
       end if
-      call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes)
+      call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes, runner%sets)
       if (allocated(error)) then
          reason = error%message
          return

@@ -12,7 +12,7 @@ module exact_scenes
    use run_settings, only: output_settings_t, response_settings_t, run_settings_t, stop_settings_t
    implicit none (type, external)
    private
-   public :: model_for, modal_beam_for, run_exact, energy_errors, height_ratio
+   public :: model_for, beam_for, modal_beam_for, run_exact, energy_errors, height_ratio
 
    real(wp), parameter :: height_ratio = 0.075_wp
 
@@ -42,6 +42,23 @@ contains
       call make_beam_model(tapered_section(1.0_wp + taper, 1.0_wp - taper), mesh, tip_mass, model, &
          is_redistributed)
    end function model_for
+
+   !> A beam with nodes at all stops of a run.
+   function beam_for(settings, elements, tip_mass) result(model)
+      type(run_settings_t), intent(in) :: settings
+      integer, intent(in) :: elements
+      real(wp), intent(in) :: tip_mass
+      type(beam_model_t) :: model
+
+      type(mesh_t) :: mesh
+      type(failure_t), allocatable :: error
+      real(wp), allocatable :: more(:)
+
+      allocate (more(0))
+      if (allocated(settings%more_stops)) more = settings%more_stops%position
+      call make_mesh(elements, 1.0_wp, settings%stop%position, mesh, error, more)
+      call make_beam_model(tapered_section(1.0_wp, 1.0_wp), mesh, tip_mass, model)
+   end function beam_for
 
    !> Its modes.
    function modal_beam_for(model, zeta) result(beam)
