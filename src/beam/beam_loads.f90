@@ -13,7 +13,7 @@
 !> the square of the element.
 module beam_loads
    use beam_element, only: element_mass, element_stiffness, gauss_rule, hermite_shape, section_pieces
-   use beam_model, only: beam_model_t, element_dofs
+   use beam_model, only: beam_model_t, element_dofs, node_dofs
    use beam_section, only: area
    use kinds, only: wp
    implicit none (type, external)
@@ -62,7 +62,7 @@ contains
       real(wp) :: vector(model%mass%order)
 
       real(wp) :: motion(4)
-      integer :: element
+      integer :: dofs(2), element, i
 
       vector = 0.0_wp
       do element = 1, model%mesh%elements
@@ -73,6 +73,13 @@ contains
       end do
       call give_to_neighbours(model, vector)
       vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*(translation + rotation)
+      do i = 1, size(model%point_masses)
+         associate (added => model%point_masses(i))
+            dofs = node_dofs(model, added%node)
+            vector(dofs) = vector(dofs) + [added%mass*(translation + rotation*model%mesh%position(added%node)), &
+               added%rotary_inertia*rotation]
+         end associate
+      end do
    end function rigid_motion_inertia
 
    !> Consistent loads of a unit force.

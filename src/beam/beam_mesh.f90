@@ -31,6 +31,8 @@ module beam_mesh
       integer :: struck_node = 0
       !> Nodes at the further positions that were asked for; unallocated: none were
       integer, allocatable :: more_nodes(:)
+      !> The first of them, those of stops
+      integer :: more_stops = 0
    end type mesh_t
 
 contains
@@ -40,7 +42,7 @@ contains
    !> The tip never moves: a stop too near to it (`nearest_to_tip`) is at the tip.
    !>
    !> Fails when an element vanishes in working precision.
-   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, more_positions)
+   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, more_positions, more_stops)
       !> Number of elements, >= 1
       integer, intent(in) :: elements
       !> Ratio of neighbouring lengths, > 0; above 1 the long element is at the clamp
@@ -50,8 +52,10 @@ contains
       type(mesh_t), intent(out) :: mesh
       !> Set when no such partition exists
       type(failure_t), allocatable, intent(out) :: error
-      !> x/L of further stops and of supports, in (0, 1]: each gets a node, too
+      !> x/L of further stops and then of all else that needs a node, in (0, 1]
       real(wp), intent(in), optional :: more_positions(:)
+      !> So many of them are stops; default all
+      integer, intent(in), optional :: more_stops
 
       real(wp), allocatable :: relative(:)
       real(wp) :: step
@@ -76,6 +80,8 @@ contains
       call place_nodes(mesh)
       if (present(more_positions)) then
          if (size(more_positions) > 0) then
+            mesh%more_stops = size(more_positions)
+            if (present(more_stops)) mesh%more_stops = more_stops
             call put_nodes(mesh, [stop_position, more_positions], error)
             return
          end if
@@ -162,7 +168,7 @@ contains
       mesh%stop_node = node_at(mesh, place(1))
       allocate (mesh%more_nodes, source=[(node_at(mesh, place(i)), i=2, size(place))])
       mesh%struck_node = mesh%stop_node
-      if (any(mesh%more_nodes == mesh%elements)) mesh%struck_node = mesh%elements
+      if (any(mesh%more_nodes(:mesh%more_stops) == mesh%elements)) mesh%struck_node = mesh%elements
    end subroutine put_nodes
 
    !> The node at a position, but for rounding; 0: there is none.
@@ -203,8 +209,8 @@ contains
          if (node == element) right = mesh%position(node + 1) - x
          mesh%length(node:node + 1) = [left, right]
       else if (min(left, right) < nearest_to_tip*(left + right) .and. size(is_taken) > 1) then
-         call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop or a support is too near to that &
-         &of another, to the clamp or to the tip for an element between them; a finer mesh has shorter ones')
+         call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop, support, mass or step is too &
+         &near to that of another, to the clamp or to the tip for an element between them; a finer mesh has shorter ones')
          return
       else
          node = element

@@ -1,5 +1,5 @@
-!> The assembled beam: stiffness and mass in skyline storage, clamped at x = 0, the tip mass included, in units
-!> where E Ibar = rho Abar = L = 1. Its eigenvalues are lambda^4.
+!> The assembled beam: stiffness and mass in skyline storage, clamped at x = 0, on springs or pinned there, point masses
+!> included, in units where E Ibar = rho Abar = L = 1. Its eigenvalues are lambda^4.
 module beam_model
    use beam_element, only: element_mass, element_stiffness
    use beam_mesh, only: mesh_t
@@ -8,9 +8,11 @@ module beam_model
    use kinds, only: wp
    use redistributed_mass, only: continuation_at_stop, continuation_t, redistribute
    use skyline_matrix, only: add_element, add_to_diagonal, factorise, make_skyline, skyline_t, solve_factorised
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: beam_model_t, beam_support_t, make_beam_model, element_dofs, hold_supports, static_shape
+   public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
+   public :: element_dofs, node_dofs, mass_at_node, has_rigid_mode, hold_supports, static_shape
 
    !> A support along the beam, a stop that is always closed.
    type :: beam_support_t
@@ -20,7 +22,23 @@ module beam_model
       real(wp) :: stiffness = 0.0_wp
    end type beam_support_t
 
-   !> Degrees of freedom 2 i - 1 and 2 i: y and dy/dx of node i = 1 ... n.
+   !> What holds the beam at x = 0; by default the clamp, which allows no motion.
+   type :: beam_root_t
+      !> Of springs there, against displacement and against rotation, E Ibar = L = 1; 0: no motion
+      real(wp) :: translation_stiffness = 0.0_wp
+      real(wp) :: rotation_stiffness = 0.0_wp
+      !> It turns freely
+      logical :: is_pinned = .false.
+   end type beam_root_t
+
+   !> A mass at a node besides that of the tip, and its moment of inertia, rho Abar = L = 1.
+   type :: point_mass_t
+      integer :: node = 0
+      real(wp) :: mass = 0.0_wp
+      real(wp) :: rotary_inertia = 0.0_wp
+   end type point_mass_t
+
+   !> Degrees of freedom 2 i - 1 and 2 i: y and dy/dx of node i = 1 ... n. Those of the root, where it moves, come last.
    type :: beam_model_t
       type(section_t) :: section
       type(mesh_t) :: mesh
@@ -34,6 +52,11 @@ module beam_model
       integer :: tip_dof = 0
       !> Displacements of all stop points, the first among them, in the scene's order
       integer, allocatable :: stop_dofs(:)
+      type(beam_root_t) :: root
+      !> y and dy/dx at x = 0 among the degrees of freedom; 0: held
+      integer :: root_dofs(2) = 0
+      !> Ascending along the beam; of size 0 where there are none
+      type(point_mass_t), allocatable :: point_masses(:)
       !> Supports along the beam; of size 0 where there are none
       type(beam_support_t), allocatable :: supports(:)
       !> The inertia of the stop's node belongs to its neighbours, and its displacement is continued so
@@ -46,7 +69,7 @@ module beam_model
 contains
 
    !> Assemble K and M.
-   pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model, is_redistributed, supports)
+   pure subroutine make_beam_model(section, mesh, tip_mass_ratio, model, is_redistributed, supports, root, point_masses)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> mu, >= 0
@@ -54,60 +77,139 @@ contains
       type(beam_model_t), intent(out) :: model
       !> Give the inertia of the stop's node to its neighbours; default false
       logical, intent(in), optional :: is_redistributed
-      !> Along the beam; the mesh has nodes there. The other further nodes, which come first, are those of stops
+      !> Along the beam
       type(beam_support_t), intent(in), optional :: supports(:)
+      !> Default: clamped
+      type(beam_root_t), intent(in), optional :: root
+      !> At nodes
+      type(point_mass_t), intent(in), optional :: point_masses(:)
 
       integer :: element, i
-      integer, allocatable :: first_row(:)
 
       model%section = section
       model%mesh = mesh
       model%tip_mass_ratio = tip_mass_ratio
       model%stop_dof = 2*mesh%stop_node - 1
       model%tip_dof = 2*mesh%elements - 1
-      allocate (model%supports(0))
+      allocate (model%supports(0), model%point_masses(0))
       if (present(supports)) model%supports = supports
+      if (present(point_masses)) model%point_masses = in_order(point_masses)
       model%stop_dofs = [model%stop_dof]
-      if (allocated(mesh%more_nodes)) then
-         model%stop_dofs = [model%stop_dof, &
-            2*mesh%more_nodes(:size(mesh%more_nodes) - size(model%supports)) - 1]
-      end if
+      if (allocated(mesh%more_nodes)) model%stop_dofs = [model%stop_dof, 2*mesh%more_nodes(:mesh%more_stops) - 1]
+      if (present(root)) call release_root(root, model)
       if (present(is_redistributed)) model%is_redistributed = is_redistributed
-      allocate (first_row(2*mesh%elements))
-      do i = 1, mesh%elements
-         first_row(2*i - 1:2*i) = max(1, 2*i - 3)
-      end do
       if (model%is_redistributed) then
-         model%continuation = continuation_at_stop(mesh)
-         model%has_massless_node = .not. (mesh%struck_node == mesh%elements .and. tip_mass_ratio > 0.0_wp)
-         associate (first => max(1, 2*mesh%struck_node - 5), last => min(2*mesh%struck_node + 2, 2*mesh%elements))
-            first_row(first:last) = min(first_row(first:last), first)
-         end associate
+         model%continuation = continuation_at_stop(mesh, model%root_dofs)
+         model%has_massless_node = .not. mass_at_node(model, mesh%struck_node) > 0.0_wp
       end if
-      call make_skyline(model%stiffness, first_row)
-      call make_skyline(model%mass, first_row)
+      call make_profiles(model)
       do element = 1, mesh%elements
          call add_element(model%stiffness, element_dofs(model, element), &
             element_stiffness(section, mesh%length(element), mesh%tip_distance(element)))
          call add_element(model%mass, element_dofs(model, element), &
             element_mass(section, mesh%length(element), mesh%tip_distance(element)))
       end do
-      if (model%is_redistributed) call redistribute(section, mesh, model%continuation, model%mass)
+      if (model%is_redistributed) call redistribute(section, mesh, model%continuation, model%root_dofs, model%mass)
       call add_to_diagonal(model%mass, model%tip_dof, tip_mass_ratio)
+      do i = 1, size(model%point_masses)
+         call add_to_diagonal(model%mass, 2*model%point_masses(i)%node - 1, model%point_masses(i)%mass)
+         call add_to_diagonal(model%mass, 2*model%point_masses(i)%node, model%point_masses(i)%rotary_inertia)
+      end do
       do i = 1, size(model%supports)
          call add_to_diagonal(model%stiffness, model%supports(i)%dof, model%supports(i)%stiffness)
       end do
    end subroutine make_beam_model
 
-   !> Degrees of freedom of an element: y and dy/dx at its left, then at its right node; 0: held by the clamp.
+   !> Point masses from the clamp to the tip.
+   pure function in_order(masses) result(sorted)
+      type(point_mass_t), intent(in) :: masses(:)
+      type(point_mass_t) :: sorted(size(masses))
+
+      integer :: order(size(masses)), i
+
+      order = ascending_order(real(masses%node, wp))
+      do i = 1, size(masses)
+         sorted(i) = masses(order(i))
+      end do
+   end function in_order
+
+   !> Degrees of freedom of a root that moves, behind all others: so those keep their places.
+   pure subroutine release_root(root, model)
+      type(beam_root_t), intent(in) :: root
+      type(beam_model_t), intent(inout) :: model
+
+      model%root = root
+      if (root%translation_stiffness > 0.0_wp) model%root_dofs(1) = 2*model%mesh%elements + 1
+      if (root%is_pinned .or. root%rotation_stiffness > 0.0_wp) then
+         model%root_dofs(2) = max(2*model%mesh%elements, model%root_dofs(1)) + 1
+      end if
+   end subroutine release_root
+
+   !> K and M without anything but the springs of the root: rows of the root reach to all before them.
+   pure subroutine make_profiles(model)
+      type(beam_model_t), intent(inout) :: model
+
+      integer, allocatable :: first_row(:)
+      integer :: i
+
+      associate (mesh => model%mesh)
+         allocate (first_row(max(2*mesh%elements, maxval(model%root_dofs))), source=1)
+         do i = 2, mesh%elements
+            first_row(2*i - 1:2*i) = 2*i - 3
+         end do
+         if (model%is_redistributed) then
+            associate (first => max(1, 2*mesh%struck_node - 5), last => min(2*mesh%struck_node + 2, 2*mesh%elements))
+               first_row(first:last) = min(first_row(first:last), first)
+            end associate
+         end if
+      end associate
+      call make_skyline(model%stiffness, first_row)
+      call make_skyline(model%mass, first_row)
+      associate (stiffness => [model%root%translation_stiffness, model%root%rotation_stiffness])
+         do i = 1, 2
+            if (model%root_dofs(i) > 0) call add_to_diagonal(model%stiffness, model%root_dofs(i), stiffness(i))
+         end do
+      end associate
+   end subroutine make_profiles
+
+   !> Degrees of freedom of an element: y and dy/dx at its left, then at its right node; 0: held at the root.
    pure function element_dofs(model, element) result(dofs)
       type(beam_model_t), intent(in) :: model
       integer, intent(in) :: element
       integer :: dofs(4)
 
       dofs = 2*element - [3, 2, 1, 0]
-      if (element == 1) dofs(1:2) = 0
+      if (element == 1) dofs(1:2) = model%root_dofs
    end function element_dofs
+
+   !> y and dy/dx of a node among the degrees of freedom; 0: held at the root.
+   pure function node_dofs(model, node) result(dofs)
+      type(beam_model_t), intent(in) :: model
+      !> 0: the root
+      integer, intent(in) :: node
+      integer :: dofs(2)
+
+      dofs = model%root_dofs
+      if (node > 0) dofs = [2*node - 1, 2*node]
+   end function node_dofs
+
+   !> Point masses at a node, that of the tip among them.
+   pure function mass_at_node(model, node) result(mass)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: node
+      real(wp) :: mass
+
+      mass = sum(model%point_masses%mass, mask=model%point_masses%node == node)
+      if (node == model%mesh%elements) mass = mass + model%tip_mass_ratio
+   end function mass_at_node
+
+   !> Does it turn about its root without any stiffness? Supports do not count.
+   pure function has_rigid_mode(model) result(answer)
+      type(beam_model_t), intent(in) :: model
+      logical :: answer
+
+      answer = model%root%is_pinned
+   end function has_rigid_mode
 
    !> The beam with its rigid supports held: their degrees of freedom are bound to nothing else, and stay at rest.
    pure function hold_supports(model) result(held)

@@ -16,7 +16,7 @@ module redistributed_mass
 
    !> t: y_c = sum weight y_dof for every motion that is a polynomial of low degree around the node.
    type :: continuation_t
-      !> Degrees of freedom; below 1: at the clamp, where nothing moves
+      !> Degrees of freedom; 0: held at the root
       integer :: dof(4) = 0
       real(wp) :: weight(4) = 0.0_wp
    end type continuation_t
@@ -30,8 +30,10 @@ contains
    !> The continuation of the displacement at the stop: between two elements the cubic of the displacements and slopes
    !> at their far ends, at the tip that of the displacements of the two nodes before and of the slopes of the last
    !> two, or a parabola where there is no element to rest it on.
-   pure function continuation_at_stop(mesh) result(continuation)
+   pure function continuation_at_stop(mesh, root_dofs) result(continuation)
       type(mesh_t), intent(in) :: mesh
+      !> Degrees of freedom of the root; 0: held
+      integer, intent(in) :: root_dofs(2)
       type(continuation_t) :: continuation
 
       real(wp) :: cubic(2), divisor, square(2)
@@ -41,12 +43,12 @@ contains
       associate (l => mesh%length(node), dof => continuation%dof, weight => continuation%weight)
          if (node < mesh%elements) then
             associate (whole => l + mesh%length(node + 1))
-               dof = [2*node - 3, 2*node - 2, 2*node + 1, 2*node + 2]
+               dof = with_root([2*node - 3, 2*node - 2, 2*node + 1, 2*node + 2], root_dofs)
                weight = hermite_shape(l/whole, whole)
             end associate
             return
          end if
-         dof = [2*node - 3, 2*node - 2, 2*node, 2*node - 5]
+         dof = with_root([2*node - 3, 2*node - 2, 2*node, 2*node - 5], root_dofs)
          weight = [1.0_wp, 0.5_wp*l, 0.5_wp*l, 0.0_wp]
          if (node == 1) return
          associate (m => mesh%length(node - 1))
@@ -64,12 +66,26 @@ contains
       end associate
    end function continuation_at_stop
 
+   !> Degrees of freedom counted on beyond the first node: -1 and 0 are those of the root.
+   pure function with_root(counted, root_dofs) result(dofs)
+      integer, intent(in) :: counted(:)
+      !> 0: held
+      integer, intent(in) :: root_dofs(2)
+      integer :: dofs(size(counted))
+
+      dofs = max(counted, 0)
+      where (counted == -1) dofs = root_dofs(1)
+      where (counted == 0) dofs = root_dofs(2)
+   end function with_root
+
    !> Turn M into M'. The profile of M must reach from the node's neighbours to all that the continuation rests on; a
    !> point mass at the node comes after.
-   pure subroutine redistribute(section, mesh, continuation, mass)
+   pure subroutine redistribute(section, mesh, continuation, root_dofs, mass)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       type(continuation_t), intent(in) :: continuation
+      !> Degrees of freedom of the root; 0: held
+      integer, intent(in) :: root_dofs(2)
       !> M of the beam alone
       type(skyline_t), intent(inout) :: mass
 
@@ -79,7 +95,7 @@ contains
       integer :: dofs(8), i, j
 
       associate (node => mesh%struck_node)
-         dofs = max([(2*node - own + i, i=0, 7)], 0)
+         dofs = with_root([(2*node - own + i, i=0, 7)], root_dofs)
          column = 0.0_wp
          element = element_mass(section, mesh%length(node), mesh%tip_distance(node))
          column(3:6) = element(:, 3)

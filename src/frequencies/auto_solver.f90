@@ -1,7 +1,7 @@
 !> The faster of the two accurate solvers: Lanczos for few modes of a mesh that is not small, else all
 !> of them by singular values.
 module auto_solver
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: failure_t
    use kinds, only: wp
    use lanczos_solver, only: lanczos_modes
@@ -29,7 +29,7 @@ contains
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
-      if (lanczos_is_faster(model%mesh%elements, count)) then
+      if (lanczos_is_faster(model%mesh%elements, count) .and. .not. has_rigid_mode(model)) then
          call lanczos_modes(model, count, lambda, error, modes)
          if (.not. allocated(error) .or. model%mesh%elements > largest_dense) return
       end if

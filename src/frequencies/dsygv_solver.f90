@@ -3,7 +3,7 @@
 !> K is formed by cancellation and the small eigenvalues are the ones wanted, so digits are lost as
 !> the mesh is refined: for what a mesh can give, see `natural_solver`.
 module dsygv_solver
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use lapack_interfaces, only: dsygv, lapack_message
@@ -35,7 +35,7 @@ contains
       integer, allocatable :: free(:)
       character :: job
       real(wp) :: work_size(1)
-      integer :: info, order
+      integer :: first, info, order
 
       allocate (free, source=free_dofs(model))
       order = size(free)
@@ -54,8 +54,14 @@ contains
          call fail(error, status_run_failed, lapack_message('DSYGV', info, order))
          return
       end if
+      first = 1
+      if (has_rigid_mode(model) .and. size(model%supports) == 0) then
+         ! of the rotation about the root it has rounding alone
+         first = 2
+         eigenvalue(1) = 0.0_wp
+      end if
       ! all comparisons are written so that a NaN is refused too
-      if (.not. all(eigenvalue(:count) > 0.0_wp .and. eigenvalue(:count) <= huge(1.0_wp))) then
+      if (.not. all(eigenvalue(first:count) > 0.0_wp .and. eigenvalue(first:count) <= huge(1.0_wp))) then
          call fail(error, status_run_failed, &
             'DSYGV: an eigenvalue of this mesh came out zero, negative or not finite; '// &
             'rounding has taken over, use another solver')
@@ -68,8 +74,8 @@ contains
          end if
       end if
       allocate (lambda, source=sqrt(sqrt(eigenvalue(:count))))
-      if (count > 0) then
-         if (.not. is_sure(model, eigenvalue)) then
+      if (count >= first) then
+         if (.not. is_sure(model, eigenvalue(first:))) then
             deallocate (lambda)
             call fail(error, status_run_failed, 'DSYGV: the first eigenvalue of this mesh has drowned in '// &
                'rounding, use another solver')
@@ -104,14 +110,15 @@ contains
       if (size(kept) < matrix%order) dense = dense(kept, kept)
    end function rows_and_columns
 
-   !> Has the first eigenvalue kept a few digits? With supports only its error, of rounding in the greatest, is known.
+   !> Has the first eigenvalue kept a few digits? With supports or a root that turns freely only its error, of rounding
+   !> in the greatest, is known.
    pure function is_sure(model, eigenvalue) result(answer)
       type(beam_model_t), intent(in) :: model
-      !> lambda_i^4, all of them
+      !> lambda_i^4, all of them but that of a rotation about the root
       real(wp), intent(in) :: eigenvalue(:)
       logical :: answer
 
-      if (size(model%supports) > 0) then
+      if (size(model%supports) > 0 .or. has_rigid_mode(model)) then
          answer = epsilon(1.0_wp)*eigenvalue(size(eigenvalue)) <= 4.0_wp*tolerated*eigenvalue(1)
       else
          answer = abs(sqrt(sqrt(eigenvalue(1)))/lowest_lambda(model) - 1.0_wp) <= tolerated
@@ -127,8 +134,8 @@ contains
       real(wp), allocatable :: curvature(:), deflection(:)
       integer :: step
 
-      call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
-      allocate (curvature(2*natural%elements), deflection(natural%rows))
+      call make_natural_beam(model, natural)
+      allocate (curvature(natural%order), deflection(natural%rows))
       deflection = 1.0_wp
       do step = 1, 4
          call deflect_transposed(natural, deflection, curvature)

@@ -11,7 +11,7 @@
 !> along the beam (Gantmacher and Krein, Oscillation Matrices); where a coarse mesh does not show
 !> that, K - sigma M must have the right number of negative pivots.
 module lanczos_solver
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use lapack_interfaces, only: dgemm, dgemv, dpotrf, dstevd, dtrsm, lapack_message
@@ -58,8 +58,12 @@ contains
          call fail(error, status_run_failed, 'Lanczos: it finds at most as many modes as the mesh has elements')
          return
       end if
-      call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
-      allocate (lambda(count), vectors(2*natural%elements, count), deflection(natural%rows, count))
+      if (has_rigid_mode(model)) then
+         call fail(error, status_run_failed, "Lanczos: it needs a root that does not turn freely; take 'natural'")
+         return
+      end if
+      call make_natural_beam(model, natural)
+      allocate (lambda(count), vectors(natural%order, count), deflection(natural%rows, count))
       found = 0
       do while (found < count)
          call find_more(natural, found, vectors, error)
@@ -72,9 +76,9 @@ contains
       end do
       call check_residuals(natural, lambda, vectors, deflection, error)
       if (allocated(error)) return
-      call check_none_missed(model, lambda, deflection, error)
+      call check_none_missed(model, lambda, deflection(:natural%beam_rows, :), error)
       if (allocated(error) .or. .not. present(modes)) return
-      allocate (modes(2*natural%elements, count))
+      allocate (modes(natural%order, count))
       do mode = 1, count
          call nodal_displacements(natural, vectors(:, mode), modes(:, mode))
       end do
@@ -330,7 +334,7 @@ contains
       type(beam_model_t), intent(in) :: model
       !> lambda_i, [count]
       real(wp), intent(in) :: lambda(:)
-      !> Displacements along the beam, each times a positive number, [rows, count]
+      !> Displacements along the beam, each times a positive number, [places, count]
       real(wp), intent(in) :: deflection(:, :)
       !> Set when a mode has been missed
       type(failure_t), allocatable, intent(out) :: error
@@ -339,7 +343,8 @@ contains
       integer :: below, mode
       logical :: complete
 
-      complete = .true.
+      ! a rotary inertia may add a change of sign
+      complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp)
       do mode = 1, size(lambda)
          complete = complete .and. sign_changes(deflection(:, mode)) == mode - 1
       end do

@@ -83,7 +83,12 @@ contains
          call multiply(model%stiffness, modes(:, j), product)
          do i = 1, size(modes, 2)
             expected = merge(1.0_wp, 0.0_wp, i == j)
-            value = dot_product(modes(:, i), product)/(lambda(i)*lambda(j))**2
+            ! a rotation about the root, whose lambda is 0, beside the first bending
+            if (lambda(i)*lambda(j) > 0.0_wp) then
+               value = dot_product(modes(:, i), product)/(lambda(i)*lambda(j))**2
+            else
+               value = expected + dot_product(modes(:, i), product)/max(lambda(min(2, size(lambda))), lambda(j))**4
+            end if
             quality%stiffness_orthogonality = max(quality%stiffness_orthogonality, abs(value - expected))
          end do
       end do

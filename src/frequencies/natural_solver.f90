@@ -5,7 +5,7 @@
 !> under a heavy tip mass or with short elements at the clamp loses the highest modes (n = 16: 2e-13
 !> at mu = 1e6, 2e-12 at r = 0.7; DGEJSV 1e-14 at most).
 module natural_solver
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, has_rigid_mode
    use failures, only: fail, failure_t, status_run_failed
    use floating_point_traps, only: resume_traps, suspend_traps, traps_t
    use kinds, only: wp
@@ -13,6 +13,7 @@ module natural_solver
    use mode_shapes, only: fix_mode_signs
    use natural_coordinates, only: coordinates_of_node, flexibility_matrix, make_natural_beam, natural_beam_t, &
       nodal_flexibility, row_shape
+   use pinned_coordinates, only: pinned_flexibility, rigid_rotation, take_rotation_out
    use skyline_matrix, only: multiply, skyline_t
    implicit none (type, external)
    private
@@ -27,37 +28,48 @@ contains
    !> coordinates are those of two elements, so no accuracy is lost.
    subroutine natural_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
-      !> Number of modes, at most 2 n
+      !> Number of modes, at most as many as there are
       integer, intent(in) :: count
       !> lambda_i, [count]
       real(wp), allocatable, intent(out) :: lambda(:)
       !> Set when more modes are asked for than there are, or DGEJSV does not converge
       type(failure_t), allocatable, intent(out) :: error
-      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
+      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [order of the model, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       type(natural_beam_t) :: natural
       real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
+      integer :: bent, rigid
 
-      call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
-      call check_count(count, 2*natural%elements - merge(1, 0, model%has_massless_node), error)
+      call make_natural_beam(model, natural)
+      call check_count(count, model%stiffness%order - merge(1, 0, model%has_massless_node), error)
       if (allocated(error)) return
-      allocate (flexibility, source=flexibility_matrix(natural))
-      if (present(modes) .or. model%is_redistributed) allocate (nodal, source=nodal_flexibility(natural))
+      rigid = merge(1, 0, has_rigid_mode(model) .and. count > 0)
+      bent = count - rigid
+      if (has_rigid_mode(model)) then
+         call pinned_flexibility(natural, flexibility, nodal)
+      else
+         allocate (flexibility, source=flexibility_matrix(natural))
+         if (present(modes) .or. model%is_redistributed) allocate (nodal, source=nodal_flexibility(natural))
+      end if
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
+      if (has_rigid_mode(model)) call take_rotation_out(natural, flexibility, nodal)
       if (model%has_massless_node) then
          call drop_axis(coordinates_of_node(natural, model%mesh%struck_node), flexibility, nodal)
       end if
       call right_singular_vectors(flexibility, present(modes), singular, vectors, error)
       if (allocated(error)) return
-      allocate (lambda, source=1.0_wp/sqrt(singular(:count)))
+      allocate (lambda(count), source=0.0_wp)
+      lambda(rigid + 1:) = 1.0_wp/sqrt(singular(:bent))
       if (.not. present(modes)) return
-      call shapes_from_vectors(model%mass, nodal, singular(:count), vectors(:, :count), modes, error)
+      allocate (modes(natural%dofs, count))
+      if (rigid > 0) call rigid_rotation(natural, flexibility(:, 1), modes(:, 1))
+      call shapes_from_vectors(model%mass, nodal, singular(:bent), vectors(:, :bent), modes, error)
       if (allocated(error)) return
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine natural_modes
 
-   !> The same for the beam that is held at the stop point as well (y = 0 there).
+   !> The same for the beam that is held at the stop point as well (y = 0 there); its root is not pinned.
    !>
    !> One redundant: a linear constraint c.q = 0 on the curvatures, c_j the displacement of the stop
    !> point under coordinate j. A reflection turns c into one axis, which is left out. The reflection
@@ -79,8 +91,8 @@ contains
       real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
       integer :: sign_dof
 
-      call make_natural_beam(model%section, model%mesh, model%tip_mass_ratio, natural)
-      call check_count(count, 2*natural%elements - 1, error)
+      call make_natural_beam(model, natural)
+      call check_count(count, natural%order - 1, error)
       if (allocated(error)) return
       allocate (flexibility, source=flexibility_matrix(natural))
       allocate (nodal, source=nodal_flexibility(natural))
@@ -90,6 +102,7 @@ contains
       call right_singular_vectors(flexibility, .true., singular, vectors, error)
       if (allocated(error)) return
       allocate (lambda, source=1.0_wp/sqrt(singular(:count)))
+      allocate (modes(natural%dofs, count))
       call shapes_from_vectors(model%mass, nodal, singular(:count), vectors(:, :count), modes, error)
       if (allocated(error)) return
       sign_dof = merge(model%tip_dof + 1, model%tip_dof, model%stop_dof == model%tip_dof)
@@ -101,7 +114,7 @@ contains
       type(beam_model_t), intent(in) :: model
       !> The same beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
-      !> N, y and dy/dx of the nodes under each coordinate, [2 n, 2 n]
+      !> N, y and dy/dx of the nodes under each coordinate, [order of M, columns]
       real(wp), intent(in) :: nodal(:, :)
       !> B, [rows, 2 n]
       real(wp), intent(inout) :: flexibility(:, :)
@@ -215,29 +228,31 @@ contains
    subroutine shapes_from_vectors(mass, nodal, singular, vectors, modes, error)
       !> M
       type(skyline_t), intent(in) :: mass
-      !> N, y and dy/dx of the nodes under each coordinate, [2 n, columns]
+      !> N, y and dy/dx of the nodes under each coordinate, [order of M, columns]
       real(wp), intent(in) :: nodal(:, :)
-      !> Singular values, [count]
+      !> Singular values, [bent]
       real(wp), intent(in) :: singular(:)
-      !> Right singular vectors, [columns, count]
+      !> Right singular vectors, [columns, bent]
       real(wp), intent(in) :: vectors(:, :)
-      !> Shapes of unit modal mass as columns, [2 n, count]
-      real(wp), allocatable, intent(out) :: modes(:, :)
+      !> Shapes of unit modal mass as columns, [order of M, count]; the first, if they are more than vectors, is given
+      real(wp), intent(inout) :: modes(:, :)
       !> Set when the shapes are not independent
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: inertia_force(:, :), modal_mass(:, :)
-      integer :: columns, count, info, mode, order
+      integer :: bent, columns, count, first, info, mode, order
 
       order = size(nodal, 1)
       columns = size(nodal, 2)
-      count = size(singular)
-      allocate (modes(order, count))
+      count = size(modes, 2)
+      bent = size(singular)
+      first = count - bent + 1
       if (count == 0) return
       allocate (inertia_force(order, count), modal_mass(count, count))
-      call dgemm('N', 'N', order, count, columns, 1.0_wp, nodal, order, vectors, columns, 0.0_wp, modes, order)
+      if (bent > 0) call dgemm('N', 'N', order, bent, columns, 1.0_wp, nodal, order, vectors, columns, 0.0_wp, &
+         modes(:, first:), order)
       do mode = 1, count
-         modes(:, mode) = modes(:, mode)/singular(mode)
+         if (mode >= first) modes(:, mode) = modes(:, mode)/singular(mode - first + 1)
          call multiply(mass, modes(:, mode), inertia_force(:, mode))
       end do
       call dgemm('T', 'N', count, count, order, 1.0_wp, modes, order, inertia_force, order, 0.0_wp, modal_mass, count)

@@ -93,6 +93,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: positions(:)
+      integer :: stops
 
       if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports))) then
          call make_mesh(elements, ratio, scene%stop%position, mesh, error)
@@ -100,8 +101,9 @@ contains
       end if
       allocate (positions(0))
       if (allocated(scene%more_stops)) positions = scene%more_stops%position
+      stops = size(positions)
       if (allocated(scene%supports)) positions = [positions, scene%supports%position]
-      call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions)
+      call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions, stops)
       if (.not. allocated(error) .and. allocated(scene%supports)) call check_supports(scene, mesh, error)
    end subroutine mesh_of
 
@@ -115,7 +117,7 @@ contains
       character(:), allocatable :: conflict
       integer :: i, k, before
 
-      before = size(mesh%more_nodes) - size(scene%supports)
+      before = mesh%more_stops
       do k = 1, size(scene%supports)
          conflict = ''
          associate (node => mesh%more_nodes(before + k), support => scene%supports(k))
@@ -148,7 +150,7 @@ contains
       if (.not. allocated(scene%supports)) return
       deallocate (supports)
       allocate (supports(size(scene%supports)))
-      before = size(mesh%more_nodes) - size(supports)
+      before = mesh%more_stops
       do k = 1, size(supports)
          supports(k)%dof = 2*mesh%more_nodes(before + k)
          if (scene%supports(k)%motion == support_displacement) supports(k)%dof = supports(k)%dof - 1
