@@ -7,6 +7,7 @@ module contact_sets
    use held_sets, only: free_beam_t, held_set_t, make_held_set, rest_on_heights
    use joint_modes, only: joint_modes_t, make_joint_modes
    use kinds, only: wp
+   use phase_drives, only: set_drive_t
    use sorting, only: ascending_order
    use yielding_stop, only: impedance_t
    implicit none (type, external)
@@ -35,6 +36,8 @@ module contact_sets
       !> Dissipation per pair of terms, in the beam and in each that yields: power = Re sum (plain A_m A_n + conjugate
       !> A_m conj(A_n))/2, [count, count, 1 + pressed]
       complex(wp), allocatable :: plain(:, :, :), conjugate(:, :, :)
+      !> Its answers to loads; unallocated: there are none, or it was not used yet
+      type(set_drive_t), allocatable :: drive
    end type contact_set_t
 
    !> So many sets are kept, as long as they take no more bytes than this: four stops on both sides have 81.

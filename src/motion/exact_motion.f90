@@ -1,5 +1,6 @@
 !> The response in closed form between events: free modes of the beam, then model A or B of the stop.
 module exact_motion
+   use applied_loads, only: has_loads
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
    use exact_run, only: advance, run_phases
@@ -198,7 +199,8 @@ contains
       logical :: is_last
 
       samples = count_samples(settings%response%duration, settings%response%step)
-      call open_records(modes%elements, settings%output, samples, settings%response%step, response)
+      call open_records(modes%elements, settings%output, samples, settings%response%step, response, &
+         is_driven=has_loads(settings))
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
       call start_several(model, modes, settings, samples, sets, phase, motion, response, error)
       if (allocated(error)) return

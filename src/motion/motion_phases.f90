@@ -16,10 +16,12 @@ module motion_phases
       shape_due
    implicit none (type, external)
    private
-   public :: motion_t, phase_t, contact_t, record_phase, measure_energy, event_at, found_taken_back
+   public :: motion_t, phase_t, contact_t, record_phase, measure_energy, event_at, found_taken_back, found_break
 
    !> A flight that did not happen: it was too low to be told from contact. The motion stands where it began.
    integer, parameter :: found_taken_back = 4
+   !> Loads go on otherwise.
+   integer, parameter :: found_break = 5
 
    !> Where the motion stands between two phases, and what was kept and measured of it until then.
    type :: motion_t
@@ -37,7 +39,7 @@ module motion_phases
    end type motion_t
 
    type, abstract :: phase_t
-      !> How it ends: the outcome is one of those of a search, or `found_taken_back`
+      !> How it ends: the outcome is one of those of a search, `found_taken_back` or `found_break`
       type(search_t) :: search
    contains
       procedure(begin_interface), deferred :: begin

@@ -6,13 +6,15 @@ module several_contacts
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
-   use motion_phases, only: found_taken_back, measure_energy, motion_t, phase_t
+   use load_work, only: loss_in_stop, work_of_loads
+   use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
+   use phase_drives, only: drive_at, drive_rate_at
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
    use several_events, only: follow_end
    use several_measures, only: measure_surfaces
-   use several_state, only: end_force, end_gap, free_state, move_to, several_t, signal_of, search_surface, take_over, &
-      whole_gap
+   use several_state, only: end_force, end_gap, find_load, free_state, move_alone, move_to, several_t, signal_of, &
+      search_surface, take_over, whole_gap
    use surface_states, only: energy_in, indent, recover, surface_state_t
    implicit none (type, external)
    private
@@ -57,17 +59,22 @@ contains
 
       logical :: is_new
 
-      call take_over(self%now, motion%q, motion%v, is_new, motion%error)
+      call take_over(self%now, motion%tau, motion%q, motion%v, is_new, motion%error)
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) call ready_for_losses(self%now%set)
-      if (motion%measurer%is_wanted .and. .not. all(self%now%states%is_rigid)) self%at_start = self%now%states
+      if ((motion%measurer%is_wanted .or. self%now%loads%count > 0) .and. .not. all(self%now%states%is_rigid)) then
+         self%at_start = self%now%states
+      end if
       if (allocated(self%z_end)) then
          if (size(self%z_end) /= size(self%now%z)) deallocate (self%z_end, self%v_end)
       end if
       if (.not. allocated(self%z_end)) allocate (self%z_end(size(self%now%z)), self%v_end(size(self%now%z)))
       if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) then
-         self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%now%z, self%now%v))
+         self%z_end(:) = self%now%z
+         self%v_end(:) = self%now%v
+         if (self%now%loads%count > 0) call move_to(self%now, 0.0_wp, self%z_end, self%v_end)
+         self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%z_end, self%v_end))
       end if
       call self%now%set%sampler%restart()
    end subroutine begin
@@ -81,6 +88,7 @@ contains
       integer :: ended_by, k
 
       self%search = search_t(outcome=found_none, time=limit)
+      if (self%now%longest < limit) self%search = search_t(outcome=found_break, time=self%now%longest)
       self%ended = 0
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%searches(k))
@@ -153,6 +161,7 @@ contains
       type(sample_t), intent(inout) :: sample
 
       real(wp), dimension(size(self%now%z)) :: z, v
+      real(wp), dimension(size(self%now%z)) :: alone, alone_rate
       complex(wp), allocatable :: term(:)
       real(wp) :: gap, rate, total
       integer :: k
@@ -161,12 +170,18 @@ contains
       associate (now => self%now, set => self%now%set, held => self%now%set%held)
          if (size(set%pressed) > 0) then
             allocate (term, source=now%amplitude*exp(set%joint%exponent*time))
-            call move_to(now, time, z, v)
+            call move_alone(now, time, alone, alone_rate)
          else
             allocate (term(0))
             call next_sample(set%sampler, held%oscillators, now%z, now%v, step, time)
-            z = set%sampler%z
-            v = set%sampler%v
+            alone = set%sampler%z
+            alone_rate = set%sampler%v
+         end if
+         z = alone
+         v = alone_rate
+         if (now%loads%count > 0) then
+            z = z + drive_at(set%drive, now%drive, 1, size(z), time)
+            v = v + drive_rate_at(set%drive, now%drive, 1, size(v), time)
          end if
          total = 0.0_wp
          do k = 1, size(now%states)
@@ -177,7 +192,7 @@ contains
                if (allocated(record%velocity)) record%velocity(self%kept) = sign*rate
                if (asked%history(force_stop)) then
                   if (set%is_closed(k)) then
-                     record%force(self%kept) = self%force_scale*force_at(self, k, time, z, v, term)
+                     record%force(self%kept) = self%force_scale*force_at(self, k, time, alone, alone_rate, term)
                      total = total + record%force(self%kept)
                   end if
                end if
@@ -198,30 +213,83 @@ contains
       integer, intent(in) :: k
       !> Since the start of the phase
       real(wp), intent(in) :: time
-      !> State of the set's modes
+      !> State of the set's modes, less what loads do
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
       !> Terms, where a surface yields
       complex(wp), intent(in) :: term(:)
       real(wp) :: force
 
+      real(wp) :: part(3)
       integer :: place
 
       associate (set => self%now%set, held => self%now%set%held)
+         part = driven_part(self, k, time)
+         force = part(1)
          place = findloc(set%pressed, k, dim=1)
          if (place > 0) then
-            force = set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
+            force = force + set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
             return
          end if
          place = findloc(held%held, k, dim=1)
          if (size(set%pressed) > 0) then
-            force = set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
+            force = force + set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
          else
-            force = held%static_force(place) + sum(held%reaction(place, :) &
+            force = force + held%static_force(place) + sum(held%reaction(place, :) &
                *elastic_and_viscous(held%oscillators, z, v, time, self%now%z, self%now%v))
          end if
       end associate
    end function force_at
+
+   !> What loads do to the force of a surface, its indentation and the force in its branch at a time in the phase.
+   pure function driven_part(self, k, time) result(part)
+      class(several_contacts_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: part(3)
+
+      part = 0.0_wp
+      if (self%now%loads%count == 0) return
+      associate (set => self%now%set%drive, drive => self%now%drive)
+         part = [drive_at(set, drive, set%at%forces + k, set%at%forces + k, time), &
+            drive_at(set, drive, set%at%depths + k, set%at%depths + k, time), &
+            drive_at(set, drive, set%at%branches + k, set%at%branches + k, time)]
+      end associate
+   end function driven_part
+
+   !> Dissipated since the start of the phase, in the beam and in each surface that is pressed. Under loads a beam on
+   !> them loses what nothing else accounts for.
+   subroutine find_losses(self, time, z, v, term, lost)
+      class(several_contacts_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      !> State of the set's modes
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Terms, where a surface yields
+      complex(wp), intent(in) :: term(:)
+      !> [1 + pressed]
+      real(wp), intent(out) :: lost(:)
+
+      type(surface_state_t) :: state
+      integer :: place
+
+      associate (now => self%now, set => self%now%set)
+         if (size(set%pressed) > 0 .and. now%loads%count == 0) then
+            call losses_in(set, now%amplitude, now%z, now%v, time, lost)
+            return
+         end if
+         lost(1) = self%start_energy - sum(modal_energy(set%held%oscillators, z, v)) + work_of_loads(now, time)
+         do place = 1, size(set%pressed)
+            associate (k => set%pressed(place))
+               state = self%at_start(k)
+               lost(1 + place) = loss_in_stop(now, place, time)
+               lost(1) = lost(1) + energy_in(state) - lost(1 + place)
+               call keep_indentation(self, place, time, term, state)
+               lost(1) = lost(1) - energy_in(state)
+            end associate
+         end do
+      end associate
+   end subroutine find_losses
 
    !> Energies of a sample.
    subroutine sample_energy(self, time, z, v, term, sample)
@@ -240,12 +308,9 @@ contains
          sample%beam_energy = modal_energy(held%oscillators, z, v)
          sample%lost = 0.0_wp
          sample%stop_energy = 0.0_wp
-         if (size(set%pressed) > 0) then
-            call losses_in(set, now%amplitude, now%z, now%v, time, lost)
-            sample%lost(1) = lost(1)
-         else
-            sample%lost(1) = self%start_energy - sum(sample%beam_energy)
-         end if
+         sample%work = work_of_loads(now, time)
+         call find_losses(self, time, z, v, term, lost)
+         sample%lost(1) = lost(1)
          sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) then
@@ -257,7 +322,7 @@ contains
             state = now%states(k)
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, term, state)
+               call keep_indentation(self, place, time, term, state)
                state%dissipated = state%dissipated + lost(1 + place)
             else
                call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
@@ -272,18 +337,22 @@ contains
    end subroutine sample_energy
 
    !> Indentation and force in the branch of a surface that is pressed.
-   subroutine keep_indentation(self, place, term, state)
+   subroutine keep_indentation(self, place, time, term, state)
       class(several_contacts_t), intent(in) :: self
       !> Among those that are pressed
       integer, intent(in) :: place
+      real(wp), intent(in) :: time
       !> Terms at the instant
       complex(wp), intent(in) :: term(:)
       type(surface_state_t), intent(inout) :: state
 
+      real(wp) :: part(3)
+
       associate (set => self%now%set)
+         part = driven_part(self, set%pressed(place), time)
          state%depth = set%rest_force(place)/state%spring%stiffness &
-            + sum(real(set%joint%indentation(place, :)*term, wp))
-         state%branch_force = sum(real(set%joint%branch(place, :)*term, wp))
+            + sum(real(set%joint%indentation(place, :)*term, wp)) + part(2)
+         state%branch_force = sum(real(set%joint%branch(place, :)*term, wp)) + part(3)
       end associate
    end subroutine keep_indentation
 
@@ -327,7 +396,7 @@ contains
             state = self%at_start(k)
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, term, state)
+               call keep_indentation(self, place, time, term, state)
             else
                call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
             end if
@@ -359,6 +428,7 @@ contains
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
       if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self, motion)
+      if (self%now%loads%count > 0) call find_load(self%now, motion%tau + self%search%time)
       call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
    end subroutine finish
 
@@ -376,18 +446,17 @@ contains
          ledger => motion%recorder%ledger)
          keeps = motion%recorder%asked%energy .or. motion%measurer%is_wanted
          allocate (term(0))
-         if (size(set%pressed) > 0) then
-            term = now%amplitude*exp(set%joint%exponent*time)
-            if (keeps) call losses_in(set, now%amplitude, now%z, now%v, time, lost)
-         else if (keeps) then
-            lost = self%start_energy - sum(modal_energy(held%oscillators, self%z_end, self%v_end))
+         if (size(set%pressed) > 0) term = now%amplitude*exp(set%joint%exponent*time)
+         if (keeps) then
+            call find_losses(self, time, self%z_end, self%v_end, term, lost)
+            ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
+            ledger%work = ledger%work + work_of_loads(now, time)
          end if
-         if (keeps) ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, term, now%states(k))
+               call keep_indentation(self, place, time, term, now%states(k))
                if (keeps) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
             else
@@ -434,6 +503,10 @@ contains
          call close_books(self, motion)
       end if
       call measure_surfaces(self%now, self%search%time, self%searches%greatest, is_last, motion)
+      if (self%now%loads%count > 0) then
+         motion%measurer%measures%final_energy = energy_of(self, self%z_end, self%v_end) + energy_in_stops(self)
+         return
+      end if
       ! beam and stops together win no energy
       if (motion%measurer%tally%has_spent .and. .not. is_last) return
       call measure_energy(self, energy_of(self, self%z_end, self%v_end) + energy_in_stops(self), motion)

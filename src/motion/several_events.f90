@@ -4,12 +4,12 @@ module several_events
    use certified_search, only: found_never_left, search_t
    use complementarity, only: solve_complementarity
    use kinds, only: wp
-   use motion_phases, only: found_taken_back, motion_t
+   use motion_phases, only: found_break, found_taken_back, motion_t
    use phase_measures, only: measure_impulse
    use response_types, only: append_event, event_blow, event_capture, event_contact, event_impact, event_release, &
       event_separation, event_t, response_t
    use run_recorder, only: charge_event
-   use several_state, only: end_force, end_home, end_pull, several_t
+   use several_state, only: end_force, end_home, end_pull, find_load, several_t
    use surface_values, only: event_of, force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    implicit none (type, external)
    private
@@ -43,6 +43,12 @@ contains
 
       type(capture_t) :: captures(size(self%states))
 
+      if (search%outcome == found_break) then
+         call find_load(self, motion%tau)
+         call settle(self, captures, motion, response)
+         call check_dampers(self, motion, response)
+         return
+      end if
       associate (state => self%states(k))
          select case (ended_by)
          case (end_force)
@@ -71,24 +77,40 @@ contains
       end associate
    end subroutine follow_end
 
-   !> The run starts at rest on some surfaces.
-   subroutine meet_at_start(self, motion, response)
+   !> The run starts on some surfaces.
+   subroutine meet_at_start(self, hop_tolerance, motion, response)
       type(several_t), intent(inout) :: self
+      !> A flight that stays below this is a capture
+      real(wp), intent(in) :: hop_tolerance
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
       type(capture_t) :: captures(size(self%states))
-      integer :: k
+      integer :: hit, k
 
+      hit = 0
       do k = 1, size(self%states)
-         if (.not. self%states(k)%acts) cycle
+         if (.not. self%states(k)%acts .or. self%states(k)%is_closed) cycle
          if (gap_of(self, k, motion%q) > noise_of(self, k, motion)) cycle
-         captures(k)%is_in = self%states(k)%is_rigid
-         if (self%states(k)%is_rigid) cycle
-         self%states(k)%start_order = 2
-         if (pull_of(self, k, motion) > 0.0_wp) call close_surface(self, k, 2, motion, response)
+         associate (state => self%states(k), velocity => velocity_of(self, k, motion))
+            if (abs(velocity) > speed_noise(self, k, motion)) then
+               state%start_order = 1
+               if (velocity > 0.0_wp) cycle
+               if (state%is_rigid) hit = k
+               if (.not. state%is_rigid) call close_surface(self, k, 1, motion, response)
+               cycle
+            end if
+            captures(k)%is_in = state%is_rigid
+            if (state%is_rigid) cycle
+            state%start_order = 2
+            if (pull_of(self, k, motion) > 0.0_wp) call close_surface(self, k, 2, motion, response)
+         end associate
       end do
-      call settle(self, captures, motion, response)
+      if (hit > 0) then
+         call strike(self, hit, hop_tolerance, captures, motion, response)
+      else
+         call settle(self, captures, motion, response)
+      end if
    end subroutine meet_at_start
 
    !> A closed surface whose force has vanished.
@@ -416,11 +438,13 @@ contains
          two_zeta => self%beam%oscillators%two_zeta)
          acceleration = -square*(motion%q + two_zeta*motion%v)
          if (.not. all(self%states%is_rigid)) acceleration = acceleration + yielding_forces(self, motion)
+         if (self%loads%count > 0) acceleration = acceleration + self%load
          do a = 1, size(resting)
             acceleration = acceleration + b(:, resting(a))*force(a)
          end do
          do a = 1, size(resting)
             rate(a) = sum(b(:, resting(a))*(square*(motion%v + two_zeta*acceleration)))
+            if (self%loads%count > 0) rate(a) = rate(a) - sum(b(:, resting(a))*self%load_rate)
          end do
       end associate
       do a = 1, size(resting)

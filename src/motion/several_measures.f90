@@ -2,12 +2,14 @@
 module several_measures
    use certified_search, only: viewed_signal_t
    use contact_losses, only: integral
+   use driven_signal, only: driven_terms_t
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
+   use phase_drives, only: resonance_at
    use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
-   use several_state, only: end_force, force_terms, move_to, several_t, signal_of, whole_gap
+   use several_state, only: end_force, force_terms, driven_terms, move_alone, several_t, signal_of, whole_gap
    use signal_peaks, only: exceeds, greatest_value
    implicit none (type, external)
    private
@@ -165,14 +167,42 @@ contains
       else
          ! a mode's part, p + 2 zeta p', is -p''/w^2
          allocate (z(size(self%z)), v(size(self%v)))
-         call move_to(self, time, z, v)
+         call move_alone(self, time, z, v)
          associate (held => self%set%held)
             place = findloc(held%held, k, dim=1)
             impulse = held%static_force(place)*time &
                + sum(held%reaction(place, :)*(self%v - v)/held%oscillators%square)
          end associate
       end if
+      if (self%loads%count > 0) impulse = impulse + impulse_of_terms(self, k, time)
    end function impulse_until
+
+   !> What loads add to it; of a mode in resonance W^2 z is its force less z'' and 2 a z'.
+   function impulse_of_terms(self, k, time) result(impulse)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      type(driven_terms_t) :: terms
+      real(wp) :: here(0:1)
+      integer :: i
+
+      call driven_terms(self, k, end_force, terms)
+      impulse = (terms%constant + 0.5_wp*terms%slope*time)*time
+      do i = 1, size(terms%frequency)
+         associate (s => cmplx(0.0_wp, terms%frequency(i), wp))
+            impulse = impulse + real(terms%harmonic(i)*integral(s, time, exp(s*time)), wp)
+         end associate
+      end do
+      do i = 1, size(terms%resonance)
+         associate (resonance => terms%resonance(i), s => cmplx(0.0_wp, terms%resonance(i)%frequency, wp))
+            here = resonance_at(resonance, time, 1)
+            impulse = impulse + terms%share_of_rate(i)*here(0) + terms%share(i)/resonance%square &
+               *(real(resonance%force*integral(s, time, exp(s*time)), wp) - here(1) - 2.0_wp*resonance%decay*here(0))
+         end associate
+      end do
+   end function impulse_of_terms
 
    !> Does the stop point sink below the quiet level?
    function sinks(gap, length) result(does)

@@ -1,32 +1,37 @@
 !> Beginning and end of a run among several surfaces.
 module several_start
+   use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
    use damped_oscillators, only: make_oscillators
-   use failures, only: failure_t
+   use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use held_sets, only: free_beam_t
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
+   use load_settings, only: start_pull
+   use modal_starts, only: find_modal_start
    use motion_phases, only: motion_t
+   use number_text, only: to_text
    use phase_measures, only: measurer_t
    use response_types, only: response_t, surface_record_t
-   use run_measures, only: open_tally
+   use run_measures, only: no_rest, open_tally
    use run_settings, only: output_settings_t, run_settings_t
    use several_contacts, only: several_contacts_t
    use several_events, only: meet_at_start
    use several_measures, only: finish_surfaces
-   use several_state, only: open_store
+   use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
+   use stop_laws, only: static_stiffness
    use stop_surfaces, only: acting, surface_t, surfaces_of
-   use surface_states, only: make_surface_state
+   use surface_states, only: energy_in, make_surface_state
    implicit none (type, external)
    private
    public :: start_several, finish_several
 
 contains
 
-   !> At rest in the static shape of a force at the stop from which the beam is released.
+   !> From the state that the settings ask for.
    subroutine start_several(model, modes, settings, samples, sets, phase, motion, response, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
@@ -39,51 +44,97 @@ contains
       !> Its recorder is ready
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Set when rest cannot be found
+      !> Set when rest cannot be found, or a surface is in the way
       type(failure_t), allocatable, intent(out) :: error
 
       type(surface_t), allocatable :: surfaces(:)
-      real(wp), allocatable :: flexibility(:), rest(:)
+      real(wp), allocatable :: rest(:), forces(:)
       logical, allocatable :: acts(:)
       real(wp) :: rest_energy
-      integer :: k, pulled
+      integer :: k
 
       allocate (surfaces, source=surfaces_of(settings))
       allocate (acts, source=acting(surfaces, model%stop_dofs(surfaces%stop)))
-      allocate (rest(size(surfaces)), source=0.0_wp)
+      allocate (rest(size(surfaces)), forces(size(surfaces)), source=0.0_wp)
       rest_energy = 0.0_wp
-      if (settings%output%measures) call rest_on(model, surfaces, acts, rest, rest_energy, error)
-      if (allocated(error)) return
-      pulled = findloc(surfaces%is_pulled, .true., dim=1)
       associate (beam => phase%now%beam, now => phase%now)
+         now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
          call make_beam(model, modes, settings%zeta, surfaces, beam)
-         allocate (flexibility(size(surfaces)))
-         do k = 1, size(surfaces)
-            flexibility(k) = sum(beam%value(:, k)**2/beam%oscillators%square)
-         end do
-         allocate (motion%q, source=(1.0_wp + beam%height(pulled))*beam%value(:, pulled) &
-            /(beam%oscillators%square*flexibility(pulled)))
-         allocate (motion%v(size(motion%q)), source=0.0_wp)
-         response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2)
-         now%pulled = pulled
+         if (has_loads(settings)) then
+            call take_loads(model, modes, settings, now)
+            rest_energy = no_rest
+         else if (settings%output%measures) then
+            call rest_on(model, surfaces, acts, rest, rest_energy, error)
+            if (allocated(error)) return
+         end if
+         call find_modal_start(model, modes, settings%start, beam, now%pulled, acts, &
+            [(static_stiffness(surfaces(k)%settings), k=1, size(surfaces))], now%loads, motion%q, motion%v, forces)
+         ! a pull was checked before the modes were found
+         if (settings%start%kind /= start_pull) call check_start(surfaces, beam, forces, motion%q, error)
+         if (allocated(error)) return
          allocate (now%states(size(surfaces)), now%measurers(size(surfaces)), phase%searches(size(surfaces)), &
             phase%records(size(surfaces)))
          do k = 1, size(surfaces)
             call make_surface_state(surfaces(k), now%states(k))
+            if (forces(k) > 0.0_wp .and. .not. now%states(k)%is_rigid) then
+               now%states(k)%depth = forces(k)/now%states(k)%spring%stiffness
+            end if
+         end do
+         response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
+            + sum([(energy_in(now%states(k)), k=1, size(surfaces))])
+         do k = 1, size(surfaces)
             ! all the energy of the start would not bring the beam there
-            now%states(k)%acts = acts(k) .and. &
-               -beam%height(k) <= 1.001_wp*sqrt(2.0_wp*response%initial_energy*flexibility(k))
+            now%states(k)%acts = acts(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
+               *sqrt(2.0_wp*response%initial_energy*sum(beam%value(:, k)**2/beam%oscillators%square)))
             call open_record(surfaces(k), settings%output, samples + 1, phase%records(k))
             call start_measurer(settings, .not. now%states(k)%is_rigid, response%initial_energy, rest(k), rest_energy, &
                now%measurers(k))
          end do
          call open_store(now, sets)
-         motion%measurer = now%measurers(pulled)
+         motion%measurer = now%measurers(now%pulled)
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
-         call meet_at_start(now, motion, response)
+         call meet_at_start(now, settings%response%hop_tolerance, motion, response)
       end associate
    end subroutine start_several
+
+   !> What acts on the beam, in its free modes.
+   subroutine take_loads(model, modes, settings, now)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      type(several_t), intent(inout) :: now
+
+      call gather_loads(model, settings, now%loads)
+      allocate (now%loads%mode, source=matmul(transpose(modes%mode), now%loads%vector))
+      allocate (now%load(size(modes%square)), now%load_rate(size(modes%square)))
+      call find_load(now, 0.0_wp)
+   end subroutine take_loads
+
+   !> Is a surface in the way that does not carry the beam?
+   subroutine check_start(surfaces, beam, forces, q, error)
+      type(surface_t), intent(in) :: surfaces(:)
+      type(free_beam_t), intent(in) :: beam
+      !> Of each
+      real(wp), intent(in) :: forces(:)
+      !> State of the free modes
+      real(wp), intent(in) :: q(:)
+      !> Set when there is one
+      type(failure_t), allocatable, intent(inout) :: error
+
+      ! more than rounding, less than anything meant
+      real(wp), parameter :: tolerance = 1.0e-9_wp
+      real(wp) :: gap
+      integer :: k
+
+      do k = 1, size(surfaces)
+         gap = sum(beam%value(:, k)*q) - beam%height(k)
+         if (forces(k) > 0.0_wp .or. gap >= -tolerance*max(1.0_wp, abs(beam%height(k)))) cycle
+         call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
+            to_text(surfaces(k)%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
+         return
+      end do
+   end subroutine check_start
 
    !> The beam and its surfaces in the free modes.
    pure subroutine make_beam(model, modes, zeta, surfaces, beam)

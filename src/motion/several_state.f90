@@ -1,20 +1,25 @@
 !> A beam among any number of surfaces in the present phase: the set of closed ones, the state of its modes, and the
 !> signals that end it (docs/theory.md, section 17).
 module several_state
+   use applied_loads, only: applied_loads_t
    use certified_search, only: first_zero, found_zero, local_t, search_t, viewed_signal_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
    use damped_oscillators, only: acceleration, propagate
+   use driven_signal, only: driven_signal_t, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
    use held_sets, only: free_beam_t, into_held, out_of_held
    use joint_modes, only: joint_amplitudes
    use kinds, only: wp
+   use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t
+   use phase_drives, only: drive_at, drive_rate_at, make_set_drive, phase_drive_t, start_drive
    use phase_measures, only: measurer_t
    use surface_states, only: impedance_of, surface_state_t
    implicit none (type, external)
    private
-   public :: several_t, open_store, take_over, search_surface, signal_of, move_to, free_state, force_terms
+   public :: several_t, open_store, take_over, find_load, search_surface, signal_of, move_to, move_alone, free_state
+   public :: force_terms, driven_terms
    public :: end_gap, end_force, end_home, end_pull, whole_gap
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
@@ -33,8 +38,15 @@ module several_state
       !> The sets, which the next run may use too
       type(set_store_t), pointer :: store => null()
       type(contact_set_t), pointer :: set => null()
-      !> State of the set's modes as the phase starts, [modes]
+      !> State of the set's modes as the phase starts, less what loads do, [modes]
       real(wp), allocatable :: z(:), v(:)
+      !> What acts on the beam; none: no phase is driven
+      type(applied_loads_t) :: loads
+      type(phase_drive_t) :: drive
+      !> Longest that the phase can be
+      real(wp) :: longest = huge(1.0_wp)
+      !> Loads in the free modes at the present instant, and their rates, [free]
+      real(wp), allocatable :: load(:), load_rate(:)
       !> Of the terms, weights included, where a surface yields, [count]
       complex(wp), allocatable :: amplitude(:)
       !> Of the surfaces but the pulled one, whose is that of the motion
@@ -56,8 +68,10 @@ contains
    end subroutine open_store
 
    !> Begin a phase with the set that is closed now.
-   subroutine take_over(self, q, v, is_new, error)
+   subroutine take_over(self, tau, q, v, is_new, error)
       type(several_t), target, intent(inout) :: self
+      !> Its start
+      real(wp), intent(in) :: tau
       !> State in the free modes, [free]
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
@@ -66,6 +80,7 @@ contains
       !> Set when it could not be
       type(failure_t), allocatable, intent(inout) :: error
 
+      real(wp), dimension(size(self%states)) :: depth, branch_force
       integer :: k
 
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
@@ -76,11 +91,14 @@ contains
          end if
          if (.not. allocated(self%z)) allocate (self%z(held%count), self%v(held%count))
          call into_held(self%beam, held, q, v, self%z, self%v)
+         depth = self%states%depth
+         branch_force = self%states%branch_force
+         if (self%loads%count > 0) call begin_drive(self, tau, is_new, depth, branch_force)
          if (size(pressed) > 0) then
             if (allocated(self%amplitude)) deallocate (self%amplitude)
             allocate (self%amplitude(joint%count))
             call joint_amplitudes(held%oscillators%square, joint, -held%static_gap(pressed), &
-               self%states(pressed)%depth, self%states(pressed)%branch_force, self%z, self%v, self%amplitude)
+               depth(pressed), branch_force(pressed), self%z, self%v, self%amplitude)
             self%amplitude = joint%weight*self%amplitude
          else
             do k = 1, size(held%held)
@@ -89,6 +107,53 @@ contains
          end if
       end associate
    end subroutine take_over
+
+   !> The loads at an instant, where they jump after it.
+   pure subroutine find_load(self, tau)
+      type(several_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      type(piece_t) :: piece
+      integer :: g
+
+      self%load(:) = 0.0_wp
+      self%load_rate(:) = 0.0_wp
+      do g = 1, self%loads%count
+         piece = piece_at(self%loads%course(g), tau)
+         self%load = self%load + self%loads%mode(:, g)*(piece%constant + real(piece%harmonic, wp))
+         self%load_rate = self%load_rate + self%loads%mode(:, g)*(piece%slope - piece%frequency*aimag(piece%harmonic))
+      end do
+   end subroutine find_load
+
+   !> What loads do from now on; the rest swings of itself.
+   subroutine begin_drive(self, tau, is_new, depth, branch_force)
+      type(several_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+      !> The run has not used the set so far: its answers to loads are those of another run
+      logical, intent(in) :: is_new
+      !> Of all surfaces, [surfaces]
+      real(wp), intent(inout) :: depth(:)
+      real(wp), intent(inout) :: branch_force(:)
+
+      integer :: k
+
+      associate (set => self%set)
+         if (is_new) then
+            if (allocated(set%drive)) deallocate (set%drive)
+            allocate (set%drive)
+            call make_set_drive(self%beam, set%held, set%pressed, [(impedance_of(self%states(k)), &
+               k=1, size(self%states))], self%loads, set%drive)
+         end if
+         call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
+         self%longest = self%drive%until - tau
+         associate (at => set%drive%at)
+            self%z = self%z - drive_at(set%drive, self%drive, 1, at%gaps, 0.0_wp)
+            self%v = self%v - drive_rate_at(set%drive, self%drive, 1, at%gaps, 0.0_wp)
+            depth = depth - drive_at(set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp)
+            branch_force = branch_force - drive_at(set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp)
+         end associate
+      end associate
+   end subroutine begin_drive
 
    !> A reaction swings with p + 2 zeta p', which swings like p itself.
    subroutine ready_reaction(two_zeta, z, v, reaction)
@@ -126,23 +191,27 @@ contains
          if (ended_by == end_gap .and. size(self%set%pressed) == 0) then
             held%gap(k)%z(:) = self%z
             held%gap(k)%v(:) = self%v
-            held%gap(k)%start_order = start_of(held%gap(k), state%start_order)
             held%gap(k)%surface = 0.0_wp
             if (allocated(state%spring)) then
                if (.not. state%follows) held%gap(k)%surface = state%depth
                held%gap(k)%rate = min(state%spring%surface_rate, huge(1.0_wp))
             end if
-            call held%gap(k)%find_zero(limit, search)
-            return
-         end if
-         if (ended_by == end_force .and. size(self%set%pressed) == 0) then
+            if (self%loads%count == 0) then
+               held%gap(k)%start_order = start_of(held%gap(k), state%start_order)
+               call held%gap(k)%find_zero(limit, search)
+               return
+            end if
+            allocate (signal, source=held%gap(k))
+            call add_drive(self, k, end_gap, signal)
+         else if (ended_by == end_force .and. size(self%set%pressed) == 0 .and. self%loads%count == 0) then
             associate (force => held%force(findloc(held%held, k, dim=1)))
                force%start_order = start_of(force, state%start_order)
                call first_zero(force, limit, search)
             end associate
             return
+         else
+            call signal_of(self, k, ended_by, signal)
          end if
-         call signal_of(self, k, ended_by, signal)
          signal%start_order = start_of(signal, state%start_order)
          call first_zero(signal, limit, search)
          if (.not. state%is_indented) return
@@ -190,7 +259,55 @@ contains
       else
          call modal_of(self, k, kind, signal)
       end if
+      if (self%loads%count > 0) call add_drive(self, k, kind, signal)
    end subroutine signal_of
+
+   !> What loads do to it besides.
+   subroutine add_drive(self, k, kind, signal)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> One of the `end_` constants, or `whole_gap`
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(inout) :: signal
+
+      type(driven_signal_t), allocatable :: driven
+
+      allocate (driven)
+      call driven_terms(self, k, kind, driven%terms)
+      driven%until = self%longest
+      call move_alloc(signal, driven%free)
+      call move_alloc(driven, signal)
+   end subroutine add_drive
+
+   !> That alone.
+   subroutine driven_terms(self, k, kind, terms)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      type(driven_terms_t), intent(out) :: terms
+
+      real(wp) :: factor, of_rate
+      integer :: i, row
+
+      factor = merge(-1.0_wp, 1.0_wp, kind == end_home)
+      of_rate = 0.0_wp
+      if (kind == end_pull) then
+         factor = self%states(k)%spring%stiffness
+         of_rate = self%states(k)%spring%viscosity
+      end if
+      associate (set => self%set%drive, drive => self%drive)
+         row = set%at%gaps + k
+         if (kind == end_force) row = set%at%forces + k
+         terms%constant = factor*drive%constant(row) + of_rate*drive%slope(row)
+         terms%slope = factor*drive%slope(row)
+         allocate (terms%frequency, source=drive%frequency)
+         allocate (terms%harmonic, source=cmplx(factor, of_rate*drive%frequency, wp)*drive%harmonic(row, :))
+         allocate (terms%resonance, source=drive%resonance)
+         allocate (terms%share, source=[(factor*set%resonant(drive%pair(i))%row(row), i=1, size(drive%pair))])
+         allocate (terms%share_of_rate, source=[(factor*set%resonant(drive%pair(i))%row_of_rate(row) &
+            + of_rate*set%resonant(drive%pair(i))%row(row), i=1, size(drive%pair))])
+      end associate
+   end subroutine driven_terms
 
    !> In modes.
    subroutine modal_of(self, k, kind, signal)
@@ -300,12 +417,25 @@ contains
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
+      call move_alone(self, time, z, v)
+      if (self%loads%count == 0) return
+      z = z + drive_at(self%set%drive, self%drive, 1, size(z), time)
+      v = v + drive_rate_at(self%set%drive, self%drive, 1, size(v), time)
+   end subroutine move_to
+
+   !> The same less what loads do.
+   pure subroutine move_alone(self, time, z, v)
+      type(several_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: z(:)
+      real(wp), intent(out) :: v(:)
+
       if (size(self%set%pressed) > 0) then
          call state_in(self%set, self%amplitude, self%z, self%v, time, z, v)
       else
          call propagate(self%set%held%oscillators, time, self%z, self%v, z, v)
       end if
-   end subroutine move_to
+   end subroutine move_alone
 
    !> The same in the free modes.
    pure subroutine free_state(self, z, v, q, rate)

@@ -113,6 +113,10 @@ contains
             pull = pull - sum(b*others)
             if (present(noise)) noise = noise + sum(abs(b*others))
          end if
+         if (self%loads%count > 0) then
+            pull = pull - sum(b*self%load)
+            if (present(noise)) noise = noise + sum(abs(b*self%load))
+         end if
          if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*noise
       end associate
    end function pull_of

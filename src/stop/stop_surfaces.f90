@@ -4,6 +4,7 @@
 !> force acts on the beam along s.
 module stop_surfaces
    use kinds, only: wp
+   use load_settings, only: start_pull
    use run_settings, only: law_restitution, law_spring_damper, run_settings_t, side_above, side_below, side_both, &
       stop_settings_t
    implicit none (type, external)
@@ -26,13 +27,14 @@ module stop_surfaces
 
 contains
 
-   !> Is it the paper's problem: one stop below the beam, of one of its two laws?
+   !> Is it the paper's problem: one stop below the beam, of one of its two laws, released and left alone?
    pure function is_plain(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
 
       answer = .not. allocated(settings%more_stops) .and. settings%stop%side == side_below .and. &
-         settings%stop%law /= law_spring_damper
+         settings%stop%law /= law_spring_damper .and. settings%start%kind == start_pull .and. .not. &
+         (allocated(settings%forces) .or. allocated(settings%bases))
    end function is_plain
 
    !> All stops of a run in the scene's order.

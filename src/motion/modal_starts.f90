@@ -1,0 +1,99 @@
+!> How a motion begins, in the free modes (docs/theory.md, section 18).
+module modal_starts
+   use applied_loads, only: applied_loads_t
+   use beam_loads, only: base_mass_vector, base_rotation_vector
+   use beam_model, only: beam_model_t
+   use complementarity, only: solve_complementarity
+   use free_modes, only: free_modes_t
+   use held_sets, only: free_beam_t
+   use kinds, only: wp
+   use load_courses, only: value_at
+   use load_settings, only: field_mode, field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
+      start_settings_t, start_velocity
+   implicit none (type, external)
+   private
+   public :: find_modal_start
+
+contains
+
+   !> State of the free modes, and what carries the beam.
+   subroutine find_modal_start(model, modes, start, beam, pulled, acts, stiffness, loads, q, v, forces)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(start_settings_t), intent(in) :: start
+      !> With its surfaces
+      type(free_beam_t), intent(in) :: beam
+      !> The surface from which it is pulled away
+      integer, intent(in) :: pulled
+      !> Surfaces that can carry it, and their stiffnesses, 0: rigid
+      logical, intent(in) :: acts(:)
+      real(wp), intent(in) :: stiffness(:)
+      type(applied_loads_t), intent(in) :: loads
+      !> [modes]
+      real(wp), allocatable, intent(out) :: q(:)
+      real(wp), allocatable, intent(out) :: v(:)
+      !> P of each surface, [surfaces]
+      real(wp), intent(out) :: forces(:)
+
+      allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
+      forces = 0.0_wp
+      select case (start%kind)
+      case (start_pull)
+         associate (b => beam%value(:, pulled), square => beam%oscillators%square)
+            q(:) = (1.0_wp + beam%height(pulled))*b/(square*sum(b**2/square))
+         end associate
+      case (start_balance)
+         call find_balance(beam, acts, stiffness, loads, q, forces)
+      case (start_velocity)
+         select case (start%field)
+         case (field_uniform)
+            v(:) = start%velocity*matmul(base_mass_vector(model), modes%mode)
+         case (field_rotation)
+            v(:) = start%velocity*matmul(base_rotation_vector(model), modes%mode)
+         case (field_mode)
+            v(start%mode) = start%velocity/modes%mode(modes%tip_dof, start%mode)
+         end select
+      case (start_drop)
+         v(:) = -start%velocity*matmul(base_mass_vector(model), modes%mode)
+      case (start_mode)
+         associate (tip => modes%mode(modes%tip_dof, start%mode))
+            q(start%mode) = start%displacement/tip
+            v(start%mode) = start%velocity/tip
+         end associate
+      end select
+   end subroutine find_modal_start
+
+   !> At rest under the loads of tau = 0 on surfaces that push and never pull.
+   subroutine find_balance(beam, acts, stiffness, loads, q, forces)
+      type(free_beam_t), intent(in) :: beam
+      logical, intent(in) :: acts(:)
+      real(wp), intent(in) :: stiffness(:)
+      type(applied_loads_t), intent(in) :: loads
+      !> [modes]
+      real(wp), intent(inout) :: q(:)
+      !> [surfaces]
+      real(wp), intent(inout) :: forces(:)
+
+      real(wp), allocatable :: compliance(:, :), gap(:), force(:)
+      logical, allocatable :: carries(:)
+      integer, allocatable :: place(:)
+      integer :: j, k
+
+      associate (square => beam%oscillators%square)
+         if (loads%count > 0) q = matmul(loads%mode, value_at(loads%course, 0.0_wp))/square
+         allocate (place, source=pack([(k, k=1, size(acts))], acts))
+         allocate (compliance(size(place), size(place)), force(size(place)), carries(size(place)))
+         do k = 1, size(place)
+            do j = 1, size(place)
+               compliance(j, k) = sum(beam%value(:, place(j))*beam%value(:, place(k))/square)
+            end do
+            if (stiffness(place(k)) > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness(place(k))
+         end do
+         allocate (gap, source=matmul(q, beam%value(:, place)) - beam%height(place))
+         call solve_complementarity(compliance, gap, force, carries)
+         forces(place) = force
+         q = q + matmul(beam%value, forces)/square
+      end associate
+   end subroutine find_balance
+
+end module modal_starts
