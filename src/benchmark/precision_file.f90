@@ -10,6 +10,7 @@ module precision_file
    use motion_errors, only: motion_errors_t
    use number_text, only: to_text
    use precision_types, only: precision_t, varied_names, varied_step
+   use quantity_groups, only: quantity_group_t
    use results_file, only: begin_results, finish_results
    use scene_types, only: contender_names, mass_names, scene_t
    use timed_tasks, only: clock_resolution, timing_t
@@ -29,7 +30,8 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
-      type(hdf5_group_t) :: root, group
+      type(quantity_group_t) :: root
+      type(hdf5_group_t) :: group
 
       call make_folder(folder, error)
       if (allocated(error)) return

@@ -80,7 +80,7 @@ contains
       real(wp) :: period
 
       settings = asked
-      settings%output = output_settings_t(history=history_table%unit == 'eta')
+      settings%output = output_settings_t(history=history_table%quantity == 'displacement')
       period = 2.0_wp*pi*(lambda1/lowest)**2
       associate (response => settings%response)
          response%duration = min(asked%response%duration, real(most_periods, wp)*period)

@@ -1,29 +1,28 @@
 !> Short tables of results for people to read.
 module console_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_named, measure_table
+   use measure_rows, only: row_in
    use number_text, only: rounded, to_text
+   use quantities, only: quantity_named, unit_of, units_t, words_in
+   use reader_units, only: find_prefix, reading_in
    use response_types, only: mesh_check_t, mode_check_t, run_measures_t, surface_record_t
    use run_measures, only: row_of
    use run_settings, only: method_names, method_newmark, side_below, stop_settings_t
    use scene_types, only: scene_t, shape_taper
+   use scene_units, only: units_in
    use stop_words, only: law_in_words, place_in_words, released_stop, stops_in_scene, support_in_words
-   use text_columns, only: at_right, fixed, label_width, print_columns, print_line
+   use text_columns, only: fixed, label_width, print_columns, print_line
    implicit none (type, external)
    private
-   public :: print_model, print_frequency_table, print_measures, print_mesh, print_modes, print_surfaces
-   public :: measured
+   public :: print_model, print_measures, print_mesh, print_modes, print_surfaces
+   public :: fill_column
 
    !> Width of a column of numbers.
    integer, parameter :: column_width = 12
-   !> Wider tables of frequencies are printed in parts.
-   integer, parameter :: most_columns = 6
    !> So many rebounds are listed; of more only the number is said.
    integer, parameter :: most_peaks = 12
-   !> Errors in percent below this are written with an exponent.
-   real(wp), parameter :: smallest_plain_error = 0.001_wp
 
 contains
 
@@ -60,6 +59,8 @@ contains
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
+      type(units_t) :: units
+
       associate (beam => scene%beam)
          if (beam%shape /= shape_taper) then
             words = 'section given by a table'
@@ -74,9 +75,20 @@ contains
             words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
          end if
       end associate
-      words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
+      units = units_in(scene)
+      if (units%are_of_scene) then
+         words = words//', L = '//reading_in(units, 'length', 1.0_wp)//', hbar = ' &
+            //reading_in(units, 'length', scene%scales%height_ratio)
+      else
+         words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
+      end if
       if (scene%zeta > 0.0_wp .or. scene%wants_response) words = words//', zeta = '//rounded(scene%zeta)
-      words = words//', mu = '//rounded(scene%tip_mass_ratio)
+      if (units%are_of_scene) then
+         if (scene%tip_mass_ratio > 0.0_wp) words = words//', tip mass ' &
+            //reading_in(units, 'mass', scene%tip_mass_ratio)
+      else
+         words = words//', mu = '//rounded(scene%tip_mass_ratio)
+      end if
    end function beam_in_words
 
    !> Where each stop is and its law: of the paper's one in a line, of others in two.
@@ -88,25 +100,27 @@ contains
 
       type(stop_settings_t), allocatable :: stops(:)
       character(:), allocatable :: label, words
+      type(units_t) :: units
       integer :: k
 
+      units = units_in(scene)
       allocate (stops, source=stops_in_scene(scene))
       do k = 1, size(stops)
          label = 'stop'
          if (size(stops) > 1) label = label//' '//to_text(k)
-         words = place_in_words(stops(k), node_position)
+         words = place_in_words(stops(k), node_position, units)
          if (size(stops) == 1 .and. stops(k)%side == side_below) then
-            call print_line(unit, label, law_in_words(stops(k))//', '//words)
+            call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
             cycle
          end if
          if (k == released_stop(scene)) words = words//'; released from it'
          if (stops(k)%side == side_below) words = 'below, '//words
          call print_line(unit, label, words)
-         call print_line(unit, '', law_in_words(stops(k)))
+         call print_line(unit, '', law_in_words(stops(k), units))
       end do
       if (.not. allocated(scene%supports)) return
       do k = 1, size(scene%supports)
-         call print_line(unit, 'support '//to_text(k), support_in_words(scene%supports(k)))
+         call print_line(unit, 'support '//to_text(k), support_in_words(scene%supports(k), units))
       end do
    end subroutine print_stops
 
@@ -115,178 +129,56 @@ contains
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
+      type(units_t) :: units
+
       associate (response => scene%response)
          words = trim(method_names(response%method))
          if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)// &
             ', gamma = '//rounded(response%newmark_gamma)
-         words = words//', d tau = '//rounded(response%step)//', to tau = '//rounded(response%duration)
+         units = units_in(scene)
+         words = words//words_in(units, ', {d tau~dt} = ')//reading_in(units, 'time', response%step) &
+            //words_in(units, ', to {tau~t} = ')//reading_in(units, 'time', response%duration)
       end associate
    end function motion_in_words
 
-   !> A table of frequencies: a row for each mode, a column for each mesh and solver, '-' where a mesh
-   !> has no such mode; and the same for the errors, where exact values are known. A table of one column
-   !> has its errors beside it. Then why a solver has failed, if one has.
-   subroutine print_frequency_table(unit, table)
-      integer, intent(in) :: unit
-      type(frequency_table_t), intent(in) :: table
-
-      type(frequency_table_t) :: part
-      integer :: first, i
-
-      if (size(table%columns) == 1) then
-         call print_column(unit, table)
-      else
-         do first = 1, size(table%columns), most_columns
-            part%columns = table%columns(first:min(first + most_columns - 1, size(table%columns)))
-            if (allocated(table%exact)) part%exact = table%exact
-            call print_frequency_columns(unit, part)
-         end do
-      end if
-      if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
-         table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
-      do i = 1, size(table%columns)
-         associate (column => table%columns(i))
-            if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for n = '//to_text(column%elements) &
-               //', l_i/l_(i+1) = '//rounded(column%ratio)//', '//column%solver//': '//column%failure
-         end associate
-      end do
-   end subroutine print_frequency_table
-
-   !> A table of one column.
-   subroutine print_column(unit, table)
-      integer, intent(in) :: unit
-      type(frequency_table_t), intent(in) :: table
-
-      character(column_width) :: cells(3)
-      integer :: mode
-      logical :: has_exact
-
-      has_exact = allocated(table%exact)
-      associate (column => table%columns(1))
-         write (unit, '(/, 2x, a)') 'lambda, '//to_text(column%elements)//' elements, l_i/l_(i+1) = ' &
-            //rounded(column%ratio)//', solver '//column%solver
-         cells(:) = ''
-         cells(1) = adjust_right('lambda')
-         if (has_exact) cells(2:3) = [adjust_right('exact'), adjust_right('error %')]
-         call print_cells(unit, '', cells)
-         do mode = 1, size(column%lambda)
-            cells(:) = ''
-            cells(1) = adjust_right(fixed(column%lambda(mode), 6))
-            if (has_exact) then
-               if (mode <= size(table%exact)) cells(2:3) = [ &
-                  adjust_right(fixed(table%exact(mode), 6)), &
-                  adjust_right(error_text(100.0_wp*(column%lambda(mode)/table%exact(mode) - 1.0_wp)))]
-            end if
-            call print_cells(unit, 'mode '//to_text(mode), cells)
-         end do
-      end associate
-   end subroutine print_column
-
-   !> A table of several columns.
-   subroutine print_frequency_columns(unit, table)
-      integer, intent(in) :: unit
-      type(frequency_table_t), intent(in) :: table
-
-      character(column_width) :: cells(size(table%columns) + 1)
-      integer :: column, columns, mode, rows
-
-      columns = size(table%columns)
-      rows = 0
-      if (allocated(table%exact)) rows = size(table%exact)
-      do column = 1, columns
-         rows = max(rows, size(table%columns(column)%lambda))
-      end do
-
-      call print_heading(unit, table%columns, 'lambda', allocated(table%exact))
-      do mode = 1, rows
-         cells(:) = adjust_right('-')
-         do column = 1, columns
-            associate (lambda => table%columns(column)%lambda)
-               if (mode <= size(lambda)) cells(column) = adjust_right(fixed(lambda(mode), 6))
-            end associate
-         end do
-         cells(columns + 1) = ''
-         if (allocated(table%exact)) then
-            if (mode <= size(table%exact)) cells(columns + 1) = adjust_right(fixed(table%exact(mode), 6))
-         end if
-         call print_cells(unit, 'mode '//to_text(mode), cells)
-      end do
-      if (.not. allocated(table%exact)) return
-
-      call print_heading(unit, table%columns, 'error of lambda in percent', .false.)
-      do mode = 1, min(rows, size(table%exact))
-         cells(:) = adjust_right('-')
-         cells(columns + 1) = ''
-         do column = 1, columns
-            associate (lambda => table%columns(column)%lambda, exact => table%exact(mode))
-               if (mode <= size(lambda)) cells(column) = &
-                  adjust_right(error_text(100.0_wp*(lambda(mode)/exact - 1.0_wp)))
-            end associate
-         end do
-         call print_cells(unit, 'mode '//to_text(mode), cells)
-      end do
-   end subroutine print_frequency_columns
-
-   !> What the columns of a table of frequencies are.
-   subroutine print_heading(unit, columns, heading, has_exact)
-      integer, intent(in) :: unit
-      type(frequency_column_t), intent(in) :: columns(:)
-      !> What the numbers are
-      character(*), intent(in) :: heading
-      !> The last column is that of the exact values
-      logical, intent(in) :: has_exact
-
-      character(column_width) :: cells(size(columns) + 1)
-      integer :: i
-
-      write (unit, '(/, 2x, a)') heading
-      cells(:) = ''
-      do i = 1, size(columns)
-         cells(i) = adjust_right(to_text(columns(i)%elements))
-      end do
-      if (has_exact) cells(size(cells)) = adjust_right('exact')
-      call print_cells(unit, 'elements n', cells)
-      cells(size(cells)) = ''
-      do i = 1, size(columns)
-         cells(i) = adjust_right(rounded(columns(i)%ratio))
-      end do
-      call print_cells(unit, 'l_i/l_(i+1)', cells)
-      do i = 1, size(columns)
-         cells(i) = adjust_right(columns(i)%solver)
-      end do
-      call print_cells(unit, 'solver', cells)
-   end subroutine print_heading
-
    !> What a finer mesh does, and where the inertia of the stop's node is; nothing, if nothing is to be said.
-   subroutine print_mesh(unit, check)
+   subroutine print_mesh(unit, check, units)
       !> Where to
       integer, intent(in) :: unit
       type(mesh_check_t), intent(in) :: check
+      !> What results are in
+      type(units_t), intent(in) :: units
 
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
       if (check%adds_mass) call print_line(unit, '', &
          "the mesh adds to the mass that is struck: mass = 'auto' errs less")
       if (check%compared == 0) return
       call print_line(unit, '', 'with '//to_text(check%compared)//' elements the motion differs by '// &
-         rounded(check%difference)//' until tau = '//rounded(check%horizon))
+         reading_in(units, 'displacement', check%difference)//words_in(units, ' until {tau~t} = ') &
+         //reading_in(units, 'time', check%horizon))
       if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
    end subroutine print_mesh
 
    !> What leaving out modes does; nothing, if none was left out.
-   subroutine print_modes(unit, check)
+   subroutine print_modes(unit, check, units)
       integer, intent(in) :: unit
       !> The modes kept, and those compared
       type(mode_check_t), intent(in) :: check
+      !> What results are in
+      type(units_t), intent(in) :: units
 
       if (check%compared == 0) return
       call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)// &
-         ' eta differs by '//rounded(check%difference)//' until tau = '//rounded(check%horizon))
+         words_in(units, ' {eta~the displacement} differs by ')//reading_in(units, 'displacement', check%difference) &
+         //words_in(units, ' until {tau~t} = ')//reading_in(units, 'time', check%horizon))
    end subroutine print_modes
 
    !> The measures of a run, a line each, and the highest points of its rebounds.
-   subroutine print_measures(unit, measures, released)
+   subroutine print_measures(unit, measures, units, released)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
+      !> What results are in
+      type(units_t), intent(in) :: units
       !> The stop of the rebounds, if that must be said; 0: it need not
       integer, intent(in), optional :: released
 
@@ -301,125 +193,123 @@ contains
       row = row_of(measures)
       write (unit, '()')
       do i = 1, measure_count
-         if (measure_table(i)%label /= '') call print_line(unit, trim(measure_table(i)%label), &
-            measure_in_words(i, row(i), 6, measures%duration))
+         if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
+            measure_in_words(i, row(i), measures%duration, units))
       end do
       if (measures%rebounds == 0) call print_line(unit, heading, 'none')
       do i = 1, min(measures%rebounds, most_peaks)
-         call print_line(unit, merge(heading, repeat(' ', label_width), i == 1), 'eta = ' &
-            //fixed(measures%peak_eta(i), 6)//' at tau = '//fixed(measures%peak_tau(i), 6))
+         call print_line(unit, merge(heading, repeat(' ', label_width), i == 1), words_in(units, '{eta~y - d} = ') &
+            //said('displacement', measures%peak_eta(i), units)//words_in(units, ' at {tau~t} = ') &
+            //said('time', measures%peak_tau(i), units))
       end do
       if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)// &
          ' more')
    end subroutine print_measures
 
    !> What happened at each of several surfaces, a line each.
-   subroutine print_surfaces(unit, surfaces)
+   subroutine print_surfaces(unit, surfaces, units)
       integer, intent(in) :: unit
       !> With measures
       type(surface_record_t), intent(in) :: surfaces(:)
+      !> What results are in
+      type(units_t), intent(in) :: units
 
-      integer, parameter :: size_of_heading = 16
+      integer, parameter :: size_of_heading = 32
       character(*), parameter :: shown(6) = [character(24) :: 'impacts', 'contacts', 'first_impact_tau', &
          'total_contact', 'greatest_force', 'greatest_impulse']
+      character(*), parameter :: titles(6) = [character(24) :: 'impacts', 'lasting contacts', &
+         'first at {tau =~t}', 'time in contact', 'greatest force', 'greatest impulse']
       character(column_width) :: cells(size(shown) + 2, size(surfaces))
       character(size_of_heading) :: headings(size(shown) + 2)
-      real(wp) :: row(measure_count)
+      real(wp) :: rows(measure_count, size(surfaces))
       integer :: i, k
 
-      headings = [character(size_of_heading) :: 'stop', 'side', 'impacts', 'lasting contacts', 'first at tau =', &
-         'time in contact', 'greatest force', 'greatest impulse']
+      headings(:2) = ['stop', 'side']
       do i = 1, size(surfaces)
-         row = row_of(surfaces(i)%measures)
+         rows(:, i) = row_in(units, row_of(surfaces(i)%measures))
          cells(:2, i) = [character(column_width) :: to_text(surfaces(i)%stop), &
             trim(merge('below', 'above', surfaces(i)%sign > 0))]
-         do k = 1, size(shown)
-            cells(k + 2, i) = measured(measure_named(shown(k)), row)
-         end do
+      end do
+      do k = 1, size(shown)
+         call fill_column(measure_named(shown(k)), rows, words_in(units, trim(titles(k))), units, headings(k + 2), &
+            cells(k + 2, :))
       end do
       write (unit, '()')
       call print_columns(unit, headings, cells)
    end subroutine print_surfaces
 
-   !> A measure for a cell of a table; '-': it did not happen.
-   function measured(measure, row) result(text)
+   !> A column of a measure; '-': it did not happen.
+   pure subroutine fill_column(measure, rows, title, units, heading, cells)
       !> Its place in the table
       integer, intent(in) :: measure
-      !> [measure_count]
-      real(wp), intent(in) :: row(:)
-      character(:), allocatable :: text
+      !> As results have them, [measure_count, lines]
+      real(wp), intent(in) :: rows(:, :)
+      character(*), intent(in) :: title
+      !> What results are in
+      type(units_t), intent(in) :: units
+      !> The title, in units with the unit of all
+      character(*), intent(out) :: heading
+      character(*), intent(out) :: cells(:)
 
-      text = '-'
-      if (ieee_is_nan(row(measure))) return
-      text = fixed(row(measure), 6)
-      if (measure_table(measure)%is_whole) text = to_text(nint(row(measure)))
-   end function measured
+      character(:), allocatable :: unit
+      real(wp) :: factor
+      integer :: i
 
-   !> Such as '15', 'at tau = 1.547641', 'not until tau = 20'.
-   function measure_in_words(measure, value, decimals, duration) result(words)
+      factor = 1.0_wp
+      heading = title
+      associate (entry => measure_table(measure), values => rows(measure, :))
+         if (units%are_of_scene .and. entry%quantity /= 'number') then
+            call find_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
+               unit_of(quantity_named(entry%quantity), units), factor, unit)
+            heading = title//', '//unit
+         end if
+         do i = 1, size(cells)
+            cells(i) = '-'
+            if (ieee_is_nan(values(i))) cycle
+            cells(i) = fixed(values(i)*factor, 6)
+            if (entry%is_whole) cells(i) = to_text(nint(values(i)))
+         end do
+      end associate
+   end subroutine fill_column
+
+   !> Such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
+   pure function measure_in_words(measure, value, duration, units) result(words)
       !> Its place in the table
       integer, intent(in) :: measure
-      !> NaN: it did not happen
+      !> Dimensionless; NaN: it did not happen
       real(wp), intent(in) :: value
-      integer, intent(in) :: decimals
       !> Length of the run, tau
       real(wp), intent(in) :: duration
+      !> What results are in
+      type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
       associate (entry => measure_table(measure))
          if (ieee_is_nan(value)) then
             words = 'none'
-            if (entry%lead /= '') words = 'not until tau = '//rounded(duration)
+            if (entry%lead /= '') words = words_in(units, 'not until {tau~t} = ')//reading_in(units, 'time', duration)
          else if (entry%is_whole) then
             words = to_text(nint(value))
          else
-            words = fixed(value, decimals)
-            if (entry%lead /= '') words = trim(entry%lead)//' '//words
+            words = said(entry%quantity, value, units)
+            if (entry%lead /= '') words = words_in(units, trim(entry%lead))//' '//words
          end if
       end associate
    end function measure_in_words
 
-   !> A row of a table.
-   subroutine print_cells(unit, label, cells)
-      integer, intent(in) :: unit
-      !> The row's label
-      character(*), intent(in) :: label
-      !> Its cells
-      character(column_width), intent(in) :: cells(:)
+   !> A dimensionless value as results have it, with six decimals where that is without unit.
+   pure function said(quantity, value, units) result(words)
+      character(*), intent(in) :: quantity
+      real(wp), intent(in) :: value
+      !> What results are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
 
-      character(column_width) :: padded
-      character(:), allocatable :: line
-      integer :: i
-
-      padded = label
-      line = padded
-      do i = 1, size(cells)
-         line = line//cells(i)
-      end do
-      write (unit, '(2x, a)') trim(line)
-   end subroutine print_cells
-
-   !> An error in percent: four decimals, or an exponent where these would hide it.
-   pure function error_text(error) result(text)
-      real(wp), intent(in) :: error
-      character(:), allocatable :: text
-
-      character(32) :: buffer
-
-      if (abs(error) >= smallest_plain_error .or. abs(error) <= 0.0_wp) then
-         text = fixed(error, 4)
+      if (units%are_of_scene) then
+         words = reading_in(units, quantity, value)
       else
-         write (buffer, '(es12.1e2)') error
-         text = trim(adjustl(buffer))
+         words = fixed(value, 6)
       end if
-   end function error_text
-
-   !> A text at the right of a column.
-   pure function adjust_right(text) result(cell)
-      character(*), intent(in) :: text
-      character(column_width) :: cell
-
-      cell = at_right(text, column_width)
-   end function adjust_right
+   end function said
 
 end module console_tables

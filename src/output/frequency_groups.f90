@@ -2,10 +2,9 @@
 module frequency_groups
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use frequency_types, only: frequency_table_t
-   use hdf5_writing, only: hdf5_group_t
    use kinds, only: lambda1, wp
+   use quantity_groups, only: quantity_group_t
    use run_settings, only: name_length
-   use scene_units, only: units_t
    implicit none (type, external)
    private
    public :: write_frequencies
@@ -13,10 +12,9 @@ module frequency_groups
 contains
 
    !> The table of frequencies; where a mesh has no such mode, or its solver failed, stands NaN.
-   subroutine write_frequencies(group, table, units)
-      type(hdf5_group_t), intent(in) :: group
+   subroutine write_frequencies(group, table)
+      type(quantity_group_t), intent(in) :: group
       type(frequency_table_t), intent(in) :: table
-      type(units_t), intent(in) :: units
 
       character(*), parameter :: of_columns = 'column_solver column_elements column_ratio'
       integer, parameter :: longest_failure = 200
@@ -58,31 +56,32 @@ contains
       call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', &
          ['column', 'mode  '])
       call group%attribute('coordinates', of_columns, 'lambda')
-      call group%add('omega', omega, '1', 'circular frequency in omega1', ['column', 'mode  '], &
-         in_scene_units=units%frequency)
-      call group%attribute('coordinates', of_columns, 'omega')
+      call group%put('omega', omega, &
+         trim(merge('frequency         ', 'circular_frequency', group%units%are_of_scene)), &
+         '{circular frequency in omega1~frequency}', ['column', 'mode  '])
+      call group%attribute('coordinates', of_columns, group%named('omega'))
       if (allocated(table%exact)) then
          call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
          call group%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
          call group%attribute('coordinates', of_columns, 'error')
       end if
-      if (allocated(table%shape)) call write_mode_shapes(group%group('shapes'), table, units)
+      if (allocated(table%shape)) call write_mode_shapes(group%part('shapes'), table)
    end subroutine write_frequencies
 
    !> Mode shapes on the first mesh of the table.
-   subroutine write_mode_shapes(group, table, units)
-      type(hdf5_group_t), intent(in) :: group
+   subroutine write_mode_shapes(group, table)
+      type(quantity_group_t), intent(in) :: group
       type(frequency_table_t), intent(in) :: table
-      type(units_t), intent(in) :: units
 
       integer :: i
 
       call group%add('mode', [(i, i=1, size(table%shape, 2))], '1', 'mode', is_scale=.true.)
-      call group%add('x', table%node, '1', 'position of the nodes x/L', is_scale=.true., in_scene_units=units%length)
+      call group%put('x', table%node, 'length', 'position of the nodes{ x/L}', is_scale=.true.)
       call group%add('displacement', table%shape, '1', 'mode shape of unit modal mass (mass in rho Abar L)', &
          ['x   ', 'mode'])
       if (allocated(table%shape_slope)) then
-         call group%add('slope', table%shape_slope, '1', 'its derivative by x/L', ['x   ', 'mode'])
+         call group%put('slope', table%shape_slope, trim(merge('per_length', 'number    ', &
+            group%units%are_of_scene)), 'its derivative by {x/L~x}', ['x   ', 'mode'])
       end if
       call group%add('mass_orthogonality', table%mass_orthogonality, '1', 'largest |phi_i.M phi_j - delta_ij|')
       call group%add('stiffness_orthogonality', table%stiffness_orthogonality, '1', &

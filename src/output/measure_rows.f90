@@ -1,22 +1,21 @@
 !> Measures in files of one run or of several cases: a dataset for each that the table gives a name there.
 module measure_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
+   use quantities, only: quantity_named, units_t
+   use quantity_groups, only: quantity_group_t
    implicit none (type, external)
    private
-   public :: write_measures_of_run, write_measures_of_cases
+   public :: write_measures_of_run, write_measures_of_cases, row_in
 
 contains
 
    !> One number a measure; what did not happen is left out.
-   subroutine write_measures_of_run(group, row, in_scene_units)
-      type(hdf5_group_t), intent(in) :: group
+   subroutine write_measures_of_run(group, row)
+      type(quantity_group_t), intent(in) :: group
       !> [measure_count]
       real(wp), intent(in) :: row(:)
-      !> One unit of each measure in the units of the scene; 0: not known
-      real(wp), intent(in) :: in_scene_units(:)
 
       integer :: i
 
@@ -24,42 +23,46 @@ contains
          associate (measure => measure_table(i))
             if (measure%run_name == '') cycle
             ! a share of no energy is no number, but is there
-            if (ieee_is_nan(row(i)) .and. measure%unit /= '1') cycle
+            if (ieee_is_nan(row(i)) .and. measure%quantity /= 'number') cycle
             if (measure%is_whole) then
-               call group%add(trim(measure%run_name), nint(row(i)), '1', trim(measure%meaning))
+               call group%put(trim(measure%run_name), nint(row(i)), measure%meaning)
             else
-               call group%add(trim(measure%run_name), row(i), '1', trim(measure%meaning), in_scene_units(i))
+               call group%put(trim(measure%run_name), row(i), measure%quantity, measure%meaning)
             end if
          end associate
       end do
    end subroutine write_measures_of_run
 
+   !> Measures as results have them.
+   pure function row_in(units, row) result(converted)
+      type(units_t), intent(in) :: units
+      !> Dimensionless, [measure_count]
+      real(wp), intent(in) :: row(:)
+      real(wp) :: converted(measure_count)
+
+      converted = row
+      if (.not. units%are_of_scene) return
+      where (measure_table%quantity /= 'number') converted = row*units%factor(quantity_named(measure_table%quantity))
+   end function row_in
+
    !> One list a measure.
-   subroutine write_measures_of_cases(group, names, units, rows, along, in_scene_units)
-      type(hdf5_group_t), intent(in) :: group
+   subroutine write_measures_of_cases(group, names, rows, along)
+      type(quantity_group_t), intent(in) :: group
       !> Of the datasets, [measure_count]; empty: it is left out
       character(*), intent(in) :: names(:)
-      character(*), intent(in) :: units(:)
       !> [measure_count, cases]
       real(wp), intent(in) :: rows(:, :)
       !> Dimension scale of the cases
       character(*), intent(in) :: along
-      !> One unit of each measure in the units of the scene; 0: not known
-      real(wp), intent(in), optional :: in_scene_units(:)
 
-      real(wp) :: column(size(rows, 2)), known(measure_count)
       integer :: i
 
-      known = 0.0_wp
-      if (present(in_scene_units)) known = in_scene_units
       do i = 1, measure_count
          if (names(i) == '') cycle
-         column = rows(i, :)
          if (measure_table(i)%is_whole) then
-            call group%add(trim(names(i)), nint(column), trim(units(i)), trim(measure_table(i)%meaning), along)
+            call group%put(trim(names(i)), nint(rows(i, :)), measure_table(i)%meaning, along)
          else
-            call group%add(trim(names(i)), column, trim(units(i)), trim(measure_table(i)%meaning), along, &
-               in_scene_units=known(i))
+            call group%put(trim(names(i)), [rows(i, :)], measure_table(i)%quantity, measure_table(i)%meaning, along)
          end if
       end do
    end subroutine write_measures_of_cases

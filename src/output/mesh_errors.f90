@@ -1,10 +1,13 @@
 !> What the mesh does to the measures of some runs: estimates from three meshes, each twice as fine as the one before.
 module mesh_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use hdf5_writing, only: hdf5_group_t
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use measure_list, only: measure_count, measure_table
    use number_text, only: to_text
+   use printable_text, only: character_count
+   use quantities, only: name_in, quantity_named, unit_of, units_t
+   use quantity_groups, only: quantity_group_t
+   use reader_units, only: find_prefix
    implicit none (type, external)
    private
    public :: mesh_errors_t, judge, write_mesh_errors, print_mesh_errors
@@ -57,32 +60,38 @@ contains
 
    !> The group of the estimates: a dataset a measure along the cases, and the same of orders.
    subroutine write_mesh_errors(group, errors)
-      type(hdf5_group_t), intent(in) :: group
+      type(quantity_group_t), intent(in) :: group
       type(mesh_errors_t), intent(in) :: errors
 
+      type(quantity_group_t) :: own
       integer :: i
 
-      call group%add('case', errors%case, '1', 'case; 1 for a single run', is_scale=.true.)
-      call group%add('elements', errors%elements, '1', &
+      own = group%as_they_are()
+      call own%put('case', errors%case, 'case; 1 for a single run', is_scale=.true.)
+      call own%put('elements', errors%elements, &
          'elements of its mesh; compared with twice and four times as many', 'case')
       do i = 1, measure_count
          associate (measure => measure_table(i))
             if (.not. is_shown(i)) cycle
-            call group%add(trim(measure%name), errors%error(i, :), '1', &
-               'estimated error of the mesh; nan: it does not settle: '//trim(measure%meaning), 'case')
-            call group%add('order_'//trim(measure%name), errors%order(i, :), '1', &
+            call own%put(trim(measure%name), [errors%error(i, :)], measure%quantity, &
+               'estimated error of the mesh; nan: it does not settle: '//measure%meaning, 'case')
+            call own%put('order_'//trim(measure%name), [errors%order(i, :)], 'number', &
                'order of convergence seen; nan: none', 'case')
          end associate
       end do
    end subroutine write_mesh_errors
 
    !> A table: of one run value, error and order of each measure; of several the greatest error.
-   subroutine print_mesh_errors(unit, errors)
+   subroutine print_mesh_errors(unit, errors, units)
       !> Where to
       integer, intent(in) :: unit
       type(mesh_errors_t), intent(in) :: errors
+      !> What they are in
+      type(units_t), intent(in) :: units
 
       character(12) :: last
+      character(:), allocatable :: label
+      real(wp) :: factor
       integer :: cases, i, settled
 
       cases = size(errors%case)
@@ -100,23 +109,50 @@ contains
          if (.not. is_shown(i)) cycle
          ! what happened nowhere
          if (all(ieee_is_nan(errors%row(i, :)))) cycle
+         call find_label(i, errors%row(i, :), units, label, factor)
          settled = count(.not. ieee_is_nan(errors%error(i, :)))
          if (cases > 1) then
             last = 'none'
-            if (settled > 0) last = short(maxval(errors%error(i, :), &
+            if (settled > 0) last = short(factor*maxval(errors%error(i, :), &
                mask=.not. ieee_is_nan(errors%error(i, :))))
-            write (unit, '(2x, a, a14, a12)') measure_table(i)%name, trim(last), &
+            write (unit, '(2x, a, a14, a12)') label, trim(last), &
                to_text(settled)//' of '//to_text(cases)
          else if (settled == 0) then
-            write (unit, '(2x, a, f14.6, 4x, a)') measure_table(i)%name, errors%row(i, 1), 'does not settle'
+            write (unit, '(2x, a, f14.6, 4x, a)') label, factor*errors%row(i, 1), 'does not settle'
          else
             last = '-'
             if (.not. ieee_is_nan(errors%order(i, 1))) write (last, '(f8.1)') errors%order(i, 1)
-            write (unit, '(2x, a, f14.6, a12, a8)') measure_table(i)%name, errors%row(i, 1), &
-               short(errors%error(i, 1)), trim(adjustl(last))
+            write (unit, '(2x, a, f14.6, a12, a8)') label, factor*errors%row(i, 1), &
+               short(factor*errors%error(i, 1)), trim(adjustl(last))
          end if
       end do
    end subroutine print_mesh_errors
+
+   !> What stands before the numbers of a measure, and what makes them of its values.
+   pure subroutine find_label(measure, values, units, label, factor)
+      !> Its place in the table
+      integer, intent(in) :: measure
+      real(wp), intent(in) :: values(:)
+      !> What they are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable, intent(out) :: label
+      real(wp), intent(out) :: factor
+
+      character(:), allocatable :: unit
+
+      factor = 1.0_wp
+      label = measure_table(measure)%name
+      if (.not. units%are_of_scene) return
+      associate (quantity => measure_table(measure)%quantity)
+         label = name_in(units, label)
+         if (quantity /= 'number') then
+            call find_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
+               unit_of(quantity_named(quantity), units), factor, unit)
+            label = label//', '//unit
+         end if
+         label = label//repeat(' ', int(max(0, len(measure_table%name) - character_count(label)), i8))
+      end associate
+   end subroutine find_label
 
    !> Does an error of this measure mean anything?
    pure function is_shown(measure) result(answer)

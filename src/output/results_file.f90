@@ -1,22 +1,23 @@
 !> The HDF5 file of a scene. What was not computed is not in it.
 !>
-!> Everything is dimensionless as inside the program; `in_scene_units`, an attribute of the datasets for
-!> which it is known, is what one unit of theirs is in the units of the scene.
+!> Everything is dimensionless as inside the program, or in the units of the scene; `in_scene_units`, an attribute of
+!> the datasets for which it is known, is what one dimensionless unit is in the units of the scene.
 module results_file
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use failures, only: fail, failure_t
    use file_system, only: make_folder, replace_file
    use frequency_groups, only: write_frequencies
    use frequency_types, only: frequency_table_t
-   use hdf5_writing, only: hdf5_group_t
    use history_list, only: history_count
    use kinds, only: wp
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use program_identity, only: program_name, program_version
+   use quantities, only: system_names, system_none
+   use quantity_groups, only: quantity_group_t
    use response_groups, only: write_run
    use response_types, only: response_t
    use scene_types, only: scene_t
-   use scene_units, only: units_of, units_t
+   use scene_units, only: units_in
    implicit none (type, external)
    private
    public :: write_results, results_name, begin_results, finish_results, write_head, write_groups
@@ -28,6 +29,8 @@ module results_file
       //'contact force Pbar = hbar L^2 P/(1.8751040687^4 (y_c(0) - d) E Ibar); mass in rho Abar L, ' &
       //'so impulses in rho Abar L omega1 (y_c(0) - d) and energies in rho Abar L omega1^2 (y_c(0) - d)^2; ' &
       //'in_scene_units: one unit of a dataset in the units of the scene'
+   character(*), parameter :: conventions_in_units = &
+      'in_scene_units: by that a dataset was multiplied to be in its units; divided by it, it is dimensionless: '
 
 contains
 
@@ -53,41 +56,37 @@ contains
       type(response_t), intent(in), optional :: response
       type(mesh_errors_t), intent(in), optional :: errors
 
-      type(hdf5_group_t) :: root
+      type(quantity_group_t) :: root
 
       call make_folder(folder, error)
       if (allocated(error)) return
       call begin_results(root, expected_size(response), scene)
       if (present(node_position)) then
-         call write_groups(root, scene, node_position, frequencies, response)
+         call write_groups(root, node_position, frequencies, response)
       else
-         call write_groups(root, scene, frequencies=frequencies, response=response)
+         call write_groups(root, frequencies=frequencies, response=response)
       end if
-      if (present(errors)) call write_mesh_errors(root%group('mesh_estimate'), errors)
+      if (present(errors)) call write_mesh_errors(root%part('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)
    end subroutine write_results
 
    !> A group for each thing that was computed.
-   subroutine write_groups(group, scene, node_position, frequencies, response)
-      type(hdf5_group_t), intent(in) :: group
-      type(scene_t), intent(in) :: scene
+   subroutine write_groups(group, node_position, frequencies, response)
+      type(quantity_group_t), intent(in) :: group
       !> x/L of the nodes, clamp first, if the scene has one mesh
       real(wp), contiguous, intent(in), optional :: node_position(:)
       !> What was computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
 
-      type(units_t) :: units
-
-      units = units_of(scene%scales)
-      if (present(node_position)) call write_mesh(group%group('mesh'), node_position, units)
-      if (present(frequencies)) call write_frequencies(group%group('frequencies'), frequencies, units)
+      if (present(node_position)) call write_mesh(group%part('mesh'), node_position)
+      if (present(frequencies)) call write_frequencies(group%part('frequencies'), frequencies)
       if (present(response)) then
          ! the sanitizer takes an absent array handed on for one that is read
          if (present(node_position)) then
-            call write_run(group, response, units, node_position)
+            call write_run(group, response, node_position)
          else
-            call write_run(group, response, units)
+            call write_run(group, response)
          end if
       end if
    end subroutine write_groups
@@ -95,28 +94,29 @@ contains
    !> Start the file of a scene: its attributes and the scene; a study adds groups of its own.
    subroutine begin_results(root, expected_bytes, scene)
       !> The root of the file
-      type(hdf5_group_t), intent(inout) :: root
+      type(quantity_group_t), intent(inout) :: root
       !> About so many bytes will come
       integer(c_size_t), intent(in) :: expected_bytes
       type(scene_t), intent(in) :: scene
 
       call root%begin(expected_bytes)
+      root%units = units_in(scene)
       call write_head(root, scene)
    end subroutine begin_results
 
    !> What every file begins with: its attributes and the scene.
    subroutine write_head(root, scene)
-      type(hdf5_group_t), intent(in) :: root
+      type(quantity_group_t), intent(in) :: root
       type(scene_t), intent(in) :: scene
 
       call write_root(root, scene)
-      call write_scene(root%group('scene'), scene)
+      call write_scene(root%part('scene'), scene)
    end subroutine write_head
 
    !> Put the finished file into its folder, which is there.
    subroutine finish_results(root, folder, scene, error)
       !> The root of the file
-      type(hdf5_group_t), intent(inout) :: root
+      type(quantity_group_t), intent(inout) :: root
       !> Folder of the results
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
@@ -158,7 +158,7 @@ contains
 
    !> Attributes of the file.
    subroutine write_root(group, scene)
-      type(hdf5_group_t), intent(in) :: group
+      type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
 
       if (allocated(scene%title)) then
@@ -169,15 +169,21 @@ contains
       call group%attribute('name', scene%name)
       call group%attribute('program', program_name)
       call group%attribute('version', program_version)
-      call group%attribute('conventions', conventions)
+      if (group%units%are_of_scene) then
+         call group%attribute('conventions', conventions_in_units//conventions(:index(conventions, '; in_scene') - 1))
+      else
+         call group%attribute('conventions', conventions)
+      end if
+      if (group%units%are_of_scene) call group%attribute('units', trim(merge('scene   ', &
+         system_names(group%units%system), group%units%system == system_none)))
    end subroutine write_root
 
    !> The input as read, and a group for each of its groups with the resolved values as attributes.
    subroutine write_scene(group, scene)
-      type(hdf5_group_t), intent(in) :: group
+      type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
 
-      type(hdf5_group_t) :: echoed
+      type(quantity_group_t) :: echoed
       character(:), allocatable :: name
       integer :: i
 
@@ -188,7 +194,7 @@ contains
          associate (entry => scene%echo(i))
             if (entry%group /= name) then
                name = entry%group
-               echoed = group%group(name)
+               echoed = group%part(name)
             end if
             if (.not. allocated(entry%number)) then
                call echoed%attribute(entry%name, entry%text)
@@ -202,19 +208,18 @@ contains
    end subroutine write_scene
 
    !> Nodes and elements.
-   subroutine write_mesh(group, node_position, units)
-      type(hdf5_group_t), intent(in) :: group
+   subroutine write_mesh(group, node_position)
+      type(quantity_group_t), intent(in) :: group
       !> x/L of the nodes
       real(wp), contiguous, intent(in) :: node_position(:)
-      type(units_t), intent(in) :: units
 
       integer :: elements, i
 
       elements = size(node_position) - 1
-      call group%add('x', node_position, '1', 'position of the nodes x/L', is_scale=.true., in_scene_units=units%length)
-      call group%add('element', [(i, i=1, elements)], '1', 'element, clamp first', is_scale=.true.)
-      call group%add('element_length', node_position(2:) - node_position(:elements), '1', &
-         'length of the elements in L', along='element', in_scene_units=units%length)
+      call group%put('x', node_position, 'length', 'position of the nodes{ x/L}', is_scale=.true.)
+      call group%put('element', [(i, i=1, elements)], 'element, clamp first', is_scale=.true.)
+      call group%put('element_length', node_position(2:) - node_position(:elements), 'length', &
+         'length of the elements{ in L}', along='element')
    end subroutine write_mesh
 
 end module results_file

@@ -1,6 +1,7 @@
 !> Lines with labels, and columns of text.
 module text_columns
-   use kinds, only: wp
+   use kinds, only: i8, wp
+   use printable_text, only: character_count
    implicit none (type, external)
    private
    public :: print_line, print_columns, fixed, at_right, label_width
@@ -39,7 +40,9 @@ contains
          call split_heading(trim(headings(k)), lines(k, 1), lines(k, 2))
       end do
       lines(:, 3:) = cells
-      widths = maxval(len_trim(lines), dim=2)
+      do k = 1, size(headings)
+         widths(k) = maxval([(max(0, character_count(trim(lines(k, i)))), i=1, size(lines, 2))])
+      end do
       do i = 1, size(lines, 2)
          line = ''
          do k = 1, size(headings)
@@ -88,10 +91,9 @@ contains
    pure function at_right(text, width) result(cell)
       character(*), intent(in) :: text
       integer, intent(in) :: width
-      character(width) :: cell
+      character(:), allocatable :: cell
 
-      cell = text
-      cell = adjustr(cell)
+      cell = repeat(' ', int(max(0, width - character_count(trim(text))), i8))//trim(text)
    end function at_right
 
 end module text_columns

@@ -12,6 +12,7 @@ module statements_file
    use paper_outcomes, only: definition_count, end_levels, end_shares, never
    use paper_series, only: series_names, series_t
    use process, only: open_text, text_of
+   use quantity_groups, only: quantity_group_t
    use results_claim, only: refuse_foreign
    use results_file, only: begin_results, finish_results
    use scene_types, only: scene_t
@@ -38,7 +39,8 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_size_t), parameter :: expected_bytes = 262144_c_size_t
-      type(hdf5_group_t) :: root, group
+      type(quantity_group_t) :: root
+      type(hdf5_group_t) :: group
       integer :: i
 
       call make_folder(folder, error)

@@ -6,7 +6,8 @@
 !> sweeps and cases work on the table alone.
 module name_table
    use kinds, only: wp
-   use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, name_room, name_t
+   use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, name_room, &
+      name_t
    use number_text, only: to_text
    use value_rules, only: range_t
    implicit none (type, external)

@@ -10,9 +10,10 @@ module scene_groups
    use name_table, only: table_t
    use name_types, only: group_t, name_t, condition_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
+   use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
    use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, mass_names, mesh_settings_t, &
-      precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
+      output_unit_names, precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
    use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
    use value_rules, only: physical_range, range_t
@@ -117,6 +118,8 @@ contains
             range_t(1, name_length), default='name of the scene file'))
          call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
             default='the name'))
+         call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
+            default='none: results are dimensionless', is_optional=.true.), system_names)
       case ('beam')
          call list_beam(table, scene%beam, physical)
       case ('mesh')
@@ -162,7 +165,7 @@ contains
          ! the results of a sweep are its rows alone
          is_stored = .not. scene%wants_sweep
          call table%open(group_t('output'), is_stored)
-         if (table%is_open) call list_output(table, scene%output)
+         if (table%is_open) call list_output(table, scene%output, scene%output_units)
       end select
    end subroutine list_group
 
@@ -396,9 +399,10 @@ contains
       call table%bind(statements%duration, name_t('duration', 'length of the runs, tau', duration_range))
    end subroutine list_statements
 
-   subroutine list_output(table, output)
+   subroutine list_output(table, output, units)
       class(table_t), intent(inout) :: table
       type(output_settings_t), intent(inout) :: output
+      integer, intent(inout) :: units
 
       integer, allocatable :: histories(:)
       integer :: i
@@ -412,6 +416,8 @@ contains
          range_t(0.0_wp, 1.0e9_wp), a_response, default='none'))
       call table%bind(output%shape_step, name_t('shape_step', &
          'distance of further such instants, from 0 to the end, tau; 0: none', range_t(0.0_wp, 1.0e9_wp), a_response))
+      call table%bind(units, name_t('units', "what results are in, the scene's units or none", &
+         default='scene where &scene units are given', is_optional=.true.), output_unit_names)
       call table%bind(output%energy, name_t('energy', 'the energy ledger', needs=a_response))
       call table%bind(output%mode_shapes, name_t('mode_shapes', 'number of mode shapes to store', &
          range_t(0.0_wp, 2.0_wp*real(most_elements, wp)), condition_t(group='frequencies')))

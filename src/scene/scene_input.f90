@@ -219,7 +219,7 @@ contains
       do i = lbound(chosen, 1), ubound(chosen, 1)
          word = lower_case(value_text(input%namelist, i))
          do place = size(entry%words), 1, -1
-            if (word == entry%words(place)) exit
+            if (word == lower_case(entry%words(place))) exit
          end do
          if (.not. input%namelist%values(i)%is_quoted) place = 0
          if (place == 0 .or. len(word) == 0) then

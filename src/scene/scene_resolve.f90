@@ -18,7 +18,7 @@ module scene_resolve
       reference_none, scales_t, scene_t, shape_taper, solver_auto, solver_dsygv, solver_lanczos, solver_names, &
       solver_natural
    use sweep_resolve, only: resolve_sweep
-   use unit_ratios, only: take_ratio
+   use unit_ratios, only: check_units, take_ratio
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text
    implicit none (type, external)
    private
@@ -75,6 +75,8 @@ contains
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
+      if (input%has_problem()) return
+      call check_units(input, scene)
       if (input%has_problem()) return
       call resolve_sweep(input, table, scene)
       if (input%has_problem()) return
@@ -156,6 +158,7 @@ contains
       if (beam%shape == shape_taper) then
          scales%height_ratio = 0.5_wp*(beam%height_root + beam%height_tip)/beam%length
       end if
+      scales%youngs_modulus = beam%youngs_modulus
       scales%bending_stiffness = beam%youngs_modulus*inertia
       scales%beam_mass = beam%density*area*beam%length
       scales%omega1 = lambda1**2*sqrt(scales%bending_stiffness/(beam%density*area))/beam%length**2

@@ -10,16 +10,18 @@ module history_list
       character(24) :: name
       !> Its dataset
       character(24) :: dataset
+      !> Of {this~that} this without units, that in units
       character(60) :: meaning
-      !> One of eta, eta/tau, Pbar
-      character(8) :: unit
+      !> One of `quantity_table`
+      character(24) :: quantity
    end type history_t
 
    type(history_t), parameter :: history_table(*) = [ &
-      history_t('displacement_stop', 'eta_stop', 'displacement of the beam at the stop, eta', 'eta'), &
-      history_t('displacement_tip', 'eta_tip', 'displacement of the tip, eta', 'eta'), &
-      history_t('velocity_stop', 'velocity_stop', 'velocity of the beam at the stop, d eta/d tau', 'eta/tau'), &
-      history_t('contact_force', 'contact_force', 'contact force Pbar', 'Pbar')]
+      history_t('displacement_stop', 'eta_stop', 'displacement of the beam at the stop{, eta}', 'displacement'), &
+      history_t('displacement_tip', 'eta_tip', 'displacement of the tip{, eta}', 'displacement'), &
+      history_t('velocity_stop', 'velocity_stop', 'velocity of the beam at the stop{, d eta/d tau}', &
+      'velocity'), &
+      history_t('contact_force', 'contact_force', 'contact force{ Pbar}', 'force')]
 
    integer, parameter :: history_count = size(history_table)
    !> For who fills them or asks for one

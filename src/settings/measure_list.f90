@@ -10,54 +10,59 @@ module measure_list
       character(24) :: name
       !> Its dataset in the file of one run or of several cases; empty: it has none there
       character(24) :: run_name
-      character(100) :: meaning
-      !> One of tau, eta, eta/tau, Pbar, impulse; 1: a number
-      character(8) :: unit
+      !> Of {this~that} this without units, that in units
+      character(160) :: meaning
+      !> One of `quantity_table`
+      character(24) :: quantity
       logical :: is_whole
       !> Its line on the console, and what stands there before the number; empty: it is not printed
-      character(20) :: label = ''
-      character(12) :: lead = ''
+      character(24) :: label = ''
+      character(16) :: lead = ''
       !> Each of several surfaces has its own
       logical :: is_of_surface = .false.
    end type measure_t
 
    type(measure_t), parameter :: measure_table(*) = [ &
-      measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', '1', .true.), &
-      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', '1', .true., 'impacts', &
+      measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', 'number', .true.), &
+      measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', 'number', .true., 'impacts', &
       is_of_surface=.true.), &
-      measure_t('contacts', '', 'contacts that last', '1', .true., 'lasting contacts', is_of_surface=.true.), &
-      measure_t('rebounds', '', 'flights that rise above eta = 0.02', '1', .true.), &
-      measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'tau', &
-      .false., 'first impact', 'at tau =', is_of_surface=.true.), &
-      measure_t('first_impact_velocity', 'first_impact_velocity', 'd eta/d tau at the stop point before it', &
-      'eta/tau', .false., 'velocity before it', is_of_surface=.true.), &
+      measure_t('contacts', '', 'contacts that last', 'number', .true., 'lasting contacts', is_of_surface=.true.), &
+      measure_t('rebounds', '', 'flights that rise above {eta = 0.02~0.02 of the unit of displacement}', 'number', &
+      .true.), &
+      measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'time', &
+      .false., 'first impact', 'at {tau~t} =', is_of_surface=.true.), &
+      measure_t('first_impact_velocity', 'first_impact_velocity', &
+      '{d eta/d tau~velocity} at the stop point before it', 'velocity', .false., 'velocity before it', is_of_surface=.true.), &
       measure_t('greatest_force', 'greatest_force', &
-      'greatest contact force Pbar; with restitution its mean over the first 0.1 of tau of an episode', 'Pbar', &
+      'greatest contact force{ Pbar}; with restitution its mean over the first 0.1 {of tau~/ omega1} of an episode', &
+      'force', &
       .false., is_of_surface=.true.), &
       measure_t('greatest_impulse', 'greatest_impulse', &
-      'greatest impulse of an episode, between flights above 0.02, less that of the force at rest', 'impulse', &
+      'greatest impulse of an episode, between flights above 0.02{~ of the unit of displacement}, less that of the ' &
+      //'force at rest', 'impulse', &
       .false., is_of_surface=.true.), &
-      measure_t('total_contact', 'total_contact', 'time in contact', 'tau', .false., 'time in contact', &
+      measure_t('total_contact', 'total_contact', 'time in contact', 'time', .false., 'time in contact', &
       is_of_surface=.true.), &
-      measure_t('longest_contact', 'longest_contact', 'longest contact', 'tau', .false., 'longest contact', &
+      measure_t('longest_contact', 'longest_contact', 'longest contact', 'time', .false., 'longest contact', &
       is_of_surface=.true.), &
-      measure_t('peak_1', '', 'highest point of the first rebound, eta', 'eta', .false.), &
-      measure_t('peak_2', '', 'of the second', 'eta', .false.), &
-      measure_t('peak_3', '', 'of the third', 'eta', .false.), &
-      measure_t('peak_4', '', 'of the fourth', 'eta', .false.), &
-      measure_t('peak_5', '', 'of the fifth', 'eta', .false.), &
-      measure_t('quiet_tau', 'quiet', 'instant after which |eta_c| stays within 0.02; nan: it does not', 'tau', &
-      .false., '|eta_c| < 2 %', 'from tau ='), &
+      measure_t('peak_1', '', 'highest point of the first rebound{, eta}', 'displacement', .false.), &
+      measure_t('peak_2', '', 'of the second', 'displacement', .false.), &
+      measure_t('peak_3', '', 'of the third', 'displacement', .false.), &
+      measure_t('peak_4', '', 'of the fourth', 'displacement', .false.), &
+      measure_t('peak_5', '', 'of the fifth', 'displacement', .false.), &
+      measure_t('quiet_tau', 'quiet', 'instant after which {|eta_c|~the stop point} stays within 0.02{~ of the unit ' &
+      //'of displacement}; nan: it does not', 'time', &
+      .false., '{|eta_c|~motion} < 2 %', 'from {tau~t} ='), &
       measure_t('spent_tau', 'spent', &
       'instant at which the energy above rest has fallen to 1 percent; nan: it has not', &
-      'tau', .false., 'energy < 1 %', 'from tau ='), &
-      measure_t('lost_beam', 'lost_beam', "share of the start's energy above rest that the beam dissipated", '1', &
+      'time', .false., 'energy < 1 %', 'from {tau~t} ='), &
+      measure_t('lost_beam', 'lost_beam', "share of the start's energy above rest that the beam dissipated", 'number', &
       .false.), &
-      measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', '1', .false.), &
-      measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', '1', .false.), &
-      measure_t('created', 'created', 'that the nodal reading of the impulse created', '1', .false.), &
-      measure_t('left', 'left', 'that is left at the end', '1', .false.), &
-      measure_t('mesh_elements', '', 'elements of the mesh', '1', .true.)]
+      measure_t('lost_stop', 'lost_stop', 'that the stop dissipated', 'number', .false.), &
+      measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', 'number', .false.), &
+      measure_t('created', 'created', 'that the nodal reading of the impulse created', 'number', .false.), &
+      measure_t('left', 'left', 'that is left at the end', 'number', .false.), &
+      measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.)]
 
    integer, parameter :: measure_count = size(measure_table)
    !> Those that the program itself asks for by name

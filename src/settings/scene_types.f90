@@ -14,6 +14,7 @@ module scene_types
    public :: frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
    public :: shape_taper, shape_height_table, shape_section_table
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
+   public :: output_scene, output_dimensionless, output_unit_names
    public :: reference_exact, reference_none, default_mode_count
    public :: solver_names, reference_names
    public :: mass_consistent, mass_redistributed, mass_auto, mass_names
@@ -52,6 +53,10 @@ module scene_types
    !> Modes of a table of frequencies whose scene gives no number.
    integer, parameter :: default_mode_count = 12
 
+   !> Results in the units of the scene, or dimensionless.
+   integer, parameter :: output_scene = 1
+   integer, parameter :: output_dimensionless = 2
+
    !> What &precision compares: `exact`, and Newmark with beta = 1/4, 1/6 and 0.
    integer, parameter :: contender_exact = 1
    integer, parameter :: contender_average = 2
@@ -64,6 +69,7 @@ module scene_types
    character(*), parameter :: support_motion_names(2) = [character(name_length) :: 'displacement', 'rotation']
    character(*), parameter :: contender_names(4) = [character(name_length) :: &
       'exact', 'average_acceleration', 'linear_acceleration', 'explicit']
+   character(*), parameter :: output_unit_names(2) = [character(name_length) :: 'scene', 'dimensionless']
    character(*), parameter :: reference_names(2) = [character(name_length) :: 'none', 'exact']
 
    !> &beam, in the user's units.
@@ -167,7 +173,8 @@ module scene_types
       real(wp) :: length = 1.0_wp
       !> omega1 = lambda1^2 sqrt(E Ibar / (rho Abar L^4)), rad per unit of time
       real(wp) :: omega1 = 1.0_wp
-      !> E Ibar
+      !> E, and E Ibar
+      real(wp) :: youngs_modulus = 1.0_wp
       real(wp) :: bending_stiffness = 1.0_wp
       !> rho Abar L
       real(wp) :: beam_mass = 1.0_wp
@@ -240,6 +247,10 @@ module scene_types
       type(statements_settings_t) :: statements
       type(output_settings_t) :: output
       type(scales_t) :: scales
+      !> Place in `system_names` of the units that the file's values are in; 0: it does not say
+      integer :: unit_system = 0
+      !> One of the `output_` constants: what results are in; 0: the file does not say
+      integer :: output_units = 0
    end type scene_t
 
 end module scene_types

@@ -1,24 +1,27 @@
 !> The cases of a scene, from the scene to their table and file: a group for each, with all that a file of one run
 !> holds, and what the cases are compared by along the varied parameter.
 module cases_study
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
    use case_runs, only: case_t, run_cases
-   use console_tables, only: measured, print_model
+   use console_tables, only: fill_column, print_model
    use failures, only: failure_t
    use file_system, only: make_folder
-   use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_named, measure_table
-   use measure_rows, only: write_measures_of_cases
+   use measure_rows, only: row_in, write_measures_of_cases
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
+   use quantities, only: units_t, words_in
+   use quantity_groups, only: quantity_group_t
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use study_job, only: job_t
-   use text_columns, only: fixed, print_columns
+   use text_columns, only: print_columns
    implicit none (type, external)
    private
    public :: run_cases_of_scene, write_cases
@@ -53,7 +56,7 @@ contains
       if (allocated(error) .or. job%quiet) return
       call print_model(job%unit, cases(1)%scene, cases(1)%node_position)
       call print_cases(job%unit, scene, cases)
-      if (allocated(errors)) call print_mesh_errors(job%unit, errors)
+      if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_cases_of_scene
 
    !> Write the file, whole or not at all.
@@ -68,7 +71,7 @@ contains
       type(mesh_errors_t), intent(in), optional :: errors
 
       integer(c_size_t), parameter :: expected_bytes = 4000000_c_size_t
-      type(hdf5_group_t) :: root, group, case_group
+      type(quantity_group_t) :: root, group, case_group
       character(:), allocatable :: name
       real(wp) :: rows(measure_count, size(cases))
       integer :: i
@@ -77,20 +80,23 @@ contains
       if (allocated(error)) return
       name = trim(scene%cases%parameter%name)
       call begin_results(root, expected_bytes, scene)
-      group = root%group('cases')
+      group = root%part('cases')
+      group = group%as_they_are()
       call group%attribute('parameter', name)
       call group%attribute('meaning', trim(scene%cases%parameter%meaning))
       call group%add(name, cases%value, '1', trim(scene%cases%parameter%meaning), is_scale=.true.)
       do i = 1, size(cases)
-         rows(:, i) = row_of(cases(i)%response%measures)
+         rows(:, i) = row_in(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
       end do
-      call write_measures_of_cases(group, measure_table%run_name, spread('1', 1, measure_count), rows, name)
+      call write_measures_of_cases(group, measure_table%run_name, rows, name)
       do i = 1, size(cases)
-         case_group = group%group('case_'//to_text(i))
+         case_group = group%part('case_'//to_text(i))
+         case_group%units = units_in(cases(i)%scene)
+         case_group%multiplies = .true.
          call case_group%attribute('value', cases(i)%value)
-         call write_groups(case_group, cases(i)%scene, cases(i)%node_position, response=cases(i)%response)
+         call write_groups(case_group, cases(i)%node_position, response=cases(i)%response)
       end do
-      if (present(errors)) call write_mesh_errors(root%group('mesh_estimate'), errors)
+      if (present(errors)) call write_mesh_errors(root%part('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)
    end subroutine write_cases
 
@@ -101,27 +107,31 @@ contains
       type(case_t), intent(in) :: cases(:)
 
       character(width) :: headings(size(shown) + 2), cells(size(shown) + 2, size(cases))
-      real(wp) :: row(measure_count)
+      real(wp) :: rows(measure_count, size(cases)), highest(measure_count, size(cases))
+      type(units_t) :: units
       integer :: i, k
 
+      units = units_in(scene)
       write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
          trim(scene%cases%parameter%name)
       headings(1) = scene%cases%parameter%name
-      headings(size(headings)) = 'highest rebound'
-      cells = '-'
-      do k = 1, size(shown)
-         headings(k + 1) = measure_table(measure_named(shown(k)))%label
-      end do
+      highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)
-         row = row_of(cases(i)%response%measures)
+         associate (own => units_in(cases(i)%scene), measures => cases(i)%response%measures)
+            rows(:, i) = row_in(own, row_of(measures))
+            if (size(measures%peak_eta) > 0) highest(:, i) = maxval(measures%peak_eta)
+            highest(:, i) = row_in(own, highest(:, i))
+         end associate
          cells(1, i) = to_text(cases(i)%value)
-         do k = 1, size(shown)
-            cells(k + 1, i) = measured(measure_named(shown(k)), row)
-         end do
-         associate (peaks => cases(i)%response%measures%peak_eta)
-            if (size(peaks) > 0) cells(size(headings), i) = fixed(maxval(peaks), 6)
+      end do
+      do k = 1, size(shown)
+         associate (measure => measure_named(shown(k)))
+            call fill_column(measure, rows, words_in(units, trim(measure_table(measure)%label)), units, &
+               headings(k + 1), cells(k + 1, :))
          end associate
       end do
+      call fill_column(measure_named('peak_1'), highest, 'highest rebound', units, headings(size(headings)), &
+         cells(size(headings), :))
       call print_columns(unit, headings, cells)
    end subroutine print_cases
 

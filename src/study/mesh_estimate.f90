@@ -5,6 +5,7 @@ module mesh_estimate
    use failures, only: failure_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table, peak_count
+   use measure_rows, only: row_in
    use mesh_choice, only: find_beam
    use mesh_errors, only: judge, mesh_errors_t
    use motion_run, only: run_motion
@@ -13,6 +14,7 @@ module mesh_estimate
    use run_settings, only: output_settings_t, run_settings_t
    use scene_beam_model, only: run_of
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    implicit none (type, external)
    private
    public :: estimate_cases, sample_of
@@ -70,6 +72,8 @@ contains
          end do
          errors%row(:, i) = rows(:, 1)
          call judge(rows(:, 1), rows(:, 2), rows(:, 3), measure_table%is_whole, errors%error(:, i), errors%order(:, i))
+         errors%row(:, i) = row_in(units_in(scenes(i)), errors%row(:, i))
+         errors%error(:, i) = row_in(units_in(scenes(i)), errors%error(:, i))
       end do
    end subroutine estimate_cases
 

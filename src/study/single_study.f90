@@ -2,10 +2,10 @@
 module single_study
    use beam_model, only: beam_model_t
    use case_beam, only: case_beam_t
-   use console_tables, only: print_frequency_table, print_measures, print_mesh, print_model, print_modes, &
-      print_surfaces
+   use console_tables, only: print_measures, print_mesh, print_model, print_modes, print_surfaces
    use failures, only: failure_t
    use frequency_study, only: frequency_table
+   use frequency_tables, only: print_frequency_table
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
    use mesh_choice, only: find_beam
@@ -18,6 +18,7 @@ module single_study
    use run_settings, only: run_settings_t
    use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use stop_words, only: released_stop
    use study_job, only: job_t
    implicit none (type, external)
@@ -54,14 +55,14 @@ contains
       end if
       if (allocated(error) .or. job%quiet) return
       call print_model(job%unit, scene, model%mesh%position)
-      if (allocated(response)) call print_mesh(job%unit, response%mesh_check)
-      if (allocated(response)) call print_modes(job%unit, response%mode_check)
-      if (allocated(table)) call print_frequency_table(job%unit, table)
+      if (allocated(response)) call print_mesh(job%unit, response%mesh_check, units_in(scene))
+      if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene))
+      if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
       if (allocated(response)) then
-         call print_measures(job%unit, response%measures, released_stop(scene))
-         if (allocated(response%surfaces)) call print_surfaces(job%unit, response%surfaces)
+         call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene))
+         if (allocated(response%surfaces)) call print_surfaces(job%unit, response%surfaces, units_in(scene))
       end if
-      if (allocated(errors)) call print_mesh_errors(job%unit, errors)
+      if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_single
 
    !> Compute what a scene asks for.

@@ -3,13 +3,15 @@
 module sweep_file
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: move_file, remove_entries
-   use hdf5_writing, only: hdf5_column_t, hdf5_group_t
+   use hdf5_writing, only: hdf5_column_t
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measures_of_cases
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
+   use quantity_groups, only: quantity_group_t
    use results_file, only: results_name, write_head
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use sweep_best, only: best_t, consider, refined_t, start_best
    use sweep_parts, only: assembled_file, joined, leave_folder, part_name, part_rows_t, read_part, reason_room
    use sweep_plan, only: first_of_part, plan_t
@@ -106,7 +108,7 @@ contains
       !> What the mesh does to some cases
       type(mesh_errors_t), intent(in), optional :: errors
 
-      type(hdf5_group_t) :: root, sweep
+      type(quantity_group_t) :: root, sweep
       type(failure_t), allocatable :: refusal
       character(:), allocatable :: assembled
 
@@ -114,12 +116,17 @@ contains
       ! what a killed run left, or a link, is not written through
       call remove_entries(path, [assembled_file])
       call root%begin_on_disk(assembled)
+      root%units = units_in(scene)
       call write_head(root, scene)
-      sweep = root%group('sweep')
+      root%tells_symbols = .true.
+      sweep = root%part('sweep')
       call write_group(sweep, scene, plan, survey)
-      if (scene%wants_best) call write_best(root%group('best'), scene, plan, survey%best, refined)
-      if (present(errors)) call write_mesh_errors(root%group('mesh_estimate'), errors)
-      call write_rows(sweep, path, scene, plan, text, error)
+      if (scene%wants_best) call write_best(root%part('best'), scene, plan, survey%best, refined)
+      if (present(errors)) then
+         root%tells_symbols = .false.
+         call write_mesh_errors(root%part('mesh_estimate'), errors)
+      end if
+      call write_rows(sweep, path, plan, text, error)
       call root%finish_on_disk(refusal)
       if (.not. allocated(error) .and. allocated(refusal)) then
          call fail(error, refusal%status, "cannot write '"//assembled//"': "//refusal%message//'; is the disk full?')
@@ -132,25 +139,29 @@ contains
 
    !> /sweep but for its columns.
    subroutine write_group(group, scene, plan, survey)
-      type(hdf5_group_t), intent(in) :: group
+      type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
       !> What the parts hold
       type(survey_t), intent(in) :: survey
 
-      type(hdf5_group_t) :: axes
+      type(quantity_group_t) :: axes
+      character(len(measure_table%name)) :: names(measure_count)
       integer :: k
 
+      do k = 1, measure_count
+         names(k) = group%named(measure_table(k)%name)
+      end do
       call group%attribute('design', trim(design_names(scene%sweep%design)))
       call group%attribute('parameters', joined(plan%axes%parameter%name))
       call group%attribute('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
          k=1, size(plan%axes))]))
-      call group%attribute('measures', joined(measure_table%name))
+      call group%attribute('measures', joined(names))
       call group%attribute('failures', [survey%failures])
       if (plan%is_grid) then
          ! a column reshaped to these extents is the grid, in C's order
          call group%attribute('grid_extents', [(size(plan%axes(k)%values), k=1, size(plan%axes))])
-         axes = group%group('axes')
+         axes = group%part('axes')
          do k = 1, size(plan%axes)
             associate (axis => plan%axes(k))
                call axes%add(trim(axis%parameter%name), axis%values, '1', &
@@ -164,23 +175,23 @@ contains
 
    !> /best: the table, and what the refinement found.
    subroutine write_best(group, scene, plan, best, refined)
-      type(hdf5_group_t), intent(in) :: group
+      type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
       type(plan_t), intent(in) :: plan
       type(best_t), intent(in) :: best
       !> Better ones
       type(refined_t), intent(in) :: refined
 
-      type(hdf5_group_t) :: refinement
+      type(quantity_group_t) :: refinement
       integer :: i
 
-      call group%attribute('measure', trim(measure_table(scene%best%measure)%name))
+      call group%attribute('measure', group%named(measure_table(scene%best%measure)%name))
       call group%attribute('goal', trim(goal_names(scene%best%goal)))
       call group%add('place', [(i, i=1, best%count)], '1', 'place among the best', is_scale=.true.)
       call group%add('case', best%case(:best%count), '1', 'number of the case in /sweep', along='place')
       call write_columns(group, plan, best%values(:, :best%count), best%rows(:, :best%count), 'place')
       if (refined%count > 0) then
-         refinement = group%group('refinement')
+         refinement = group%part('refinement')
          call refinement%attribute('evaluations', [refined%all_evaluations])
          call refinement%add('evaluations', refined%evaluations(:refined%count), '1', &
             'cases computed when it was found', is_scale=.true.)
@@ -191,7 +202,7 @@ contains
 
    !> Parameters and measures of a few cases, a dataset each.
    subroutine write_columns(group, plan, values, rows, along)
-      type(hdf5_group_t), intent(in) :: group
+      type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
       !> Parameters [axes, cases] and measures [measure_count, cases]
       real(wp), intent(in) :: values(:, :)
@@ -207,15 +218,14 @@ contains
          call group%add(trim(plan%axes(k)%parameter%name), column, '1', &
             trim(plan%axes(k)%parameter%meaning), along=along)
       end do
-      call write_measures_of_cases(group, measure_table%name, measure_table%unit, rows, along)
+      call write_measures_of_cases(group%as_they_are(), measure_table%name, rows, along)
    end subroutine write_columns
 
    !> The columns of /sweep, part by part, so many rows at a time.
-   subroutine write_rows(group, path, scene, plan, text, error)
-      type(hdf5_group_t), intent(in) :: group
+   subroutine write_rows(group, path, plan, text, error)
+      type(quantity_group_t), intent(in) :: group
       !> Folder of the parts
       character(*), intent(in) :: path
-      type(scene_t), intent(in) :: scene
       !> The plan, and the same in words
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
@@ -229,7 +239,7 @@ contains
       integer :: number, i, first, held
       logical :: is_good
 
-      call make_columns(group, scene, plan, cases, parameters, measures)
+      call make_columns(group, plan, cases, parameters, measures)
       associate (room => max(most_rows, plan%part_cases))
          allocate (values(room, size(plan%axes)), rows(room, measure_count))
       end associate
@@ -270,9 +280,8 @@ contains
    end subroutine write_rows
 
    !> The columns of /sweep, empty.
-   subroutine make_columns(group, scene, plan, cases, parameters, measures)
-      type(hdf5_group_t), intent(in) :: group
-      type(scene_t), intent(in) :: scene
+   subroutine make_columns(group, plan, cases, parameters, measures)
+      type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
       type(hdf5_column_t), intent(out) :: cases
       !> In the order of the axes
@@ -291,9 +300,8 @@ contains
       end do
       do k = 1, measure_count
          associate (measure => measure_table(k))
-            measures(k) = group%column(trim(measure%name), plan%cases, trim(measure%unit), trim(measure%meaning), &
-               measure%is_whole, 'case', &
-               in_scene_units=merge(1.0_wp/scene%scales%omega1, 0.0_wp, measure%unit == 'tau'))
+            measures(k) = group%put_column(trim(measure%name), plan%cases, measure%quantity, measure%meaning, &
+               measure%is_whole, 'case')
          end associate
       end do
    end subroutine make_columns

@@ -7,6 +7,7 @@ module sweep_run
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
+   use measure_rows, only: row_in
    use mesh_choice, only: find_case_beam
    use motion_run, only: run_motion, set_store_t
    use program_identity, only: program_name
@@ -16,6 +17,7 @@ module sweep_run
    use scene_beam_model, only: run_of
    use scene_reader, only: set_parameter
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
    use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
@@ -266,7 +268,7 @@ contains
          reason = error%message
          return
       end if
-      row = row_of(response%measures)
+      row = row_in(units_in(runner%scene), row_of(response%measures))
    end subroutine run_case
 
    !> Run some cases that belong to no part, each by any thread.

@@ -9,6 +9,7 @@ module sweep_study
    use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use study_job, only: job_t
    use sweep_best, only: refine, refined_t
    use sweep_file, only: survey_parts, survey_t, write_sweep
@@ -67,7 +68,7 @@ contains
       if (allocated(error) .or. job%quiet) return
       call print_sweep(job%unit, scene, plan, survey, refined, fresh, real(finish - start, wp)/real(rate, wp), &
          in_words(workers, ranks_in_words()))
-      if (allocated(errors)) call print_mesh_errors(job%unit, errors)
+      if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_sweep
 
    !> What the mesh does to some of the cases.

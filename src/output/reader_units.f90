@@ -1,0 +1,115 @@
+!> Values in units as people read them: with the prefix that leaves few digits before the point.
+module reader_units
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use kinds, only: wp
+   use number_text, only: rounded
+   use quantities, only: quantity_named, unit_of, units_t
+   implicit none (type, external)
+   private
+   public :: find_prefix, reading, reading_in
+
+   type :: prefix_t
+      character(2) :: text
+      integer :: decade
+   end type prefix_t
+
+   !> A unit, and the prefixes with which it is read, each by its first letter; '-': without.
+   type :: symbol_t
+      character(2) :: text
+      character(7) :: prefixes
+   end type symbol_t
+
+   type(prefix_t), parameter :: prefixes(*) = [prefix_t('G', 9), prefix_t('M', 6), prefix_t('k', 3), prefix_t('', 0), &
+      prefix_t('m', -3), prefix_t(char(194)//char(181), -6), prefix_t('n', -9)]
+   character(*), parameter :: letters = 'GMk-mun'
+   type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-mun'), symbol_t('m', '-mun'), symbol_t('g', 'kmun'), &
+      symbol_t('N', 'GMk-mun'), symbol_t('J', 'k-mun'), symbol_t('Pa', 'M'), symbol_t('Hz', 'Mk-')]
+
+contains
+
+   !> The unit in which numbers are read, and what makes them of those in their own unit.
+   pure subroutine find_prefix(greatest, unit, factor, read_unit)
+      !> Of the sizes of the numbers
+      real(wp), intent(in) :: greatest
+      !> Their unit
+      character(*), intent(in) :: unit
+      real(wp), intent(out) :: factor
+      character(:), allocatable, intent(out) :: read_unit
+
+      integer :: decade, i, symbol
+      character(:), allocatable :: head, tail
+
+      factor = 1.0_wp
+      read_unit = trim(unit)
+      if (.not. greatest > 0.0_wp) return
+      i = scan(read_unit//' ', ' /^')
+      head = read_unit(:i - 1)
+      tail = read_unit(i:)
+      ! a tonne is a million grams
+      decade = 0
+      if (head == 't') decade = 6
+      if (head == 't') head = 'g'
+      symbol = symbol_named(head)
+      if (symbol == 0 .and. len(head) > 1) then
+         symbol = symbol_named(head(2:))
+         i = index(letters, head(1:1))
+         if (i == 0 .or. symbol == 0) return
+         decade = prefixes(i)%decade
+      end if
+      if (symbol == 0) return
+      do i = 1, size(prefixes)
+         if (index(symbols(symbol)%prefixes, letters(i:i)) == 0) cycle
+         factor = 10.0_wp**(decade - prefixes(i)%decade)
+         read_unit = trim(prefixes(i)%text)//trim(symbols(symbol)%text)//tail
+         ! 0.4 mm and 400 N
+         if (greatest*factor >= merge(1.0_wp, 0.1_wp, prefixes(i)%decade > 0)) return
+      end do
+   end subroutine find_prefix
+
+   !> Place of a unit; 0: it takes no prefix.
+   pure function symbol_named(text) result(place)
+      character(*), intent(in) :: text
+      integer :: place
+
+      ! findloc of gfortran 12 finds none of them
+      do place = size(symbols), 1, -1
+         if (symbols(place)%text == text) return
+      end do
+   end function symbol_named
+
+   !> A number with its unit.
+   pure function reading(value, unit) result(words)
+      real(wp), intent(in) :: value
+      character(*), intent(in) :: unit
+      character(:), allocatable :: words
+
+      character(:), allocatable :: read_unit
+      real(wp) :: factor
+
+      if (ieee_is_nan(value)) then
+         words = '-'
+         return
+      end if
+      call find_prefix(abs(value), unit, factor, read_unit)
+      words = rounded(value*factor)//' '//read_unit
+   end function reading
+
+   !> A dimensionless number as results have it: with its unit, or without where they are dimensionless.
+   pure function reading_in(units, quantity, value) result(words)
+      type(units_t), intent(in) :: units
+      !> As in `quantity_table`
+      character(*), intent(in) :: quantity
+      real(wp), intent(in) :: value
+      character(:), allocatable :: words
+
+      integer :: place
+
+      place = quantity_named(quantity)
+      if (units%are_of_scene .and. quantity /= 'number') then
+         words = reading(value*units%factor(place), unit_of(place, units))
+      else
+         words = rounded(value)
+      end if
+   end function reading_in
+
+end module reader_units

@@ -1,0 +1,237 @@
+!> Kinds of quantities: one entry a kind, which says what its unit is and how a dimensionless value becomes one in it.
+!> Datasets, tables, names of scenes that take units, and sweeps of these follow from it.
+module quantities
+   use kinds, only: lambda1_power4, pi, wp
+   use scene_types, only: scales_t
+   implicit none (type, external)
+   private
+   public :: quantity_table, quantity_named, system_names, system_none
+   public :: units_t, units_of, ratio_of, unit_of, name_in, words_in
+
+   !> Systems of units, as scenes name them; the last: the scene's, of which only the dimensions are known.
+   character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
+   integer, parameter :: system_none = size(system_names)
+
+   ! Scales, of whose powers all others are made
+   integer, parameter :: none = 1
+   integer, parameter :: length = 2
+   integer, parameter :: omega1 = 3
+   integer, parameter :: displacement = 4
+   integer, parameter :: velocity = 5
+   integer, parameter :: slope = 6
+   integer, parameter :: mass = 7
+   !> Of Pbar
+   integer, parameter :: force = 8
+   !> 3 E Ibar / L^3
+   integer, parameter :: stiffness = 9
+   integer, parameter :: bending_stiffness = 10
+   integer, parameter :: youngs_modulus = 11
+
+   type :: quantity_t
+      character(24) :: name
+      !> How a dimensionless value is written
+      character(8) :: symbol
+      !> Its unit in each of the systems
+      character(18) :: unit(size(system_names))
+      !> One dimensionless unit is the constant times two scales to these powers
+      integer :: first = none
+      integer :: power = 1
+      integer :: second = none
+      integer :: second_power = 1
+      real(wp) :: constant = 1.0_wp
+   end type quantity_t
+
+   type(quantity_t), parameter :: quantity_table(*) = [ &
+      quantity_t('number', '1', [character(18) :: '1', '1', '1']), &
+      quantity_t('time', 'tau', [character(18) :: 's', 's', 'time'], omega1, -1), &
+      quantity_t('frequency', 'omega', [character(18) :: 'Hz', 'Hz', '1/time'], omega1, 1, &
+      constant=1.0_wp/(2.0_wp*pi)), &
+      quantity_t('circular_frequency', 'omega', [character(18) :: 'rad/s', 'rad/s', 'rad/time'], omega1, 1), &
+      quantity_t('stiffness_damping', 'zeta', [character(18) :: 's', 's', 'time'], omega1, -1, constant=2.0_wp), &
+      quantity_t('mass_damping', 'zeta', [character(18) :: '1/s', '1/s', '1/time'], omega1, 1, constant=2.0_wp), &
+      quantity_t('length', 'x/L', [character(18) :: 'm', 'mm', 'length'], length), &
+      quantity_t('per_length', 'L/x', [character(18) :: '1/m', '1/mm', '1/length'], length, -1), &
+      quantity_t('displacement', 'eta', [character(18) :: 'm', 'mm', 'length'], displacement), &
+      quantity_t('slope', 'slope', [character(18) :: 'rad', 'rad', 'rad'], slope), &
+      quantity_t('velocity', 'eta/tau', [character(18) :: 'm/s', 'mm/s', 'length/time'], velocity), &
+      quantity_t('slope_velocity', 'slope_t', [character(18) :: 'rad/s', 'rad/s', 'rad/time'], omega1, 1, slope), &
+      quantity_t('acceleration', 'eta/tau2', [character(18) :: 'm/s^2', 'mm/s^2', 'length/time^2'], velocity, 1, &
+      omega1), &
+      quantity_t('mass', 'mu', [character(18) :: 'kg', 't', 'mass'], mass), &
+      quantity_t('rotary_inertia', 'mu', [character(18) :: 'kg m^2', 't mm^2', 'mass length^2'], mass, 1, length, 2), &
+      quantity_t('force', 'Pbar', [character(18) :: 'N', 'N', 'force'], force), &
+      quantity_t('load', 'load', [character(18) :: 'N', 'N', 'force'], stiffness, 1, displacement), &
+      quantity_t('line_load', 'load', [character(18) :: 'N/m', 'N/mm', 'force/length'], stiffness, 1, slope), &
+      quantity_t('impulse', 'impulse', [character(18) :: 'N s', 'N s', 'force time'], mass, 1, velocity), &
+      quantity_t('energy', 'energy', [character(18) :: 'J', 'mJ', 'force length'], mass, 1, velocity, 2), &
+      quantity_t('moment', 'moment', [character(18) :: 'N m', 'N mm', 'force length'], bending_stiffness, 1, slope), &
+      quantity_t('stress', 'stress', [character(18) :: 'Pa', 'MPa', 'force/length^2'], youngs_modulus, 1, slope), &
+      quantity_t('stiffness', 'kappa', [character(18) :: 'N/m', 'N/mm', 'force/length'], stiffness), &
+      quantity_t('rotational_stiffness', 'kappa', [character(18) :: 'N m/rad', 'N mm/rad', 'force length'], &
+      stiffness, 1, length, 2), &
+      quantity_t('damper', 'c*', [character(18) :: 'N s/m', 'N s/mm', 'force time/length'], stiffness, 1, omega1, -1)]
+   integer, parameter :: quantity_count = size(quantity_table)
+
+   !> What results are in.
+   type :: units_t
+      !> In the units of the scene; else dimensionless
+      logical :: are_of_scene = .false.
+      !> Which these are
+      integer :: system = system_none
+      !> One dimensionless unit of each quantity in them; 0: not known
+      real(wp) :: factor(quantity_count) = 0.0_wp
+   end type units_t
+
+contains
+
+   !> Place of a quantity in the table; 0: there is none of that name.
+   elemental integer function quantity_named(name)
+      character(*), intent(in) :: name
+
+      quantity_named = findloc(quantity_table%name, name, dim=1)
+   end function quantity_named
+
+   pure function units_of(scales, system, are_of_scene) result(units)
+      type(scales_t), intent(in) :: scales
+      !> Place in `system_names`; 0: none
+      integer, intent(in) :: system
+      !> Results are to be in the units of the scene
+      logical, intent(in) :: are_of_scene
+      type(units_t) :: units
+
+      integer :: i
+
+      units%are_of_scene = are_of_scene
+      units%system = merge(system, system_none, system > 0)
+      units%factor = [(factor_of(i, scales), i=1, quantity_count)]
+   end function units_of
+
+   !> One dimensionless unit of a quantity in the units of the scene; 0: not known.
+   pure function factor_of(quantity, scales) result(factor)
+      !> Its place in the table
+      integer, intent(in) :: quantity
+      type(scales_t), intent(in) :: scales
+      real(wp) :: factor
+
+      associate (entry => quantity_table(quantity))
+         factor = above(entry, scales)/below(entry, scales)
+      end associate
+   end function factor_of
+
+   !> What a quantity in the units of the scene is without.
+   pure function ratio_of(quantity, value, scales) result(ratio)
+      !> Its place in the table
+      integer, intent(in) :: quantity
+      real(wp), intent(in) :: value
+      type(scales_t), intent(in) :: scales
+      real(wp) :: ratio
+
+      associate (entry => quantity_table(quantity))
+         ratio = value*below(entry, scales)/above(entry, scales)
+      end associate
+   end function ratio_of
+
+   !> The scales with a positive power, and the constant.
+   pure function above(entry, scales) result(product)
+      type(quantity_t), intent(in) :: entry
+      type(scales_t), intent(in) :: scales
+      real(wp) :: product
+
+      product = entry%constant*scale_of(entry%first, scales)**max(entry%power, 0) &
+         *scale_of(entry%second, scales)**max(entry%second_power, 0)
+   end function above
+
+   !> Those with a negative one.
+   pure function below(entry, scales) result(product)
+      type(quantity_t), intent(in) :: entry
+      type(scales_t), intent(in) :: scales
+      real(wp) :: product
+
+      product = scale_of(entry%first, scales)**max(-entry%power, 0) &
+         *scale_of(entry%second, scales)**max(-entry%second_power, 0)
+   end function below
+
+   !> One of the scales; 0: not known.
+   pure function scale_of(which, scales) result(scale)
+      integer, intent(in) :: which
+      type(scales_t), intent(in) :: scales
+      real(wp) :: scale
+
+      select case (which)
+      case (length)
+         scale = scales%length
+      case (omega1)
+         scale = scales%omega1
+      case (displacement)
+         scale = scales%displacement
+      case (velocity)
+         scale = scales%omega1*scales%displacement
+      case (slope)
+         scale = scales%displacement/scales%length
+      case (mass)
+         scale = scales%beam_mass
+      case (force)
+         scale = lambda1_power4*scales%displacement*scales%bending_stiffness/(scales%height_ratio*scales%length**3)
+      case (stiffness)
+         scale = 3.0_wp*scales%bending_stiffness/scales%length**3
+      case (bending_stiffness)
+         scale = scales%bending_stiffness
+      case (youngs_modulus)
+         scale = scales%youngs_modulus
+      case default
+         scale = 1.0_wp
+      end select
+   end function scale_of
+
+   !> The unit of a quantity in results.
+   pure function unit_of(quantity, units) result(unit)
+      !> Its place in the table
+      integer, intent(in) :: quantity
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: unit
+
+      unit = trim(quantity_table(quantity)%unit(units%system))
+   end function unit_of
+
+   !> The name of something in results: in units tau, eta and omega are called what they are of.
+   pure function name_in(units, name) result(named)
+      type(units_t), intent(in) :: units
+      !> Without units, its words joined by underscores
+      character(*), intent(in) :: name
+      character(:), allocatable :: named
+
+      character(*), parameter :: greek(3) = [character(5) :: 'tau', 'eta', 'omega']
+      character(*), parameter :: latin(3) = [character(12) :: 'time', 'displacement', 'frequency']
+      integer :: i, place
+
+      named = trim(name)
+      if (.not. units%are_of_scene) return
+      do i = 1, size(greek)
+         place = index('_'//named//'_', '_'//trim(greek(i))//'_')
+         if (place > 0) named = named(:place - 1)//trim(latin(i))//named(place + len_trim(greek(i)):)
+      end do
+   end function name_in
+
+   !> A text about results, in which stands {this~that}: this without units, that in units.
+   pure function words_in(units, text) result(words)
+      type(units_t), intent(in) :: units
+      character(*), intent(in) :: text
+      character(:), allocatable :: words
+
+      integer :: opened, tilde, closed
+
+      words = text
+      do
+         opened = index(words, '{')
+         if (opened == 0) return
+         closed = opened + index(words(opened:), '}') - 1
+         tilde = opened + index(words(opened:closed)//'~', '~') - 1
+         if (units%are_of_scene) then
+            words = words(:opened - 1)//words(tilde + 1:closed - 1)//words(closed + 1:)
+         else
+            words = words(:opened - 1)//words(opened + 1:min(tilde, closed) - 1)//words(closed + 1:)
+         end if
+      end do
+   end function words_in
+
+end module quantities
