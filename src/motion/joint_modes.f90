@@ -6,9 +6,10 @@ module joint_modes
    use contact_secular, only: distances, size_of
    use damped_oscillators, only: oscillators_t
    use failures, only: fail, failure_t, status_run_failed
-   use joint_secular, only: find_joint_roots, joint_secular_t, joint_vectors_t, make_joint_secular, solve_small, &
-      vectors_at
+   use joint_secular, only: find_joint_roots
+   use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, vectors_at
    use kinds, only: wp
+   use small_equations, only: solve_small
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
@@ -80,7 +81,7 @@ contains
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
-      call make_room(modes, oscillators%count, size(spring), circle_points*size(spring)*size(keep) + size(keep))
+      call make_room(modes, oscillators%count, size(spring), size(keep))
       call add_terms(problem, active, near, offset, s, keep, modes)
       call cut_to_size(modes)
       call find_rest(oscillators%square, value, spring, modes)
@@ -151,6 +152,7 @@ contains
             radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*room)
             if (radius >= 2.5_wp*apart) then
                gone(partner) = .true.
+               call add_room(modes, circle_points*size(problem%spring))
                do k = 1, circle_points
                   angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
                   ! around the real axis the lower half is the conjugate of the upper one
@@ -335,16 +337,42 @@ contains
       !> Terms at most
       integer, intent(in) :: most
 
+      if (allocated(modes%exponent)) deallocate (modes%exponent, modes%weight, modes%viscous, modes%force, &
+         modes%indentation, modes%branch, modes%of_height, modes%of_memory, modes%shape, modes%of_mode)
       allocate (modes%exponent(most), modes%weight(most), modes%viscous(most))
       allocate (modes%force(stops, most), modes%indentation(stops, most), modes%branch(stops, most), &
          modes%of_height(stops, most), modes%of_memory(stops, most), modes%shape(beam, most), &
          modes%of_mode(beam, most), source=(0.0_wp, 0.0_wp))
    end subroutine make_room
 
+   !> Room for so many more.
+   pure subroutine add_room(modes, more)
+      type(joint_modes_t), intent(inout) :: modes
+      integer, intent(in) :: more
+
+      type(joint_modes_t) :: old
+
+      old = modes
+      call make_room(modes, size(old%shape, 1), size(old%force, 1), size(old%exponent) + more)
+      associate (n => old%count)
+         modes%exponent(:n) = old%exponent(:n)
+         modes%weight(:n) = old%weight(:n)
+         modes%viscous(:n) = old%viscous(:n)
+         modes%force(:, :n) = old%force(:, :n)
+         modes%indentation(:, :n) = old%indentation(:, :n)
+         modes%branch(:, :n) = old%branch(:, :n)
+         modes%of_height(:, :n) = old%of_height(:, :n)
+         modes%of_memory(:, :n) = old%of_memory(:, :n)
+         modes%shape(:, :n) = old%shape(:, :n)
+         modes%of_mode(:, :n) = old%of_mode(:, :n)
+      end associate
+   end subroutine add_room
+
    !> Keep the room that is used.
    pure subroutine cut_to_size(modes)
       type(joint_modes_t), intent(inout) :: modes
 
+      if (modes%count == size(modes%exponent)) return
       associate (n => modes%count)
          modes%exponent = modes%exponent(:n)
          modes%weight = modes%weight(:n)

@@ -10,7 +10,7 @@ module phase_drives
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
    use held_sets, only: free_beam_t, held_set_t
-   use joint_secular, only: solve_small
+   use small_equations, only: solve_small
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use yielding_stop, only: impedance_t

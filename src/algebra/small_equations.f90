@@ -1,0 +1,86 @@
+!> A few complex equations, by elimination with pivots from each column.
+module small_equations
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: solve_small, eliminate
+
+contains
+
+   !> Solve them.
+   pure function solve_small(matrix, right) result(solution)
+      !> [size, size]
+      complex(wp), intent(in) :: matrix(:, :)
+      !> [size, number]
+      complex(wp), intent(in) :: right(:, :)
+      complex(wp) :: solution(size(right, 1), size(right, 2))
+
+      complex(wp) :: a(size(matrix, 1), size(matrix, 1))
+
+      a = matrix
+      solution = right
+      call eliminate(a, solution)
+   end function solve_small
+
+   !> The same in place.
+   pure subroutine eliminate(a, solution)
+      !> The matrix; it is lost, [size, size]
+      complex(wp), intent(inout) :: a(:, :)
+      !> Right sides in, solutions out, [size, number]
+      complex(wp), intent(inout) :: solution(:, :)
+
+      complex(wp) :: factor, held
+      real(wp) :: greatest
+      integer :: i, j, k, n, pivot
+
+      n = size(a, 1)
+      do i = 1, n
+         greatest = tiny(1.0_wp)
+         do j = 1, n
+            greatest = max(greatest, size_of(a(i, j)))
+         end do
+         a(i, :) = a(i, :)/greatest
+         solution(i, :) = solution(i, :)/greatest
+      end do
+      do k = 1, n
+         pivot = k
+         do i = k + 1, n
+            if (size_of(a(i, k)) > size_of(a(pivot, k))) pivot = i
+         end do
+         if (pivot /= k) then
+            do j = 1, n
+               held = a(k, j)
+               a(k, j) = a(pivot, j)
+               a(pivot, j) = held
+            end do
+            do j = 1, size(solution, 2)
+               held = solution(k, j)
+               solution(k, j) = solution(pivot, j)
+               solution(pivot, j) = held
+            end do
+         end if
+         if (size_of(a(k, k)) <= tiny(1.0_wp)) a(k, k) = tiny(1.0_wp)
+         do i = k + 1, n
+            factor = a(i, k)/a(k, k)
+            a(i, k + 1:) = a(i, k + 1:) - factor*a(k, k + 1:)
+            solution(i, :) = solution(i, :) - factor*solution(k, :)
+         end do
+      end do
+      do k = n, 1, -1
+         factor = 1.0_wp/a(k, k)
+         solution(k, :) = factor*solution(k, :)
+         do i = 1, k - 1
+            solution(i, :) = solution(i, :) - a(i, k)*solution(k, :)
+         end do
+      end do
+   end subroutine eliminate
+
+   !> |Re z| + |Im z|.
+   elemental function size_of(z) result(value)
+      complex(wp), intent(in) :: z
+      real(wp) :: value
+
+      value = abs(real(z, wp)) + abs(aimag(z))
+   end function size_of
+
+end module small_equations
