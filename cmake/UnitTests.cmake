@@ -3,6 +3,12 @@
 
 include(TestFiles)
 
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+# It is started a thousand times: not through a launcher (pyenv's takes six times as long), and without its site.
+execute_process(COMMAND "${Python3_EXECUTABLE}" -c "import sys; print(sys.executable)"
+  OUTPUT_VARIABLE plain_python OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+set(python_command "${plain_python}" -I -S)
+
 set(UNIT_FRAMEWORK auto CACHE STRING "pfunit, standin, or auto: pFUnit where it is found")
 set_property(CACHE UNIT_FRAMEWORK PROPERTY STRINGS auto pfunit standin)
 
@@ -27,7 +33,6 @@ set(seconds_a_suite 900)
 if(IMPACTBEAM_SANITIZE)
   set(seconds_a_suite 6000)
 endif()
-find_package(Python3 REQUIRED COMPONENTS Interpreter)
 
 # unit_tests(<name> TEST_SOURCES <.pf files> [LINK_LIBRARIES ...] [LABELS ...] [ENVIRONMENT <NAME=value>...])
 #
@@ -49,7 +54,7 @@ function(unit_tests name)
   if(CMAKE_VERSION VERSION_GREATER_EQUAL 3.29)
     set(launcher TEST_LAUNCHER)
   endif()
-  set_property(TARGET test_${name} PROPERTY ${launcher} "${Python3_EXECUTABLE}"
+  set_property(TARGET test_${name} PROPERTY ${launcher} ${python_command}
     "${PROJECT_SOURCE_DIR}/tests/framework/run_suite.py" --timeout ${seconds_a_suite} --tests ${files} --)
   math(EXPR seconds_for_ctest "${seconds_a_suite} + 60")
   set_tests_properties(test_${name} PROPERTIES TIMEOUT ${seconds_for_ctest})

@@ -12,14 +12,14 @@ function(add_standin_executable name)
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" NORMALIZE OUTPUT_VARIABLE input)
     set(output "${CMAKE_CURRENT_BINARY_DIR}/${stem}.f90")
     add_custom_command(OUTPUT "${output}"
-      COMMAND Python3::Interpreter "${STANDIN_DIR}/translate_pf.py" file "${input}" "${output}"
+      COMMAND ${python_command} "${STANDIN_DIR}/translate_pf.py" file "${input}" "${output}"
       DEPENDS "${input}" "${STANDIN_DIR}/translate_pf.py" VERBATIM)
     list(APPEND sources "${output}")
     list(APPEND modules "${stem}")
   endforeach()
   set(driver "${CMAKE_CURRENT_BINARY_DIR}/${name}_driver.f90")
   add_custom_command(OUTPUT "${driver}"
-    COMMAND Python3::Interpreter "${STANDIN_DIR}/translate_pf.py" driver "${driver}" ${modules}
+    COMMAND ${python_command} "${STANDIN_DIR}/translate_pf.py" driver "${driver}" ${modules}
     DEPENDS "${STANDIN_DIR}/translate_pf.py" VERBATIM)
   add_executable(${name} ${sources} ${arg_OTHER_SOURCES} "${driver}")
   set_target_properties(${name} PROPERTIES
