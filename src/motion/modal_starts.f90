@@ -1,15 +1,14 @@
 !> How a motion begins, in the free modes (docs/theory.md, section 18).
 module modal_starts
-   use applied_loads, only: applied_loads_t
    use beam_loads, only: base_mass_vector, base_rotation_vector
    use beam_model, only: beam_model_t
    use complementarity, only: solve_complementarity
    use free_modes, only: free_modes_t
-   use held_sets, only: free_beam_t
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: field_mode, field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
       start_settings_t, start_velocity
+   use several_state, only: several_t
    implicit none (type, external)
    private
    public :: find_modal_start
@@ -17,18 +16,14 @@ module modal_starts
 contains
 
    !> State of the free modes, and what carries the beam.
-   subroutine find_modal_start(model, modes, start, beam, pulled, acts, stiffness, loads, q, v, forces)
+   subroutine find_modal_start(model, modes, start, several, acts, q, v, forces)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(start_settings_t), intent(in) :: start
-      !> With its surfaces
-      type(free_beam_t), intent(in) :: beam
-      !> The surface from which it is pulled away
-      integer, intent(in) :: pulled
-      !> Surfaces that can carry it, and their stiffnesses, 0: rigid
+      !> The beam, its surfaces and the loads on it
+      type(several_t), intent(in) :: several
+      !> Surfaces that can carry it
       logical, intent(in) :: acts(:)
-      real(wp), intent(in) :: stiffness(:)
-      type(applied_loads_t), intent(in) :: loads
       !> [modes]
       real(wp), allocatable, intent(out) :: q(:)
       real(wp), allocatable, intent(out) :: v(:)
@@ -39,11 +34,11 @@ contains
       forces = 0.0_wp
       select case (start%kind)
       case (start_pull)
-         associate (b => beam%value(:, pulled), square => beam%oscillators%square)
-            q(:) = (1.0_wp + beam%height(pulled))*b/(square*sum(b**2/square))
+         associate (b => several%beam%value(:, several%pulled), square => several%beam%oscillators%square)
+            q(:) = (1.0_wp + several%beam%height(several%pulled))*b/(square*sum(b**2/square))
          end associate
       case (start_balance)
-         call find_balance(beam, acts, stiffness, loads, q, forces)
+         call find_balance(several, acts, q, forces)
       case (start_velocity)
          select case (start%field)
          case (field_uniform)
@@ -64,11 +59,9 @@ contains
    end subroutine find_modal_start
 
    !> At rest under the loads of tau = 0 on surfaces that push and never pull.
-   subroutine find_balance(beam, acts, stiffness, loads, q, forces)
-      type(free_beam_t), intent(in) :: beam
+   subroutine find_balance(several, acts, q, forces)
+      type(several_t), intent(in) :: several
       logical, intent(in) :: acts(:)
-      real(wp), intent(in) :: stiffness(:)
-      type(applied_loads_t), intent(in) :: loads
       !> [modes]
       real(wp), intent(inout) :: q(:)
       !> [surfaces]
@@ -79,7 +72,7 @@ contains
       integer, allocatable :: place(:)
       integer :: j, k
 
-      associate (square => beam%oscillators%square)
+      associate (beam => several%beam, square => several%beam%oscillators%square, loads => several%loads)
          if (loads%count > 0) q = matmul(loads%mode, value_at(loads%course, 0.0_wp))/square
          allocate (place, source=pack([(k, k=1, size(acts))], acts))
          allocate (compliance(size(place), size(place)), force(size(place)), carries(size(place)))
@@ -87,7 +80,9 @@ contains
             do j = 1, size(place)
                compliance(j, k) = sum(beam%value(:, place(j))*beam%value(:, place(k))/square)
             end do
-            if (stiffness(place(k)) > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness(place(k))
+            associate (state => several%states(place(k)))
+               if (.not. state%is_rigid) compliance(k, k) = compliance(k, k) + 1.0_wp/state%spring%stiffness
+            end associate
          end do
          allocate (gap, source=matmul(q, beam%value(:, place)) - beam%height(place))
          call solve_complementarity(compliance, gap, force, carries)

@@ -2,12 +2,13 @@
 !> zero (docs/theory.md, section 17).
 module several_contacts
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
-   use contact_sets, only: losses_in, ready_for_losses
+   use contact_sets, only: ready_for_losses
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
-   use load_work, only: loss_in_stop, work_of_loads
+   use load_work, only: work_of_loads
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
+   use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use phase_drives, only: drive_at, drive_rate_at
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
@@ -15,7 +16,7 @@ module several_contacts
    use several_measures, only: measure_surfaces
    use several_state, only: end_force, end_gap, find_load, free_state, move_alone, move_to, several_t, signal_of, &
       search_surface, take_over, whole_gap
-   use surface_states, only: energy_in, indent, recover, surface_state_t
+   use surface_states, only: energy_in, indent, surface_state_t
    implicit none (type, external)
    private
    public :: several_contacts_t
@@ -224,7 +225,7 @@ contains
       integer :: place
 
       associate (set => self%now%set, held => self%now%set%held)
-         part = driven_part(self, k, time)
+         part = driven_part(self%now, k, time)
          force = part(1)
          place = findloc(set%pressed, k, dim=1)
          if (place > 0) then
@@ -240,56 +241,6 @@ contains
          end if
       end associate
    end function force_at
-
-   !> What loads do to the force of a surface, its indentation and the force in its branch at a time in the phase.
-   pure function driven_part(self, k, time) result(part)
-      class(several_contacts_t), intent(in) :: self
-      integer, intent(in) :: k
-      real(wp), intent(in) :: time
-      real(wp) :: part(3)
-
-      part = 0.0_wp
-      if (self%now%loads%count == 0) return
-      associate (set => self%now%set%drive, drive => self%now%drive)
-         part = [drive_at(set, drive, set%at%forces + k, set%at%forces + k, time), &
-            drive_at(set, drive, set%at%depths + k, set%at%depths + k, time), &
-            drive_at(set, drive, set%at%branches + k, set%at%branches + k, time)]
-      end associate
-   end function driven_part
-
-   !> Dissipated since the start of the phase, in the beam and in each surface that is pressed. Under loads a beam on
-   !> them loses what nothing else accounts for.
-   subroutine find_losses(self, time, z, v, term, lost)
-      class(several_contacts_t), intent(in) :: self
-      real(wp), intent(in) :: time
-      !> State of the set's modes
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
-      !> Terms, where a surface yields
-      complex(wp), intent(in) :: term(:)
-      !> [1 + pressed]
-      real(wp), intent(out) :: lost(:)
-
-      type(surface_state_t) :: state
-      integer :: place
-
-      associate (now => self%now, set => self%now%set)
-         if (size(set%pressed) > 0 .and. now%loads%count == 0) then
-            call losses_in(set, now%amplitude, now%z, now%v, time, lost)
-            return
-         end if
-         lost(1) = self%start_energy - sum(modal_energy(set%held%oscillators, z, v)) + work_of_loads(now, time)
-         do place = 1, size(set%pressed)
-            associate (k => set%pressed(place))
-               state = self%at_start(k)
-               lost(1 + place) = loss_in_stop(now, place, time)
-               lost(1) = lost(1) + energy_in(state) - lost(1 + place)
-               call keep_indentation(self, place, time, term, state)
-               lost(1) = lost(1) - energy_in(state)
-            end associate
-         end do
-      end associate
-   end subroutine find_losses
 
    !> Energies of a sample.
    subroutine sample_energy(self, time, z, v, term, sample)
@@ -309,7 +260,7 @@ contains
          sample%lost = 0.0_wp
          sample%stop_energy = 0.0_wp
          sample%work = work_of_loads(now, time)
-         call find_losses(self, time, z, v, term, lost)
+         call find_losses(self%now, self%at_start, self%start_energy, time, z, v, term, lost)
          sample%lost(1) = lost(1)
          sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
          do k = 1, size(now%states)
@@ -322,7 +273,7 @@ contains
             state = now%states(k)
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, time, term, state)
+               call keep_indentation(self%now, place, time, term, state)
                state%dissipated = state%dissipated + lost(1 + place)
             else
                call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
@@ -335,44 +286,6 @@ contains
          end do
       end associate
    end subroutine sample_energy
-
-   !> Indentation and force in the branch of a surface that is pressed.
-   subroutine keep_indentation(self, place, time, term, state)
-      class(several_contacts_t), intent(in) :: self
-      !> Among those that are pressed
-      integer, intent(in) :: place
-      real(wp), intent(in) :: time
-      !> Terms at the instant
-      complex(wp), intent(in) :: term(:)
-      type(surface_state_t), intent(inout) :: state
-
-      real(wp) :: part(3)
-
-      associate (set => self%now%set)
-         part = driven_part(self, set%pressed(place), time)
-         state%depth = set%rest_force(place)/state%spring%stiffness &
-            + sum(real(set%joint%indentation(place, :)*term, wp)) + part(2)
-         state%branch_force = sum(real(set%joint%branch(place, :)*term, wp)) + part(3)
-      end associate
-   end subroutine keep_indentation
-
-   !> An open surface that yields after some time.
-   subroutine leave_behind(gap, time, state)
-      !> From where it is home
-      real(wp), intent(in) :: gap
-      real(wp), intent(in) :: time
-      type(surface_state_t), intent(inout) :: state
-
-      real(wp) :: before
-
-      if (.not. state%is_indented) then
-         call recover(state, time)
-         return
-      end if
-      before = energy_in(state)
-      call indent(state, max(-gap, 0.0_wp))
-      state%dissipated = state%dissipated + (before - energy_in(state))
-   end subroutine leave_behind
 
    !> Energy of beam and stops at a time in the phase.
    function energy_at(self, time) result(energy)
@@ -396,7 +309,7 @@ contains
             state = self%at_start(k)
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, time, term, state)
+               call keep_indentation(self%now, place, time, term, state)
             else
                call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
             end if
@@ -448,7 +361,7 @@ contains
          allocate (term(0))
          if (size(set%pressed) > 0) term = now%amplitude*exp(set%joint%exponent*time)
          if (keeps) then
-            call find_losses(self, time, self%z_end, self%v_end, term, lost)
+            call find_losses(self%now, self%at_start, self%start_energy, time, self%z_end, self%v_end, term, lost)
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%work = ledger%work + work_of_loads(now, time)
          end if
@@ -456,7 +369,7 @@ contains
             if (now%states(k)%is_rigid) cycle
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, time, term, now%states(k))
+               call keep_indentation(self%now, place, time, term, now%states(k))
                if (keeps) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
             else

@@ -6,11 +6,12 @@ module several_events
    use kinds, only: wp
    use motion_phases, only: found_break, found_taken_back, motion_t
    use phase_measures, only: measure_impulse
-   use response_types, only: append_event, event_blow, event_capture, event_contact, event_impact, event_release, &
-      event_separation, event_t, response_t
+   use response_types, only: append_event, event_blow, event_capture, event_impact, event_release, &
+      event_t, response_t
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, find_load, several_t
-   use surface_values, only: event_of, force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
+   use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
+   use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    implicit none (type, external)
    private
    public :: follow_end, meet_at_start
@@ -113,58 +114,6 @@ contains
       end if
    end subroutine meet_at_start
 
-   !> A closed surface whose force has vanished.
-   subroutine let_go(self, k, motion, response)
-      type(several_t), intent(inout) :: self
-      integer, intent(in) :: k
-      type(motion_t), intent(in) :: motion
-      type(response_t), intent(inout) :: response
-
-      associate (state => self%states(k))
-         if (state%is_rigid) then
-            call open_surface(self, k, 3, motion, response)
-         else
-            call append_event(response, event_of(self, k, event_separation, motion))
-            call start_flight(self, k, 1, 0.0_wp)
-            state%is_indented = state%follows .and. state%depth > 0.0_wp
-         end if
-      end associate
-   end subroutine let_go
-
-   !> A rigid surface lets the beam go.
-   subroutine open_surface(self, k, order, motion, response)
-      type(several_t), intent(inout) :: self
-      integer, intent(in) :: k
-      !> Of the first derivative of the gap that does not vanish
-      integer, intent(in) :: order
-      type(motion_t), intent(in) :: motion
-      type(response_t), intent(inout) :: response
-
-      call append_event(response, event_t(tau=motion%tau, kind=event_release, &
-         surface=self%states(k)%surface%number))
-      call start_flight(self, k, order, 0.0_wp)
-   end subroutine open_surface
-
-   !> The beam leaves a surface.
-   pure subroutine start_flight(self, k, order, hop_tolerance)
-      type(several_t), intent(inout) :: self
-      integer, intent(in) :: k
-      !> Of the first derivative of the gap that does not vanish
-      integer, intent(in) :: order
-      !> If it stays below this it is a capture; 0: it is not asked
-      real(wp), intent(in) :: hop_tolerance
-
-      associate (state => self%states(k))
-         state%is_closed = .false.
-         state%start_order = order
-         state%hop_tolerance = hop_tolerance
-         state%is_new_flight = .true.
-         state%is_low = .true.
-         state%has_risen = .false.
-         state%is_first_flight = .false.
-      end associate
-   end subroutine start_flight
-
    !> The beam comes to a surface that yields.
    subroutine meet_yielding(self, k, search, motion, response)
       type(several_t), intent(inout) :: self
@@ -201,25 +150,6 @@ contains
       end if
       call close_surface(self, k, order, motion, response)
    end subroutine meet_yielding
-
-   !> Contact with a surface that yields begins.
-   subroutine close_surface(self, k, order, motion, response)
-      type(several_t), intent(inout) :: self
-      integer, intent(in) :: k
-      !> Of the first derivative of its force that does not vanish, where that is not a damper's
-      integer, intent(in) :: order
-      type(motion_t), intent(in) :: motion
-      type(response_t), intent(inout) :: response
-
-      associate (state => self%states(k))
-         if (state%follows .and. .not. state%is_indented) state%depth = 0.0_wp
-         state%is_closed = .true.
-         state%is_indented = .false.
-         state%start_order = order
-         if (state%follows .and. force_of(self, k, motion) > 0.0_wp) state%start_order = 0
-      end associate
-      call append_event(response, event_of(self, k, event_contact, motion))
-   end subroutine close_surface
 
    !> Impulses at one instant: Newton's law as one complementarity problem over the rigid surface that is hit, those
    !> that hold the beam, and others that it has reached and does not leave. What is turned back onto one that it was
@@ -480,28 +410,5 @@ contains
          end associate
       end do
    end subroutine settle
-
-   !> Impulses make the forces of dampers jump: is each spring with a damper pressed now, or left?
-   subroutine check_dampers(self, motion, response)
-      type(several_t), intent(inout) :: self
-      type(motion_t), intent(in) :: motion
-      type(response_t), intent(inout) :: response
-
-      real(wp) :: force
-      integer :: k
-
-      do k = 1, size(self%states)
-         associate (state => self%states(k))
-            if (.not. (state%follows .and. (state%is_closed .or. state%is_indented))) cycle
-            force = force_of(self, k, motion)
-            if (state%is_closed .and. force < 0.0_wp) then
-               call let_go(self, k, motion, response)
-               if (state%is_indented) state%start_order = 0
-            else if (state%is_indented .and. force > 0.0_wp) then
-               call close_surface(self, k, 1, motion, response)
-            end if
-         end associate
-      end do
-   end subroutine check_dampers
 
 end module several_events

@@ -22,7 +22,6 @@ module several_start
    use several_measures, only: finish_surfaces
    use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
-   use stop_laws, only: static_stiffness
    use stop_surfaces, only: acting, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state
    implicit none (type, external)
@@ -67,15 +66,16 @@ contains
             call rest_on(model, surfaces, acts, rest, rest_energy, error)
             if (allocated(error)) return
          end if
-         call find_modal_start(model, modes, settings%start, beam, now%pulled, acts, &
-            [(static_stiffness(surfaces(k)%settings), k=1, size(surfaces))], now%loads, motion%q, motion%v, forces)
-         ! a pull was checked before the modes were found
-         if (settings%start%kind /= start_pull) call check_start(surfaces, beam, forces, motion%q, error)
-         if (allocated(error)) return
          allocate (now%states(size(surfaces)), now%measurers(size(surfaces)), phase%searches(size(surfaces)), &
             phase%records(size(surfaces)))
          do k = 1, size(surfaces)
             call make_surface_state(surfaces(k), now%states(k))
+         end do
+         call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces)
+         ! a pull was checked before the modes were found
+         if (settings%start%kind /= start_pull) call check_start(surfaces, beam, forces, motion%q, error)
+         if (allocated(error)) return
+         do k = 1, size(surfaces)
             if (forces(k) > 0.0_wp .and. .not. now%states(k)%is_rigid) then
                now%states(k)%depth = forces(k)/now%states(k)%spring%stiffness
             end if

@@ -1,0 +1,108 @@
+!> What a phase among several surfaces costs beam and stops, and what stops keep of it (docs/theory.md, sections 17 and
+!> 18).
+module phase_losses
+   use contact_sets, only: losses_in
+   use damped_oscillators, only: modal_energy
+   use kinds, only: wp
+   use load_work, only: loss_in_stop, work_of_loads
+   use phase_drives, only: drive_at
+   use several_state, only: several_t
+   use surface_states, only: energy_in, indent, recover, surface_state_t
+   implicit none (type, external)
+   private
+   public :: driven_part, find_losses, keep_indentation, leave_behind
+
+contains
+
+   !> What loads do to the force of a surface, its indentation and the force in its branch at a time in the phase.
+   pure function driven_part(self, k, time) result(part)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: part(3)
+
+      part = 0.0_wp
+      if (self%loads%count == 0) return
+      associate (set => self%set%drive, drive => self%drive)
+         part = [drive_at(set, drive, set%at%forces + k, set%at%forces + k, time), &
+            drive_at(set, drive, set%at%depths + k, set%at%depths + k, time), &
+            drive_at(set, drive, set%at%branches + k, set%at%branches + k, time)]
+      end associate
+   end function driven_part
+
+   !> Dissipated since the start of the phase, in the beam and in each surface that is pressed. Under loads a beam on
+   !> them loses what nothing else accounts for.
+   subroutine find_losses(self, at_start, start_energy, time, z, v, term, lost)
+      type(several_t), intent(in) :: self
+      !> The surfaces, and the energy of the modes, as the phase starts
+      type(surface_state_t), allocatable, intent(in) :: at_start(:)
+      real(wp), intent(in) :: start_energy
+      real(wp), intent(in) :: time
+      !> State of the set's modes
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Terms, where a surface yields
+      complex(wp), intent(in) :: term(:)
+      !> [1 + pressed]
+      real(wp), intent(out) :: lost(:)
+
+      type(surface_state_t) :: state
+      integer :: place
+
+      associate (set => self%set)
+         if (size(set%pressed) > 0 .and. self%loads%count == 0) then
+            call losses_in(set, self%amplitude, self%z, self%v, time, lost)
+            return
+         end if
+         lost(1) = start_energy - sum(modal_energy(set%held%oscillators, z, v)) + work_of_loads(self, time)
+         do place = 1, size(set%pressed)
+            associate (k => set%pressed(place))
+               state = at_start(k)
+               lost(1 + place) = loss_in_stop(self, place, time)
+               lost(1) = lost(1) + energy_in(state) - lost(1 + place)
+               call keep_indentation(self, place, time, term, state)
+               lost(1) = lost(1) - energy_in(state)
+            end associate
+         end do
+      end associate
+   end subroutine find_losses
+
+   !> Indentation and force in the branch of a surface that is pressed.
+   subroutine keep_indentation(self, place, time, term, state)
+      type(several_t), intent(in) :: self
+      !> Among those that are pressed
+      integer, intent(in) :: place
+      real(wp), intent(in) :: time
+      !> Terms at the instant
+      complex(wp), intent(in) :: term(:)
+      type(surface_state_t), intent(inout) :: state
+
+      real(wp) :: part(3)
+
+      associate (set => self%set)
+         part = driven_part(self, set%pressed(place), time)
+         state%depth = set%rest_force(place)/state%spring%stiffness &
+            + sum(real(set%joint%indentation(place, :)*term, wp)) + part(2)
+         state%branch_force = sum(real(set%joint%branch(place, :)*term, wp)) + part(3)
+      end associate
+   end subroutine keep_indentation
+
+   !> An open surface that yields after some time.
+   subroutine leave_behind(gap, time, state)
+      !> From where it is home
+      real(wp), intent(in) :: gap
+      real(wp), intent(in) :: time
+      type(surface_state_t), intent(inout) :: state
+
+      real(wp) :: before
+
+      if (.not. state%is_indented) then
+         call recover(state, time)
+         return
+      end if
+      before = energy_in(state)
+      call indent(state, max(-gap, 0.0_wp))
+      state%dissipated = state%dissipated + (before - energy_in(state))
+   end subroutine leave_behind
+
+end module phase_losses
