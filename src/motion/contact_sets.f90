@@ -105,6 +105,7 @@ contains
       if (.not. answer) return
       associate (old => store%beam)
          answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
+            is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate) .and. &
             all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
             all(is_equal(beam%value, old%value)) .and. all(is_equal(beam%tip_value, old%tip_value)) .and. &
             all(is_equal(beam%tip_sign, old%tip_sign))
@@ -295,7 +296,7 @@ contains
          allocate (set%plain(k, k, 1 + size(set%pressed)), set%conjugate(k, k, 1 + size(set%pressed)))
          allocate (rate(set%held%count, k), stop_rate(size(set%pressed), k))
          do m = 1, k
-            rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square)*joint%exponent(m)*joint%shape(:, m)
+            rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + set%held%oscillators%mass_rate)*joint%exponent(m)*joint%shape(:, m)
             do j = 1, size(set%pressed)
                associate (spring => joint%spring(j))
                   if (spring%branch_stiffness > 0.0_wp) then

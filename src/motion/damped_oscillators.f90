@@ -1,5 +1,5 @@
-!> A family of damped oscillators z'' + 2 zeta W^2 z' + W^2 z = 0, the modes of a beam whose damping is
-!> proportional to its stiffness, each propagated in closed form: under-, critically and over-damped
+!> A family of damped oscillators z'' + (2 zeta W^2 + alpha) z' + W^2 z = 0, the modes of a beam whose damping is
+!> proportional to its stiffness and its mass, each propagated in closed form: under-, critically and over-damped
 !> without cancellation near critical damping.
 module damped_oscillators
    use kinds, only: wp
@@ -14,6 +14,8 @@ module damped_oscillators
       integer :: count = 0
       !> 2 zeta
       real(wp) :: two_zeta = 0.0_wp
+      !> alpha, of damping proportional to mass
+      real(wp) :: mass_rate = 0.0_wp
       !> W^2, ascending, [count]
       real(wp), allocatable :: square(:)
       !> W, [count]
@@ -66,12 +68,14 @@ module damped_oscillators
 contains
 
    !> Prepare the closed forms.
-   pure subroutine make_oscillators(square, zeta, oscillators)
+   pure subroutine make_oscillators(square, zeta, oscillators, mass_rate)
       !> W^2 in units of omega1^2, > 0, ascending
       real(wp), intent(in) :: square(:)
       !> zeta = gamma omega1/2, >= 0
       real(wp), intent(in) :: zeta
       type(oscillators_t), intent(out) :: oscillators
+      !> alpha/omega1, small enough that slow modes are not beyond critical damping before fast ones are; default 0
+      real(wp), intent(in), optional :: mass_rate
 
       integer :: i
       real(wp) :: xi
@@ -79,6 +83,7 @@ contains
       associate (n => size(square))
          oscillators%count = n
          oscillators%two_zeta = 2.0_wp*zeta
+         if (present(mass_rate)) oscillators%mass_rate = mass_rate
          allocate (oscillators%square, source=square)
          allocate (oscillators%frequency, source=sqrt(square))
          allocate (oscillators%decay(padded(n)), oscillators%spread(padded(n)), source=1.0_wp)
@@ -88,14 +93,15 @@ contains
          oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
             xi = zeta*oscillators%frequency(i)
+            if (oscillators%mass_rate > 0.0_wp) xi = xi + 0.5_wp*oscillators%mass_rate/oscillators%frequency(i)
             if (xi < least_separated) oscillators%blended = i
             if (xi < 1.0_wp) then
                oscillators%oscillating = i
-               oscillators%decay(i) = zeta*square(i)
+               oscillators%decay(i) = zeta*square(i) + 0.5_wp*oscillators%mass_rate
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((1.0_wp - xi)*(1.0_wp + xi))
             else
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((xi - 1.0_wp)*(xi + 1.0_wp))
-               oscillators%decay(i) = square(i)/(zeta*square(i) + oscillators%spread(i))
+               oscillators%decay(i) = square(i)/(zeta*square(i) + 0.5_wp*oscillators%mass_rate + oscillators%spread(i))
             end if
             oscillators%inverse_spread(i) = 1.0_wp/max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
          end do
@@ -272,10 +278,10 @@ contains
          slow = oscillators%decay(i)
          fast = slow + 2.0_wp*oscillators%spread(i)
          fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + slow*z0(i))
-         ! 1 - 2 zeta s = -s^2/W^2 for both exponents
+         ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
          value(i) = -oscillators%inverse_square(i)* &
-            ((z0(i) - fast_part)*slow**2*exp(-min(slow*t, greatest_exponent)) &
-            + fast_part*fast**2*exp(-min(fast*t, greatest_exponent)))
+            ((z0(i) - fast_part)*(slow*(slow - oscillators%mass_rate))*exp(-min(slow*t, greatest_exponent)) &
+            + fast_part*(fast*(fast - oscillators%mass_rate))*exp(-min(fast*t, greatest_exponent)))
       end do
    end function elastic_and_viscous
 
@@ -287,7 +293,7 @@ contains
       real(wp), intent(in) :: v(:)
       real(wp) :: a(oscillators%count)
 
-      a = -oscillators%square*(z + oscillators%two_zeta*v)
+      a = -oscillators%square*(z + oscillators%two_zeta*v) - oscillators%mass_rate*v
    end function acceleration
 
    !> The 2 x 2 matrices of one step of length h.

@@ -92,7 +92,7 @@ contains
          square = new
       end do
       set%count = size(square)
-      call make_oscillators(square, 0.5_wp*beam%oscillators%two_zeta, set%oscillators)
+      call make_oscillators(square, 0.5_wp*beam%oscillators%two_zeta, set%oscillators, beam%oscillators%mass_rate)
       ! held exactly, not to rounding
       set%value(:, held) = 0.0_wp
       do k = 1, size(held)

@@ -31,21 +31,22 @@ contains
 
       associate (square => oscillators%lane_square, inverse_square => oscillators%inverse_square, &
          decay => oscillators%decay, spread => oscillators%spread, inverse_spread => oscillators%inverse_spread, &
-         two_zeta => oscillators%two_zeta, oscillating => oscillators%oscillating)
+         two_zeta => oscillators%two_zeta, mass_rate => oscillators%mass_rate, &
+         oscillating => oscillators%oscillating)
          do b = 0, lanes*(blocks - 1), lanes
             if (oscillating > b) then
                ! in arrays of its own a vector stays in registers: the components' descriptors are not read again
                call oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
-                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, weight(b + 1:b + lanes), &
+                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, mass_rate, weight(b + 1:b + lanes), &
                   z(b + 1:b + lanes), v(b + 1:b + lanes), block)
                terms(b + 1:b + lanes, :) = block
             end if
             if (oscillating >= b + lanes) cycle
             !$omp simd private(a, jerk, snap, magnitude)
             do i = max(oscillating, b) + 1, b + lanes
-               a = -square(i)*(z(i) + two_zeta*v(i))
-               jerk = -square(i)*(v(i) + two_zeta*a)
-               snap = -square(i)*(a + two_zeta*jerk)
+               a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate*v(i)
+               jerk = -square(i)*(v(i) + two_zeta*a) - mass_rate*a
+               snap = -square(i)*(a + two_zeta*jerk) - mass_rate*jerk
                terms(i, term_value) = weight(i)*z(i)
                terms(i, term_rate) = weight(i)*v(i)
                terms(i, term_curvature) = weight(i)*a
@@ -62,10 +63,12 @@ contains
    end subroutine bound_terms
 
    !> The same of one vector of underdamped modes.
-   pure subroutine oscillating_terms(square, inverse_square, decay, inverse_spread, two_zeta, weight, z, v, terms)
+   pure subroutine oscillating_terms(square, inverse_square, decay, inverse_spread, two_zeta, mass_rate, weight, &
+      z, v, terms)
       !> The oscillators
       real(wp), dimension(lanes), intent(in) :: square, inverse_square, decay, inverse_spread
       real(wp), intent(in) :: two_zeta
+      real(wp), intent(in) :: mass_rate
       real(wp), intent(in) :: weight(lanes)
       !> State now
       real(wp), dimension(lanes), intent(in) :: z, v
@@ -77,9 +80,9 @@ contains
 
       !$omp simd private(a, jerk, snap, magnitude)
       do i = 1, lanes
-         a = -square(i)*(z(i) + two_zeta*v(i))
-         jerk = -square(i)*(v(i) + two_zeta*a)
-         snap = -square(i)*(a + two_zeta*jerk)
+         a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate*v(i)
+         jerk = -square(i)*(v(i) + two_zeta*a) - mass_rate*a
+         snap = -square(i)*(a + two_zeta*jerk) - mass_rate*jerk
          terms(i, term_value) = weight(i)*z(i)
          terms(i, term_rate) = weight(i)*v(i)
          terms(i, term_curvature) = weight(i)*a
@@ -142,7 +145,7 @@ contains
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       real(wp), dimension(size(z0)) :: slow_factor, fast_factor
-      real(wp) :: amplitude
+      real(wp) :: amplitude, fast_rate
       integer :: i, first
 
       first = lanes*(oscillators%blended/lanes) + 1
@@ -161,9 +164,11 @@ contains
       end do
       if (.not. is_viscous) return
       do i = first, size(z0)
-         ! 1 - 2 zeta s = -s^2/W^2 for both exponents
-         slow(i) = -slow(i)*oscillators%inverse_square(i)*oscillators%decay(i)**2
-         fast(i) = -fast(i)*oscillators%inverse_square(i)*(oscillators%decay(i) + 2.0_wp*oscillators%spread(i))**2
+         ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
+         fast_rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
+         slow(i) = -slow(i)*oscillators%inverse_square(i)*(oscillators%decay(i) &
+            *(oscillators%decay(i) - oscillators%mass_rate))
+         fast(i) = -fast(i)*oscillators%inverse_square(i)*(fast_rate*(fast_rate - oscillators%mass_rate))
       end do
    end subroutine split_exponentials
 

@@ -200,7 +200,7 @@ contains
 
       answer = (0.0_wp, 0.0_wp)
       viscous = 1.0_wp + held%oscillators%two_zeta*s
-      dynamic = 1.0_wp/(s**2 + viscous*held%oscillators%square)
+      dynamic = 1.0_wp/(s**2 + held%oscillators%mass_rate*s + viscous*held%oscillators%square)
       if (left_out > 0) dynamic(left_out) = (0.0_wp, 0.0_wp)
       z = dynamic*drive%load(:, load)
       if (size(pressed) > 0) then

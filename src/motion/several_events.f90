@@ -366,7 +366,7 @@ contains
       call solve_complementarity(mobility, free, force, holds)
       associate (b => self%beam%value, square => self%beam%oscillators%square, &
          two_zeta => self%beam%oscillators%two_zeta)
-         acceleration = -square*(motion%q + two_zeta*motion%v)
+         acceleration = -square*(motion%q + two_zeta*motion%v) - self%beam%oscillators%mass_rate*motion%v
          if (.not. all(self%states%is_rigid)) acceleration = acceleration + yielding_forces(self, motion)
          if (self%loads%count > 0) acceleration = acceleration + self%load
          do a = 1, size(resting)

@@ -165,13 +165,13 @@ contains
             impulse = offset*time + sum(real(amplitude*integral(s, time, exp(s*time)), wp))
          end associate
       else
-         ! a mode's part, p + 2 zeta p', is -p''/w^2
+         ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
          allocate (z(size(self%z)), v(size(self%v)))
          call move_alone(self, time, z, v)
          associate (held => self%set%held)
             place = findloc(held%held, k, dim=1)
             impulse = held%static_force(place)*time &
-               + sum(held%reaction(place, :)*(self%v - v)/held%oscillators%square)
+               + sum(held%reaction(place, :)*(self%v - v + held%oscillators%mass_rate*(self%z - z))/held%oscillators%square)
          end associate
       end if
       if (self%loads%count > 0) impulse = impulse + impulse_of_terms(self, k, time)

@@ -58,7 +58,7 @@ contains
       rest_energy = 0.0_wp
       associate (beam => phase%now%beam, now => phase%now)
          now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
-         call make_beam(model, modes, settings%zeta, surfaces, beam)
+         call make_beam(model, modes, settings, surfaces, beam)
          if (has_loads(settings)) then
             call take_loads(model, modes, settings, now)
             rest_energy = no_rest
@@ -137,16 +137,16 @@ contains
    end subroutine check_start
 
    !> The beam and its surfaces in the free modes.
-   pure subroutine make_beam(model, modes, zeta, surfaces, beam)
+   pure subroutine make_beam(model, modes, settings, surfaces, beam)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
-      real(wp), intent(in) :: zeta
+      type(run_settings_t), intent(in) :: settings
       type(surface_t), intent(in) :: surfaces(:)
       type(free_beam_t), intent(out) :: beam
 
       integer :: k
 
-      call make_oscillators(modes%square, zeta, beam%oscillators)
+      call make_oscillators(modes%square, settings%zeta, beam%oscillators, 2.0_wp*settings%zeta_mass)
       allocate (beam%value(size(modes%square), size(surfaces)))
       allocate (beam%height(size(surfaces)))
       beam%height(:) = surfaces%height

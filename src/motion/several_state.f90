@@ -102,7 +102,7 @@ contains
             self%amplitude = joint%weight*self%amplitude
          else
             do k = 1, size(held%held)
-               call ready_reaction(held%oscillators%two_zeta, self%z, self%v, held%force(k))
+               call ready_reaction(self%z, self%v, held%force(k))
             end do
          end if
       end associate
@@ -156,15 +156,17 @@ contains
    end subroutine begin_drive
 
    !> A reaction swings with p + 2 zeta p', which swings like p itself.
-   subroutine ready_reaction(two_zeta, z, v, reaction)
-      real(wp), intent(in) :: two_zeta
+   subroutine ready_reaction(z, v, reaction)
       !> State of the modes
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
       type(modal_signal_t), intent(inout) :: reaction
 
-      reaction%z = z + two_zeta*v
-      reaction%v = v - two_zeta*reaction%oscillators%square*reaction%z
+      associate (two_zeta => reaction%oscillators%two_zeta, mass_rate => reaction%oscillators%mass_rate)
+         reaction%z = z + two_zeta*v
+         reaction%v = v - two_zeta*reaction%oscillators%square*reaction%z
+         if (mass_rate > 0.0_wp) reaction%v = reaction%v - two_zeta*mass_rate*v
+      end associate
       associate (first => reaction%oscillators%blended + 1)
          reaction%z(first:) = z(first:)
          reaction%v(first:) = v(first:)
