@@ -296,7 +296,8 @@ contains
          allocate (set%plain(k, k, 1 + size(set%pressed)), set%conjugate(k, k, 1 + size(set%pressed)))
          allocate (rate(set%held%count, k), stop_rate(size(set%pressed), k))
          do m = 1, k
-            rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + set%held%oscillators%mass_rate)*joint%exponent(m)*joint%shape(:, m)
+            rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + set%held%oscillators%mass_rate) &
+               *joint%exponent(m)*joint%shape(:, m)
             do j = 1, size(set%pressed)
                associate (spring => joint%spring(j))
                   if (spring%branch_stiffness > 0.0_wp) then

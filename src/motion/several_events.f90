@@ -91,7 +91,13 @@ contains
 
       hit = 0
       do k = 1, size(self%states)
-         if (.not. self%states(k)%acts .or. self%states(k)%is_closed) cycle
+         if (.not. self%states(k)%acts) cycle
+         if (self%states(k)%is_indented) then
+            ! it carries the beam
+            captures(k)%is_in = self%states(k)%is_rigid
+            if (.not. self%states(k)%is_rigid) call close_surface(self, k, 0, motion, response)
+            cycle
+         end if
          if (gap_of(self, k, motion%q) > noise_of(self, k, motion)) cycle
          associate (state => self%states(k), velocity => velocity_of(self, k, motion))
             if (abs(velocity) > speed_noise(self, k, motion)) then

@@ -76,6 +76,7 @@ contains
          if (settings%start%kind /= start_pull) call check_start(surfaces, beam, forces, motion%q, error)
          if (allocated(error)) return
          do k = 1, size(surfaces)
+            now%states(k)%is_indented = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. now%states(k)%is_rigid) then
                now%states(k)%depth = forces(k)/now%states(k)%spring%stiffness
             end if
