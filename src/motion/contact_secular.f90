@@ -69,17 +69,25 @@ contains
    end subroutine make_secular
 
    !> Exponents of the free modes, pairs side by side.
-   pure subroutine find_mode_poles(squares, zeta, pole, relative)
+   pure subroutine find_mode_poles(squares, zeta, pole, relative, mass_rate)
       !> W_i^2, [modes]
       real(wp), intent(in) :: squares(:)
       real(wp), intent(in) :: zeta
       !> Them, and 1 + 2 zeta pole, [2 modes at least]
       complex(wp), intent(inout) :: pole(:)
       complex(wp), intent(inout) :: relative(:)
+      !> alpha, of damping proportional to mass; default 0
+      real(wp), intent(in), optional :: mass_rate
 
       integer :: i
       real(wp) :: damping, square
 
+      if (present(mass_rate)) then
+         if (mass_rate > 0.0_wp) then
+            call find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
+            return
+         end if
+      end if
       do i = 1, size(squares)
          square = squares(i)
          damping = 2.0_wp*zeta**2*square - 1.0_wp
@@ -98,6 +106,35 @@ contains
          end associate
       end do
    end subroutine find_mode_poles
+
+   !> The same with damping proportional to mass: s^2 + (2 zeta W^2 + alpha) s + W^2 = 0, so that
+   !> 1 + 2 zeta s = -s (s + alpha)/W^2.
+   pure subroutine find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
+      real(wp), intent(in) :: squares(:)
+      real(wp), intent(in) :: zeta
+      real(wp), intent(in) :: mass_rate
+      complex(wp), intent(inout) :: pole(:)
+      complex(wp), intent(inout) :: relative(:)
+
+      real(wp) :: decay, frequency, spread
+      integer :: i
+
+      do i = 1, size(squares)
+         decay = zeta*squares(i) + 0.5_wp*mass_rate
+         frequency = sqrt(squares(i))
+         associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
+            if (decay > frequency) then
+               spread = sqrt((decay - frequency)*(decay + frequency))
+               p = -cmplx([squares(i)/(decay + spread), decay + spread], 0.0_wp, wp)
+               e = -p*(p + mass_rate)/squares(i)
+            else
+               p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)
+               p(2) = conjg(p(1))
+               e = 1.0_wp + 2.0_wp*zeta*p
+            end if
+         end associate
+      end do
+   end subroutine find_poles_with_mass
 
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
    elemental function pole_difference(problem, a, b) result(difference)

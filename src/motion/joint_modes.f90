@@ -26,6 +26,7 @@ module joint_modes
       !> The stops
       type(impedance_t), allocatable :: spring(:)
       real(wp) :: two_zeta = 0.0_wp
+      real(wp) :: mass_rate = 0.0_wp
       !> Number of terms; of a conjugate pair only the one with Im s > 0 is kept
       integer :: count = 0
       !> Exponents s, and 1 for a real one, 2 for a pair, [count]
@@ -68,8 +69,8 @@ contains
       greatest = maxval(abs(value))
       allocate (active, source=pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest))
       modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
-      call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, spring, &
-         problem)
+      call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, &
+         oscillators%mass_rate, spring, problem)
       n = problem%roots
       allocate (near(n), offset(n))
       call find_joint_roots(problem, near, offset, converged)
@@ -81,6 +82,7 @@ contains
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
+      modes%mass_rate = oscillators%mass_rate
       call make_room(modes, oscillators%count, size(spring), size(keep))
       call add_terms(problem, active, near, offset, s, keep, modes)
       call cut_to_size(modes)
@@ -417,12 +419,13 @@ contains
       do m = 1, modes%count
          associate (s => modes%exponent(m), shape => modes%of_mode(:, m))
             ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
-            ! s (s + 2 zeta W^2)/D = 1 - W^2/D, where what cancels for great s is the indentation
+            ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation
             forces = sum(shape*(square*z))
             force_scale = sum(size_of(shape)*abs(square*z))
             places = sum(size_of(shape)*abs(z))
-            as_is = sum(modes%of_height(:, m)*height)/s - s*sum(shape*z) - modes%two_zeta*forces
-            scale = sum(size_of(modes%of_height(:, m))*abs(height))/size_of(s) + size_of(s)*places &
+            as_is = sum(modes%of_height(:, m)*height)/s - (s + modes%mass_rate)*sum(shape*z) &
+               - modes%two_zeta*forces
+            scale = sum(size_of(modes%of_height(:, m))*abs(height))/size_of(s) + (size_of(s) + modes%mass_rate)*places &
                + modes%two_zeta*force_scale
             other = (sum(modes%of_height(:, m)*indentation) + forces)/s
             other_scale = (sum(size_of(modes%of_height(:, m))*abs(indentation)) + force_scale)/size_of(s)

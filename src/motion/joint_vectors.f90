@@ -49,12 +49,14 @@ module joint_vectors
 contains
 
    !> The poles.
-   subroutine make_joint_secular(square, value, zeta, spring, problem)
+   subroutine make_joint_secular(square, value, zeta, mass_rate, spring, problem)
       !> W_i^2 of the modes that move a stop point, ascending, [modes]
       real(wp), intent(in) :: square(:)
       !> b_i, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       real(wp), intent(in) :: zeta
+      !> alpha
+      real(wp), intent(in) :: mass_rate
       !> [stops]
       type(impedance_t), intent(in) :: spring(:)
       type(joint_secular_t), intent(out) :: problem
@@ -70,7 +72,7 @@ contains
       allocate (problem%value, source=value)
       allocate (problem%pole(problem%poles), problem%relative(problem%poles))
       allocate (problem%branch_pole(size(spring)), source=0)
-      call find_mode_poles(square, zeta, problem%pole, problem%relative)
+      call find_mode_poles(square, zeta, problem%pole, problem%relative, mass_rate)
       problem%poles = 2*size(square)
       do j = 1, size(spring)
          if (spring(j)%branch_stiffness <= 0.0_wp) cycle

@@ -34,7 +34,8 @@ contains
 
       answer = .not. allocated(settings%more_stops) .and. settings%stop%side == side_below .and. &
          settings%stop%law /= law_spring_damper .and. settings%start%kind == start_pull .and. .not. &
-         (allocated(settings%forces) .or. allocated(settings%bases))
+         (allocated(settings%forces) .or. allocated(settings%bases) .or. allocated(settings%mode_ratios)) .and. &
+         settings%zeta_mass <= 0.0_wp
    end function is_plain
 
    !> All stops of a run in the scene's order.
