@@ -1,5 +1,6 @@
 """What the plotting scripts share: opening results files, the style of the pictures, saving them."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -88,6 +89,71 @@ def texts_of(dataset):
 def as_it_is(text):
     """A text that matplotlib draws letter by letter: a dollar sign would begin a formula."""
     return text.replace("$", r"\$")
+
+
+# What a file in units calls what is tau, eta and omega in others.
+NAMES_IN_UNITS = {"tau": "time", "eta": "displacement", "omega": "frequency"}
+# Prefixes with which a unit is read; an empty one: as it is.
+PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
+READ_WITH = {"s": ["", "m", "\u00b5", "n"], "m": ["", "m", "\u00b5", "n"], "g": ["k", "m", "\u00b5"],
+             "N": ["G", "M", "k", "", "m", "\u00b5", "n"], "J": ["k", "", "m", "\u00b5", "n"], "Pa": ["M"], "Hz": ["M", "k", ""]}
+OF_SCENE = "scene"
+
+
+def named(group, name):
+    """The name that a dataset has in a file with or without units, given that without."""
+    return name if name in group else "_".join(NAMES_IN_UNITS.get(word, word) for word in name.split("_"))
+
+
+def has(group, name):
+    """Is there a dataset, by its name without units?"""
+    return named(group, name) in group
+
+
+def values_of(group, name, wanted="file"):
+    """The numbers of a dataset, given by its name without units, as the file has them, in units or dimensionless."""
+    dataset = group[named(group, name)]
+    factor = dataset.attrs.get("in_scene_units")
+    is_in_units = "units" in group.file.attrs
+    if wanted == "file" or is_in_units == (wanted == "scene"):
+        return dataset[()]
+    if factor is None:
+        if text_of(dataset.attrs["units"]) == "1" and is_in_units:
+            return dataset[()]
+        raise Unplottable(f"{group.file.filename}: units of {dataset.name} are not known: the scene gives only ratios")
+    return dataset[()] * factor if wanted == "scene" else dataset[()] / factor
+
+
+def unit_of(group, name, wanted="file"):
+    """The unit of these numbers; nothing where they are dimensionless, OF_SCENE where the scene does not say."""
+    attributes = group[named(group, name)].attrs
+    is_in_units = "units" in group.file.attrs
+    if wanted == "dimensionless" or (wanted == "file" and not is_in_units):
+        return ""
+    unit = text_of(attributes["units"] if is_in_units else attributes.get("scene_units", OF_SCENE))
+    if unit == "1":
+        return ""
+    return OF_SCENE if is_in_units and text_of(group.file.attrs["units"]) == OF_SCENE else unit
+
+
+def reading(greatest, unit):
+    """The factor and the unit with which numbers up to a size are read: ms, mm, \u00b5m, MPa."""
+    head, tail = re.match(r"([^ /^]*)(.*)", unit).groups()
+    head, factor = ("g", 1e6) if head == "t" else (head, 1.0)
+    if head not in READ_WITH and head[:1] in PREFIXES and head[1:] in READ_WITH:
+        head, factor = head[1:], PREFIXES[head[:1]]
+    if head not in READ_WITH or not greatest > 0.0:
+        return 1.0, unit
+    for prefix in READ_WITH[head]:
+        found = factor / PREFIXES[prefix], prefix + head + tail
+        if greatest * found[0] >= (1.0 if PREFIXES[prefix] > 1.0 else 0.1):
+            break
+    return found
+
+
+def with_unit(words, unit):
+    """The label of an axis."""
+    return words if unit in ("", OF_SCENE) else f"{words} ({unit.replace(' ', chr(0xa0))})"
 
 
 def title_of(file):

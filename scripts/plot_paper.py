@@ -33,19 +33,26 @@ CURVE_MARKERS = plots.MARKERS + ["X"]
 PEAKS = "fig10"
 
 
+def plain(group, name):
+    """The numbers of a dataset without units."""
+    return plots.values_of(group, name, "dimensionless")
+
+
 class Case:
     """What a panel shows of one case."""
 
-    def __init__(self, group, parameter):
+    def __init__(self, group, parameter, unit):
         self.value = float(group.attrs["value"])
-        self.label = f"${SYMBOLS[parameter]} = {self.number()}$"
+        self.label = f"${SYMBOLS[parameter]} = {self.number()}$" if parameter in SYMBOLS else \
+            f"{parameter.replace('_', ' ')} ${self.number()}$ {unit}"
         response, measures = group["response"], group["measures"]
-        self.tau, self.eta = response["tau"][()], response["eta_stop"][()]
-        self.contacts = list(zip(measures["contact_start"][()], measures["contact_end"][()]))
+        # the paper's pictures are without units
+        self.tau, self.eta = plain(response, "tau"), plain(response, "eta_stop")
+        self.contacts = list(zip(plain(measures, "contact_start"), plain(measures, "contact_end")))
         events = group["events"]
         names = plots.text_of(events["kind"].attrs["flag_meanings"]).split()
-        self.impacts = events["tau"][()][events["kind"][()] == names.index("impact") + 1]
-        self.peaks = (measures["peak_tau"][()], measures["peak"][()]) if "peak" in measures else ([], [])
+        self.impacts = plain(events, "tau")[events["kind"][()] == names.index("impact") + 1]
+        self.peaks = (plain(measures, "peak_tau"), plain(measures, "peak")) if "peak" in measures else ([], [])
 
     def number(self):
         """The value as TeX."""
@@ -65,10 +72,9 @@ class Cases:
             self.name = path.stem
             self.title = plots.title_of(file)
             self.parameter = plots.text_of(group.attrs["parameter"])
-            if self.parameter not in SYMBOLS:
-                raise plots.Unplottable(f"{path}: no symbol is known for {self.parameter}")
             count = len(group[self.parameter])
-            self.cases = [Case(group[f"case_{number + 1}"], self.parameter) for number in range(count)]
+            unit = plots.text_of(group[self.parameter].attrs["units"])
+            self.cases = [Case(group[f"case_{number + 1}"], self.parameter, unit if unit != "1" else "") for number in range(count)]
 
 
 def draw_cases(cases):
@@ -142,13 +148,13 @@ class Shapes:
             group = plots.group_of(file, "shapes", "&output shape_times or shape_step")
             self.name = path.stem
             self.title = plots.title_of(file)
-            self.tau = group["tau"][()]
-            self.impact = float(file["measures/first_impact"][()])
+            self.tau = plain(group, "tau")
+            self.impact = float(plain(file["measures"], "first_impact"))
             self.stop = float(file["scene/stop"].attrs["position"])
-            node = group["x"][()]
+            node = plain(group, "x")
             self.x = plot_scene.within_elements(node)
-            self.displacement = plot_scene.cubics(node, self.x, group["displacement"][()], group["slope"][()])
-            self.velocity = plot_scene.cubics(node, self.x, group["velocity"][()], group["slope_velocity"][()])
+            self.displacement = plot_scene.cubics(node, self.x, plain(group, "displacement"), plain(group, "slope"))
+            self.velocity = plot_scene.cubics(node, self.x, plain(group, "velocity"), plain(group, "slope_velocity"))
             listed = file["scene/output"].attrs["shape_times"]
             self.listed = [int(numpy.argmin(abs(self.tau - instant))) for instant in numpy.atleast_1d(listed)]
 

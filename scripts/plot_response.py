@@ -14,13 +14,15 @@ import matplotlib.ticker as ticker
 
 import impactbeam_plots as plots
 
-# Dataset, label in the dimensionless units of the file, label in the units of the scene
+# Dataset, label without units, label in units
 PANELS = {
     "displacement": ("eta_stop", r"displacement $\eta$", r"displacement $y - d$"),
     "velocity": ("velocity_stop", r"velocity $\mathrm{d}\eta/\mathrm{d}\tau$", r"velocity $\mathrm{d}y/\mathrm{d}t$"),
     "force": ("contact_force", r"contact force $\bar{P}$", r"contact force $P$"),
 }
-RECORDS = ("eta_stop", "eta_tip", "velocity_stop", "contact_force")
+# Each history, and the panel that it belongs to
+RECORDS = {"eta_stop": "displacement", "eta_tip": "displacement", "velocity_stop": "velocity", "contact_force": "force"}
+OF_SURFACES = {"eta": "displacement", "velocity": "velocity", "force": "force"}
 NOTHING_RECORDED = "no history was recorded: see &output histories"
 IMPACTS = ("impact", "contact")
 
@@ -39,7 +41,7 @@ class Surface(NamedTuple):
 class Response:
     """What a picture shows of one file."""
 
-    def __init__(self, path, in_scene_units):
+    def __init__(self, path, wanted):
         with plots.open_results(path) as file:
             if "cases" in file:
                 raise plots.Unplottable(f"{path}: holds several cases: draw it with plot_paper.py")
@@ -50,41 +52,63 @@ class Response:
             group = plots.group_of(file, "response", "&response")
             self.path = path
             self.title = plots.title_of(file)
-            self.in_scene_units = in_scene_units
-            recorded = [name for name in RECORDS if name in group]
+            self.wanted = wanted
+            recorded = [name for name in RECORDS if plots.has(group, name)]
             if not recorded:
                 raise plots.Unplottable(f"{path}: {NOTHING_RECORDED}")
-            self.tau = self.values(group["tau"])
-            self.curves = {name: self.values(group[name]) for name in recorded}
+            self.tau = self.values(group, "tau")
+            self.curves = {name: self.values(group, name) for name in recorded}
+            # the unit of each kind of quantity, as it is read
+            self.units = {"time": plots.unit_of(group, "tau", wanted)}
+            self.units.update({RECORDS[name]: plots.unit_of(group, name, wanted) for name in recorded})
             self.impacts = self.read_impacts(file["events"]) if "events" in file else []
             self.contacts = self.read_contacts(file["measures"]) if "measures" in file else []
             self.surfaces = self.read_surfaces(file["surfaces"]) if "surfaces" in file else []
 
-    def values(self, dataset):
+    def values(self, group, name):
         """The numbers of a dataset, in the units that were asked for."""
-        if not self.in_scene_units:
-            return dataset[()]
-        if "in_scene_units" not in dataset.attrs:
-            raise plots.Unplottable(f"{self.path}: units of {dataset.name} are not known: the scene gives only ratios")
-        return dataset[()] * dataset.attrs["in_scene_units"]
+        return plots.values_of(group, name, self.wanted)
+
+    def is_in_units(self):
+        """Are its numbers in units?"""
+        return self.units["time"] != ""
+
+    def greatest(self, kind):
+        """The greatest size of a kind of quantity."""
+        shown = [self.tau] if kind == "time" else [curve for name, curve in self.curves.items() if RECORDS[name] == kind]
+        shown += [values for surface in self.surfaces for name, values in surface.histories.items() if OF_SURFACES[name] == kind]
+        return max((float(abs(values).max()) for values in shown if len(values)), default=0.0)
+
+    def multiply(self, factors, units):
+        """Take other units."""
+        time, length = factors.get("time", 1.0), factors.get("displacement", 1.0)
+        self.units.update(units)
+        self.tau = self.tau * time
+        self.curves = {name: curve * factors.get(RECORDS[name], 1.0) for name, curve in self.curves.items()}
+        self.impacts = [(tau * time, eta * length) for tau, eta in self.impacts]
+        self.contacts = [(start * time, end * time) for start, end in self.contacts]
+        self.surfaces = [surface._replace(
+            height=surface.height * length, contacts=[(start * time, end * time) for start, end in surface.contacts],
+            histories={name: values * factors.get(OF_SURFACES[name], 1.0) for name, values in surface.histories.items()})
+            for surface in self.surfaces]
 
     def read_impacts(self, events):
         """Time and displacement of the impacts."""
         names = plots.text_of(events["kind"].attrs["flag_meanings"]).split()
         kinds = [names[kind - 1] in IMPACTS for kind in events["kind"]]
-        rows = zip(kinds, self.values(events["tau"]), self.values(events["eta"]))
+        rows = zip(kinds, self.values(events, "tau"), self.values(events, "eta"))
         return [(tau, eta) for is_impact, tau, eta in rows if is_impact]
 
     def read_contacts(self, measures):
         """Begin and end of each contact."""
-        return list(zip(self.values(measures["contact_start"]), self.values(measures["contact_end"])))
+        return list(zip(self.values(measures, "contact_start"), self.values(measures, "contact_end")))
 
     def read_surfaces(self, group):
         """What happens at each side of several stops."""
-        numbers, heights = group["stop"][()], self.values(group["height"])
-        places, sides = group["position"][()], group["side"][()]
-        histories = {name: self.values(group[name]) for name in ("eta", "velocity", "force") if name in group}
-        contacts = list(zip(group["contact_surface"][()], self.values(group["contact_start"]), self.values(group["contact_end"])))
+        numbers, heights = group["stop"][()], self.values(group, "height")
+        places, sides = plots.values_of(group, "position", "dimensionless"), group["side"][()]
+        histories = {name: self.values(group, name) for name in OF_SURFACES if plots.has(group, name)}
+        contacts = list(zip(group["contact_surface"][()], self.values(group, "contact_start"), self.values(group, "contact_end")))
         return [Surface(int(numbers[row]), float(places[row]), int(sides[row]), float(heights[row]),
                         {name: values[row] for name, values in histories.items()},
                         [(start, end) for surface, start, end in contacts if surface == row + 1])
@@ -103,6 +127,21 @@ class Response:
     def signs(self):
         """How many kinds of curves and marks its panel has."""
         return len(self.curves) + self.tip_differs() + bool(self.impacts) + bool(self.contacts)
+
+
+def read_alike(responses):
+    """Give responses that share axes the same units, those in which their greatest numbers are read."""
+    if len({response.is_in_units() for response in responses}) > 1:
+        raise plots.Unplottable("some files are in units and some are not: --units dimensionless draws them alike")
+    factors, units = {}, {}
+    for kind in dict.fromkeys(kind for response in responses for kind in response.units):
+        own = {response.units[kind] for response in responses if kind in response.units}
+        if len(own) > 1:
+            raise plots.Unplottable(f"the files differ in units ({', '.join(sorted(own))}): --units dimensionless draws them alike")
+        greatest = max(response.greatest(kind) for response in responses)
+        factors[kind], units[kind] = plots.reading(greatest, own.pop())
+    for response in responses:
+        response.multiply(factors, units)
 
 
 def shade_contacts(axes, response):
@@ -152,16 +191,19 @@ def set_ticks(axis, count):
     axis.set_major_locator(ticker.MaxNLocator(count, steps=[1, 2, 5, 10]))
 
 
-def label_panel(axes, panel, in_scene_units):
+def label_panel(axes, panel, response, words=None):
     """Axis label, line of rest, ticks."""
-    axes.set_ylabel(PANELS[panel][2 if in_scene_units else 1])
+    words = words or PANELS[panel][2 if response.is_in_units() else 1]
+    axes.set_ylabel(plots.with_unit(words, response.units.get(panel, "")))
     axes.axhline(0.0, color="black", linewidth=0.5, zorder=1)
     set_ticks(axes.yaxis, 6 if panel == "displacement" else 4)
 
 
-def label_time(axes, responses, in_scene_units):
+def label_time(axes, responses):
     """The common axis of time."""
-    axes.set_xlabel("time $t$ (units of the scene)" if in_scene_units else r"time $\tau = \omega_1 t$")
+    unit = responses[0].units["time"]
+    axes.set_xlabel(plots.with_unit("time $t$" if unit else r"time $\tau = \omega_1 t$", unit)
+                    + (" (units of the scene)" if unit == plots.OF_SCENE else ""))
     axes.set_xlim(0.0, max(response.tau[-1] for response in responses))
     set_ticks(axes.xaxis, 10)
 
@@ -182,7 +224,8 @@ def draw_point(axes, surfaces, response):
     axes.plot(response.tau, y, color="black", linewidth=0.8)
     axes.axhline(0.0, color="black", linewidth=0.4, linestyle=(0, (1, 3)), zorder=1)
     stops = ", ".join(dict.fromkeys(str(surface.stop) for surface in surfaces))
-    axes.set_ylabel(f"$y$ at stop {stops}\n($x/L$ = {surfaces[0].position:g})", fontsize=9)
+    axes.set_ylabel(plots.with_unit(f"$y$ at stop {stops}", response.units.get("displacement", ""))
+                    + f"\n($x/L$ = {surfaces[0].position:g})", fontsize=9)
     set_ticks(axes.yaxis, 4)
     axes.ticklabel_format(axis="y", style="plain")
 
@@ -225,12 +268,13 @@ def draw_several(response, panels):
     for axes, surfaces in zip(panes, points.values()):
         draw_point(axes, surfaces, response)
     for axes, panel in zip(panes[len(points):], others):
-        label_panel(axes, panel, response.in_scene_units)
+        label_panel(axes, panel, response)
+        axes.set_ylabel(axes.get_ylabel().replace(" $", "\n$", 1), fontsize=9)
         draw_sides(axes, response, panel)
-    unit = "" if response.in_scene_units or not points else "; $y$ in units of $|y_c(0) - d|$"
+    unit = "" if response.is_in_units() or not points else "; $y$ in units of $|y_c(0) - d|$"
     panes[0].set_title(response.title + unit)
     figure.align_ylabels(panes)
-    label_time(panes[-1], [response], response.in_scene_units)
+    label_time(panes[-1], [response])
     return figure
 
 
@@ -247,7 +291,7 @@ def draw_one(response, panels):
                                 gridspec_kw={"height_ratios": heights, "hspace": 0.09})
     for axes, panel in zip(grid[:, 0], drawn):
         shade_contacts(axes, response)
-        label_panel(axes, panel, response.in_scene_units)
+        label_panel(axes, panel, response)
         if axes is grid[0, 0]:
             axes.set_title(response.title, pad=19 if panel == "displacement" else None)
         if panel == "displacement":
@@ -256,7 +300,7 @@ def draw_one(response, panels):
         else:
             axes.plot(response.tau, response.curves[PANELS[panel][0]], color="black", linewidth=0.8)
     figure.align_ylabels(grid[:, 0])
-    label_time(grid[-1, 0], [response], response.in_scene_units)
+    label_time(grid[-1, 0], [response])
     return figure
 
 
@@ -266,8 +310,7 @@ def draw_stack(responses):
                                 figsize=(plots.WIDTH, 1.45 * len(responses) + 0.6), gridspec_kw={"hspace": 0.09})
     for axes, response in zip(grid[:, 0], responses):
         shade_contacts(axes, response)
-        label_panel(axes, "displacement", response.in_scene_units)
-        axes.set_ylabel(r"$y - d$" if response.in_scene_units else r"$\eta$")
+        label_panel(axes, "displacement", response, r"$y - d$" if response.is_in_units() else r"$\eta$")
         set_ticks(axes.yaxis, 4)
         if not response.has("displacement"):
             raise plots.Unplottable(f"{response.path}: no displacement was recorded")
@@ -276,7 +319,7 @@ def draw_stack(responses):
             put_legend_above(grid[0, 0], handles)
         axes.text(0.985, 0.92, response.title, transform=axes.transAxes, ha="right", va="top", zorder=5,
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})
-    label_time(grid[-1, 0], responses, responses[0].in_scene_units)
+    label_time(grid[-1, 0], responses)
     return figure
 
 
@@ -288,9 +331,9 @@ def draw_overlay(responses):
             raise plots.Unplottable(f"{response.path}: the displacement at the stop was not recorded")
         axes.plot(response.tau, response.curves["eta_stop"],
                   color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
-    label_panel(axes, "displacement", responses[0].in_scene_units)
+    label_panel(axes, "displacement", responses[0])
     plots.legend_of_titles(axes, [response.title for response in responses], loc="upper right")
-    label_time(axes, responses, responses[0].in_scene_units)
+    label_time(axes, responses)
     return figure
 
 
@@ -302,18 +345,22 @@ def main():
                         help="what to plot over each other (default: displacement)")
     parser.add_argument("--layout", choices=["each", "stack", "overlay"], default="each",
                         help="several files: a picture each (default), a panel each, or all curves in one panel")
-    parser.add_argument("--scene-units", action="store_true", help="times and lengths in the units of the scene")
+    parser.add_argument("--units", choices=["file", "scene", "dimensionless"], default="file",
+                        help="as the file has it (default), in the units of the scene, or dimensionless")
+    parser.add_argument("--scene-units", action="store_const", dest="units", const="scene", help="the same as --units scene")
     parser.add_argument("--out", type=Path, metavar="PICTURE",
                         help="file of the picture, .png, .pdf or .svg (default: beside the results, .png)")
     arguments = parser.parse_args()
     if arguments.out and arguments.layout == "each" and len(arguments.files) > 1:
         parser.error("--out names one picture: give one file, or --layout stack or overlay")
 
-    responses = [Response(path, arguments.scene_units) for path in arguments.files]
+    responses = [Response(path, arguments.units) for path in arguments.files]
     if arguments.layout == "each":
         for response in responses:
+            read_alike([response])
             plots.save(draw_one(response, arguments.panels), arguments.out or response.path.with_suffix(".png"))
     else:
+        read_alike(responses)
         figure = draw_stack(responses) if arguments.layout == "stack" else draw_overlay(responses)
         first = responses[0].path
         plots.save(figure, arguments.out or first.with_name(f"{first.stem}_{arguments.layout}.png"))

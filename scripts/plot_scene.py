@@ -39,6 +39,11 @@ def within_elements(node):
     return numpy.concatenate([numpy.linspace(a, b, 13)[:-1] for a, b in zip(node[:-1], node[1:])] + [node[-1:]])
 
 
+def plain(group, name):
+    """The numbers of a dataset without units."""
+    return plots.values_of(group, name, "dimensionless")
+
+
 class Surface:
     """One side of a stop: its number, +1 below and -1 above, place, height, law, contacts, gap over time."""
 
@@ -62,10 +67,31 @@ class Scene:
             self.is_known = self.unit > 0.0
             self.unit = self.unit if self.is_known else 1.0
             self.length = float(scales["length"])
+            # times stay without units, and are shown in them
+            self.factor, self.unit_text, self.time_factor, self.time_text = 1.0, "", 1.0, ""
+            if "units" in file.attrs and self.is_known:
+                self.take_units(file, 1.0 / float(scales["omega1"]))
             self.read_surfaces(file)
             self.supports = [dict(scene[name].attrs) for name in scene if name.startswith("support")]
             self.read_section(scene["beam"].attrs)
             self.read_shapes(file)
+
+    def take_units(self, file, time):
+        """Displacements and times as they are read."""
+        heights = abs(file["surfaces/height"][()]) if "surfaces" in file else numpy.zeros(1)
+        self.factor, self.unit_text = plots.reading(max(self.unit, heights.max()), plots.unit_of(file["mesh"], "x"))
+        factor, self.time_text = plots.reading(20.0 * time, "s" if self.unit_text != plots.OF_SCENE else plots.OF_SCENE)
+        self.time_factor = time * factor
+        self.unit *= self.factor
+        self.length *= self.factor
+
+    def time_label(self):
+        """Of an axis."""
+        return plots.with_unit("$t$", self.time_text) if self.time_text else r"$\tau$"
+
+    def displacement_label(self, words="displacement $y$"):
+        """Of an axis."""
+        return plots.with_unit(words, self.unit_text) + ("" if self.is_known else r" over $|y_c(0) - d|$")
 
     def read_surfaces(self, file):
         """Sides of stops; the file of the paper's one stop has no list of them."""
@@ -73,36 +99,38 @@ class Scene:
         if "stop" not in scene:
             raise plots.Unplottable(f"{file.filename}: its scene has no &stop")
         laws = {name: plots.text_of(scene[name].attrs["law"]) for name in scene if name.split("_")[0] == "stop"}
-        self.tau = file["response/tau"][()] if "response/tau" in file else None
+        recorded = file["response"] if "response" in file else {}
+        self.tau = plain(recorded, "tau") if plots.has(recorded, "tau") else None
         if "surfaces" not in file:
             stop = scene["stop"].attrs
             self.surfaces = [Surface(1, 1, float(stop["position"]), self.unit * float(stop["preload"]), laws["stop"])]
             groups = [(self.surfaces[0], file["measures"])] if "measures" in file else []
             for surface, group in groups:
-                surface.contacts = list(zip(group["contact_start"][()], group["contact_end"][()]))
-            if "response/eta_stop" in file:
-                self.surfaces[0].eta = self.unit * file["response/eta_stop"][()]
+                surface.contacts = list(zip(plain(group, "contact_start"), plain(group, "contact_end")))
+            if plots.has(recorded, "eta_stop"):
+                self.surfaces[0].eta = self.unit * plain(recorded, "eta_stop")
             return
         group = file["surfaces"]
-        rows = zip(group["stop"][()], group["side"][()], group["position"][()], self.unit * group["height"][()])
+        rows = zip(group["stop"][()], group["side"][()], plain(group, "position"), self.unit * plain(group, "height"))
         self.surfaces = [Surface(*row, laws["stop" if row[0] == 1 else f"stop_{row[0]}"]) for row in rows]
         for number, surface in enumerate(self.surfaces):
-            if "eta" in group:
-                surface.eta = self.unit * group["eta"][number]
+            if plots.has(group, "eta"):
+                surface.eta = self.unit * plain(group, "eta")[number]
             if "contact" in group:
                 own = group["contact_surface"][()] == number + 1
-                surface.contacts = list(zip(group["contact_start"][own], group["contact_end"][own]))
+                surface.contacts = list(zip(plain(group, "contact_start")[own], plain(group, "contact_end")[own]))
 
     def read_section(self, beam):
         """Stations along the beam and heights there; of area and inertia, those of the rectangle with the same."""
         self.is_rectangle = "area" not in beam
         if "station" in beam:
-            self.station = numpy.atleast_1d(beam["station"]) / self.length
+            self.station = self.factor * numpy.atleast_1d(beam["station"]) / self.length
             self.height = numpy.atleast_1d(beam["height"]) if self.is_rectangle else numpy.sqrt(
                 12.0 * numpy.atleast_1d(beam["inertia"]) / numpy.atleast_1d(beam["area"]))
         else:
             self.station = numpy.array([0.0, 1.0])
             self.height = numpy.array([float(beam["height_root"]), float(beam["height_tip"])])
+        self.height = self.factor * self.height
 
     def read_shapes(self, file):
         """Displacement of the beam along x at some instants, from where it is unstressed."""
@@ -111,12 +139,12 @@ class Scene:
         if "shapes" not in file:
             return
         group = file["shapes"]
-        node = group["x"][()]
+        node = plain(group, "x")
         self.x = within_elements(node)
-        self.shape_tau = group["tau"][()]
-        value = group["displacement"][()]
+        self.shape_tau = plain(group, "tau")
+        value = plain(group, "displacement")
         # the clamp is where it always was
-        self.shape = self.unit * cubics(node, self.x, value - value[:, :1], group["slope"][()])
+        self.shape = self.unit * cubics(node, self.x, value - value[:, :1], plain(group, "slope"))
 
     def start(self):
         """The shape at the start, if it was kept."""
@@ -165,7 +193,7 @@ class Drawing:
         axes.axvline(0.0, color="black", linewidth=0.8)
         axes.set_xlim(-0.05, 1.08)
         axes.set_xlabel(r"$x/L$")
-        axes.set_ylabel("displacement $y$" + ("" if scene.is_known else r" over $|y_c(0) - d|$"))
+        axes.set_ylabel(scene.displacement_label())
 
     def half_at(self, position):
         """Half the height of the beam as it is drawn."""
@@ -239,7 +267,8 @@ def list_of(scene):
     lines = []
     for stop in sorted({surface.stop for surface in scene.surfaces}):
         sides = [surface for surface in scene.surfaces if surface.stop == stop]
-        places = ", ".join(f"{'below' if side.side > 0 else 'above'} at {number(side.height)}" for side in sides)
+        unit = "" if scene.unit_text in ("", plots.OF_SCENE) else f" {scene.unit_text}"
+        places = ", ".join(f"{'below' if side.side > 0 else 'above'} at {number(side.height)}{unit}" for side in sides)
         lines.append(f"stop {stop}: $x/L$ = {number(sides[0].position)}, {places}; {LAWS[sides[0].law]}")
     for support in scene.supports:
         kind = f"spring {number(float(support['stiffness_ratio']))}" if "stiffness_ratio" in support else "rigid"
@@ -302,14 +331,16 @@ def animate(scene, path):
     clock = axes.text(0.07, 0.96, "", transform=axes.transAxes, ha="left", va="top")
     axes.minorticks_off()
     traces = []
+    time = None if scene.tau is None else scene.time_factor * scene.tau
     for number_of_point, surface in enumerate(points):
         colour = plots.COLOURS[number_of_point % len(plots.COLOURS)]
         y = surface.eta + surface.height
-        below.plot(scene.tau, y, color=colour, linewidth=0.5, alpha=0.4)
+        below.plot(time, y, color=colour, linewidth=0.5, alpha=0.4)
         traces.append((below.plot([], [], color=colour, linewidth=1.1, label=f"{number(surface.position)}")[0], y))
     for surface in scene.surfaces:
         below.axhline(surface.height, color=GROUND, linewidth=0.5, linestyle=(0, (4, 3)))
-    below.set(xlim=(0.0, scene.shape_tau[-1]), xlabel=r"$\tau$", ylabel="$y$ at the stops" if len(points) > 1 else "$y$ at the stop")
+    below.set(xlim=(0.0, scene.time_factor * scene.shape_tau[-1]), xlabel=scene.time_label(),
+              ylabel=plots.with_unit("$y$ at the stops" if len(points) > 1 else "$y$ at the stop", scene.unit_text))
     if len(points) > 1:
         below.legend(title="$x/L$", fontsize=7, title_fontsize=7, loc="upper right", ncol=len(points), columnspacing=0.8,
                      handlelength=1.2, frameon=True, facecolor="white", edgecolor="none", framealpha=0.8)
@@ -325,9 +356,10 @@ def animate(scene, path):
             plate.set_facecolor(TOUCHED if is_touched else "#bbbbbb")
             touched |= {str(surface.stop)} if is_touched else set()
         contact = "" if not touched else ", in contact" + (f" with {', '.join(sorted(touched))}" if len(scene.surfaces) > 1 else "")
-        clock.set_text(rf"$\tau$ = {now:.2f}" + contact)
+        unit = "" if scene.time_text in ("", plots.OF_SCENE) else f" {scene.time_text}"
+        clock.set_text((rf"$t$ = {scene.time_factor * now:.3g}{unit}" if scene.time_text else rf"$\tau$ = {now:.2f}") + contact)
         for trace, y in traces:
-            trace.set_data(scene.tau[scene.tau <= now], y[scene.tau <= now])
+            trace.set_data(time[scene.tau <= now], y[scene.tau <= now])
 
     film = animation.FuncAnimation(figure, show, frames=frames, blit=False)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -37,6 +37,13 @@ MEASURES = {
     "longest_contact": r"longest contact $\tau$",
     "peak_1": r"first rebound $\eta$",
 }
+MEASURES_IN_UNITS = {
+    "quiet_time": "time until quiet",
+    "spent_time": "time until the energy is spent",
+    "first_impact_time": "first impact",
+    "total_contact": "time in contact",
+    "peak_1": "first rebound",
+}
 COLOURS = "viridis_r"
 BEST = "#c81e1e"
 MOST_LINES = 3000
@@ -50,15 +57,21 @@ class Sweep:
             group = plots.group_of(file, "sweep", "&sweep")
             self.title = plots.title_of(file)
             self.names = [name.strip() for name in plots.text_of(group.attrs["parameters"]).split(",")]
-            self.axes = {name: group["axes"][name][:] for name in self.names} if "axes" in group else None
+            self.is_in_units = "units" in file.attrs
             best = file.get("best")
-            chosen = plots.text_of(best.attrs["measure"]) if best else "quiet_tau"
-            self.measure = measure or chosen
+            chosen = plots.text_of(best.attrs["measure"]) if best else plots.named(group, "quiet_tau")
+            self.measure = plots.named(group, measure or chosen)
             known = [name.strip() for name in plots.text_of(group.attrs["measures"]).split(",")]
             if self.measure not in known:
                 raise plots.Unplottable(f"{path}: no measure {self.measure}; there are {', '.join(known)}")
-            self.values = {name: group[name][:] for name in self.names}
-            self.column = group[self.measure][:].astype(float)
+            # units of all, and what makes them easy to read
+            shown = [*self.names, self.measure]
+            found = {name: plots.reading(np.nanmax(abs(group[name][:]), initial=0.0), plots.unit_of(group, name)) for name in shown}
+            factors = {name: factor for name, (factor, _) in found.items()}
+            self.units = {name: unit for name, (_, unit) in found.items()}
+            self.axes = {name: factors[name] * group["axes"][name][:] for name in self.names} if "axes" in group else None
+            self.values = {name: factors[name] * group[name][:] for name in self.names}
+            self.column = factors[self.measure] * group[self.measure][:].astype(float)
             self.column[group["status"][:] > 0] = np.nan
             if not np.isfinite(self.column).any():
                 others = ", ".join(name for name in known if name != self.measure)
@@ -72,17 +85,18 @@ class Sweep:
                 self.best = int(best["case"][0]) - 1
                 source = best["refinement"] if "refinement" in best else None
                 if source is not None:
-                    self.path = {name: source[name][:] for name in [*self.names, self.measure]}
+                    self.path = {name: factors[name] * source[name][:] for name in shown}
             else:
                 self.best = int(np.nanargmin(self.column))
 
     def label(self, name):
         """The name of a parameter on an axis."""
-        return SYMBOLS.get(name, name)
+        return plots.with_unit(SYMBOLS.get(name, name.replace("_", " ") if self.units[name] else name), self.units[name])
 
     def measure_label(self):
         """The name of the measure on an axis."""
-        return MEASURES.get(self.measure, self.measure.replace("_", " "))
+        words = (MEASURES_IN_UNITS if self.is_in_units else MEASURES).get(self.measure, self.measure.replace("_", " "))
+        return plots.with_unit(words, self.units[self.measure])
 
     def cut(self, names):
         """The measure over some axes of a grid, and the values at which the others are held."""

@@ -32,7 +32,7 @@ contains
       !> [columns, rows]
       character(*), intent(in) :: cells(:, :)
 
-      character(len(cells)) :: lines(size(headings), size(cells, 2) + 2)
+      character(max(len(cells), len(headings))) :: lines(size(headings), size(cells, 2) + 2)
       character(:), allocatable :: line
       integer :: i, k, widths(size(headings))
 
