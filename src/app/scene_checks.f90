@@ -29,7 +29,7 @@ contains
       logical :: is_plain_scene
 
       if (.not. scene%wants_response) return
-      is_plain_scene = is_plain(run_of(scene)) .and. .not. scene%has_supports
+      is_plain_scene = is_plain(run_of(scene)) .and. .not. scene%has_supports .and. scene%response%mode_count == 0
       if (is_plain_scene .and. scene%response%method /= method_newmark) then
          if (scene%mesh%mass /= mass_redistributed) return
       end if
@@ -73,7 +73,9 @@ contains
       if (is_new_beam) call motion_model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
       if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
       if (.not. allocated(trouble)) return
-      if (index(trouble%message, 'mass = ') == 1) then
+      if (index(trouble%message, 'loads, starts ') == 1) then
+         call complain_of_scene(scene, '', '', subject//trouble%message, error)
+      else if (index(trouble%message, 'mass = ') == 1) then
          call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
       else if (index(trouble%message, 'contact_tolerance ') == 1) then
          call complain_of_scene(scene, 'response', 'contact_tolerance', subject//trouble%message, error)

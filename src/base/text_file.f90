@@ -31,7 +31,7 @@ contains
       inquire (file=trim(file)//'/.', exist=is_directory)
       inquire (file=file, exist=is_there)
       if (is_directory) then
-         problem = 'is a directory, not a scene file'
+         problem = 'is a directory, not a text file'
          return
       else if (.not. is_there) then
          problem = 'no such file'
@@ -46,13 +46,13 @@ contains
       end if
       inquire (unit=unit, size=length)
       if (length > longest_file) then
-         problem = 'is too long for a scene: '//to_text(length)//' bytes, at most '//to_text(longest_file)//' are read'
+         problem = 'is too long: '//to_text(length)//' bytes, at most '//to_text(longest_file)//' are read'
       else if (length > 0) then
          allocate (character(length) :: text)
          read (unit, iostat=status, iomsg=reason) text
       else
          call load_stream(unit, text, status, reason)
-         if (status == 0) problem = 'is too long for a scene: at most '//to_text(longest_file)//' bytes are read'
+         if (status == 0) problem = 'is too long: at most '//to_text(longest_file)//' bytes are read'
       end if
       close (unit)
       if (allocated(problem)) return

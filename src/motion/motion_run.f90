@@ -6,6 +6,7 @@ module motion_run
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
+   use load_settings, only: start_pull
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
    use newmark_several, only: check_several_newmark, several_newmark_response
@@ -35,7 +36,8 @@ contains
       !> Sets of closed surfaces that the runs before made, for this one and those to come; of one thread alone
       type(set_store_t), target, intent(inout), optional :: sets
 
-      call check_node(model, settings, error)
+      call check_computed(settings, error)
+      if (.not. allocated(error)) call check_node(model, settings, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
@@ -63,7 +65,8 @@ contains
       !> Set when it cannot start
       type(failure_t), allocatable, intent(out) :: error
 
-      call check_node(model, settings, error)
+      call check_computed(settings, error)
+      if (.not. allocated(error)) call check_node(model, settings, error)
       if (allocated(error)) return
       if (settings%response%method /= method_newmark) return
       if (is_plain_run(model, settings)) then
@@ -72,6 +75,19 @@ contains
          call check_several_newmark(model, settings, error)
       end if
    end subroutine check_motion
+
+   !> What scenes may ask for before any method computes it.
+   pure subroutine check_computed(settings, error)
+      type(run_settings_t), intent(in) :: settings
+      !> Set when it asks for such a thing
+      type(failure_t), allocatable, intent(out) :: error
+
+      if (settings%has_stop .and. settings%start%kind == start_pull .and. settings%response%mode_count == 0 .and. &
+         .not. (allocated(settings%forces) .or. allocated(settings%bases) .or. allocated(settings%mode_ratios) .or. &
+         settings%zeta_mass > 0.0_wp)) return
+      call fail(error, status_bad_input, "loads, starts other than 'pull', zeta_mass, mode_ratios and a number of " &
+         //'modes are read, but not computed yet')
+   end subroutine check_computed
 
    !> One stop below the beam, and no supports along it?
    pure function is_plain_run(model, settings) result(answer)
@@ -90,15 +106,18 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: start(:)
+      logical :: is_alone
 
-      if (.not. is_plain_run(model, settings)) then
+      is_alone = is_plain_run(model, settings)
+      if (settings%has_stop .and. .not. is_alone) then
          call check_nodes_of_stops(stops_of(settings), model%stop_dofs, error)
-         if (allocated(error)) return
-         call find_static_start(model, surfaces_of(settings), start, error)
+         if (.not. allocated(error) .and. settings%start%kind == start_pull) then
+            call find_static_start(model, surfaces_of(settings), start, error)
+         end if
          if (allocated(error)) return
       end if
       if (.not. model%has_massless_node) return
-      if (settings%response%method == method_exact .and. is_rigid(settings%stop) .and. .not. allocated(start)) return
+      if (settings%response%method == method_exact .and. is_rigid(settings%stop) .and. is_alone) return
       call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &
       &method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; else take 'consistent' or 'auto'")
    end subroutine check_node

@@ -97,6 +97,7 @@ contains
       table%only_in = occurrence
       allocate (table%groups(1), table%entries(1))
       table%entries%value = value
+      table%entries(1)%list = [value]
    end subroutine give_one
 
    !> How often a group that may be given several times is to be opened: once at least, so that its names are known.
@@ -333,6 +334,8 @@ contains
          else if (needs%group /= '') then
             counts = table%groups(group)%is_wanted
          end if
+         ! its names have defaults even where it is not there
+         if (table%groups(group)%repeats) counts = counts .and. table%groups(group)%is_wanted
       end associate
    end function counts
 
@@ -360,6 +363,14 @@ contains
          else if (phrase == '' .and. needs%group /= '') then
             phrase = '&'//trim(needs%group)
             return
+         end if
+         if (needs%group /= '') then
+            associate (place_of_group => table%find_group(needs%group, needs%occurrence))
+               if (table%groups(place_of_group)%repeats .and. .not. table%groups(place_of_group)%is_wanted) then
+                  phrase = '&'//trim(needs%group)
+                  return
+               end if
+            end associate
          end if
          group = needs%group
          if (group /= '' .and. needs%occurrence > 1) group = trim(group)//' '//to_text(needs%occurrence)

@@ -5,6 +5,7 @@
 module scene_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
+   use load_groups, only: list_bases, list_forces, list_start, physical_base_t, physical_course_t, physical_start_t
    use measure_list, only: measure_status, measure_table
    use name_parameters, only: list_parameters, parameter_of
    use name_table, only: table_t
@@ -28,11 +29,19 @@ module scene_groups
       real(wp) :: mean_height_ratio = 0.075_wp
       !> gamma of C = gamma K
       real(wp) :: stiffness_coefficient = 0.0_wp
+      !> alpha of C = alpha M
+      real(wp) :: mass_coefficient = 0.0_wp
       !> Tip mass
       real(wp) :: mass = 0.0_wp
       !> Of each &stop and of each &support
       type(physical_stop_t), allocatable :: stops(:)
       type(physical_support_t), allocatable :: supports(:)
+      !> Of each &force and &base, and of &start
+      type(physical_course_t), allocatable :: forces(:)
+      type(physical_base_t), allocatable :: bases(:)
+      type(physical_start_t) :: start
+      !> Unit of displacement; 0: not given
+      real(wp) :: displacement_scale = 0.0_wp
       !> Duration and step of the response
       real(wp) :: duration_time = 0.0_wp
       real(wp) :: step_time = 0.0_wp
@@ -51,9 +60,9 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(15) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', &
-      'tip_mass', 'stop', 'support', 'response', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', &
-      'output']
+   character(*), parameter :: group_names(18) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', &
+      'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'frequencies', 'precision', 'sweep', &
+      'best', 'cases', 'statements', 'output']
 
    ! What more than one name needs
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
@@ -61,6 +70,8 @@ module scene_groups
    type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
       phrase='a linear taper, not with tables')
    type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
+   type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
+      phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
    type(condition_t), parameter :: newmark = condition_t(name='method', words='newmark')
    type(condition_t), parameter :: hypercube = condition_t(name='design', words='latin_hypercube')
@@ -116,6 +127,8 @@ contains
          call table%open(group_t('scene', program_any))
          call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
             range_t(1, name_length), default='name of the scene file'))
+         call table%bind(physical%displacement_scale, name_t('displacement_scale', 'unit of displacement D, length', &
+            length_range, default='see &start', is_optional=.true.))
          call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
             default='the name'))
          call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
@@ -126,10 +139,18 @@ contains
          call list_mesh(table, scene%mesh)
       case ('damping')
          call table%open(group_t('damping', in_motion_and_benchmark))
-         call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
+         call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), rayleigh, &
             sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
          call table%bind(physical%stiffness_coefficient, name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
-            physical_range, instead_of='zeta'))
+            physical_range, rayleigh, instead_of='zeta'))
+         call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &
+            range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true.)))
+         call table%bind(physical%mass_coefficient, name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
+            physical_range, rayleigh, instead_of='zeta_mass'))
+         call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
+            //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
+            without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
+            default='none: C = gamma K + alpha M', is_optional=.true., sweep=sweep_t(55, is_in_cases=.true.)))
       case ('tip_mass')
          call table%open(group_t('tip_mass', in_motion_and_benchmark))
          call table%bind(scene%tip_mass_ratio, name_t('ratio', 'mu = tip mass over mass of the beam', &
@@ -140,6 +161,13 @@ contains
          call list_stops(table, scene, physical%stops)
       case ('support')
          call list_supports(table, scene, physical%supports)
+      case ('force')
+         call list_forces(table, scene, physical%forces)
+      case ('base')
+         call list_bases(table, scene, physical%bases)
+      case ('start')
+         call table%open(group_t('start'), scene%has_start)
+         if (table%is_open) call list_start(table, scene%start, physical%start)
       case ('response')
          call table%open(group_t('response'), scene%wants_response)
          if (table%is_open) call list_response(table, scene%response, physical)
@@ -248,6 +276,9 @@ contains
       call table%bind(response%mode_tolerance, name_t('mode_tolerance', &
          'eta by which leaving out modes may change the motion', mode_range, exact))
       call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode', needs=exact))
+      call table%bind(response%mode_count, name_t('modes', 'number of the lowest modes of the free beam to keep', &
+         range_t(1.0_wp, 2.0_wp*real(most_elements, wp)), exact, default='as mode_tolerance asks', is_optional=.true., &
+         sweep=sweep_t(56, is_in_cases=.true.)))
    end subroutine list_response
 
    subroutine list_frequencies(table, frequencies)
@@ -324,8 +355,8 @@ contains
             if (name%needs%name /= '' .or. name%needs%phrase /= '') then
                name%needs%group = swept%parameter%group
                name%needs%occurrence = swept%parameter%occurrence
-            else if (swept%parameter%group == 'support') then
-               name%needs = condition_t(group='support')
+            else if (table%groups(table%entries(places(k))%group)%repeats) then
+               name%needs = condition_t(group=swept%parameter%group, occurrence=swept%parameter%occurrence)
             end if
             call table%bind(swept%list, name, swept%parameter%is_whole)
             if (swept%parameter%is_whole) cycle

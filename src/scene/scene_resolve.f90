@@ -11,6 +11,7 @@ module scene_resolve
    use scene_beam, only: mean_section, resolve_beam
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
+   use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
    use scene_rules, only: check_rules
    use scene_stops, only: resolve_stops, resolve_supports
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
@@ -68,10 +69,17 @@ contains
       if (input%has_problem()) return
       call take_ratio(input, table, 'damping', 'stiffness_coefficient', &
          0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
+      call take_ratio(input, table, 'damping', 'mass_coefficient', &
+         0.5_wp*physical%mass_coefficient/scene%scales%omega1, scene%zeta_mass)
       call take_ratio(input, table, 'tip_mass', 'mass', physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
       call resolve_mesh(input, scene)
+      call choose_start(input, table, scene)
+      if (input%has_problem()) return
+      call find_displacement_unit(input, table, physical, scene)
       if (scene%has_stop) call resolve_stops(input, table, physical%stops, scene)
       if (scene%has_supports) call resolve_supports(input, table, physical%supports, scene)
+      if (input%has_problem()) return
+      call resolve_loads(input, table, physical, scene)
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
@@ -194,6 +202,10 @@ contains
       end if
       if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
          call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
+      end if
+      if (response%mode_count > 0 .and. (response%keep_all_modes .or. input%has('response', 'mode_tolerance'))) then
+         call input%complain('response', 'modes', 'is a number that is given; it does not go with mode_tolerance or ' &
+            //'keep_all_modes')
       end if
    end subroutine resolve_response
 

@@ -7,7 +7,7 @@ module scene_rules
    public :: check_rules
 
    integer, parameter :: name_room = 32
-   integer, parameter :: others_room = 96
+   integer, parameter :: others_room = 128
    integer, parameter :: problem_room = 112
 
    !> A group, and others that do not go with it.
@@ -32,9 +32,10 @@ module scene_rules
    ! They come first: what else such a scene has would need things that it cannot have
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
-      'beam mesh damping tip_mass stop support response frequencies precision sweep best cases output', &
+      'beam mesh damping tip_mass stop support force base start response frequencies precision sweep best cases output', &
       ', which has beams, stops and runs of its own'), &
       exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
+      exclusion_t('precision', 'force base start', ', which measures beams released from rest'), &
       exclusion_t('precision', 'response sweep best cases output', ', which has runs of its own')]
 
    type(exclusion_t), parameter :: exclusions(*) = [ &
@@ -51,7 +52,11 @@ module scene_rules
       demand_t('precision', '', 'stop frequencies', &
       'needs &stop / to compare motion, or &frequencies / to compare solvers'), &
       demand_t('precision', 'against_beam', 'mesh_elements', 'needs mesh_elements too, the meshes to compare'), &
-      demand_t('response', '', 'stop', 'needs a stop; add &stop / (with or without names in it)'), &
+      demand_t('response', '', 'stop force base start', &
+      'needs a stop; add &stop / (with or without names in it), or &force, &base or &start'), &
+      demand_t('force', '', 'response', a_response), &
+      demand_t('base', '', 'response', a_response), &
+      demand_t('start', '', 'response', a_response), &
       demand_t('sweep', '', 'response', a_response), &
       demand_t('cases', '', 'response', a_response), &
       demand_t('best', '', 'sweep response', a_sweep//', and &response /'), &

@@ -86,19 +86,24 @@ contains
       integer, intent(in) :: released
       !> Preloads out, [stops]
       type(stop_settings_t), intent(inout) :: stops(:)
-      !> Length in; that of displacements out
+      !> Length in, and that of displacements where it is known; that of displacements out
       type(scales_t), intent(inout) :: scales
 
       real(wp) :: height
-      logical :: has_unit
+      logical :: has_unit, has_height
       integer :: k
 
-      has_unit = .false.
-      if (released > 0) has_unit = input%has('stop', 'initial_height', released)
-      if (has_unit) then
+      has_unit = scales%displacement > 0.0_wp
+      has_height = .false.
+      if (released > 0) has_height = input%has('stop', 'initial_height', released)
+      if (has_height .and. has_unit) then
+         call input%complain('stop', 'initial_height', 'does not go with &scene displacement_scale: both say what the ' &
+            //'unit of displacement is', released)
+      else if (has_height) then
+         has_unit = .true.
          call find_unit(input, preload_range, physical(released), released, stops(released), scales)
-         if (input%has_problem()) return
       end if
+      if (input%has_problem()) return
       do k = 1, size(stops)
          if (.not. input%has('stop', height_name(stops(k)), k)) then
             if (stops(k)%side == side_both .and. .not. input%has('stop', 'clearance_ratio', k)) then

@@ -100,7 +100,7 @@ module load_settings
       integer :: kind = start_pull
       !> One of the `field_` constants, of `start_velocity`
       integer :: field = field_uniform
-      !> Of all points, of the tip of a rotation or a mode, at the end of a fall
+      !> Upwards: of all points, of the tip of a rotation or a mode, at the end of a fall, where it is below 0
       real(wp) :: velocity = 0.0_wp
       !> Of the tip in a mode
       real(wp) :: displacement = 0.0_wp

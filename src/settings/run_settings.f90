@@ -97,6 +97,8 @@ module run_settings
       real(wp) :: mode_tolerance = 1.0e-9_wp
       !> `exact`: keep all modes, whatever they contribute
       logical :: keep_all_modes = .false.
+      !> `exact`: keep so many of the lowest modes; 0: as many as `mode_tolerance` asks for
+      integer :: mode_count = 0
    end type response_settings_t
 
    !> &output: what goes into the file beyond the events
@@ -119,6 +121,8 @@ module run_settings
    type :: run_settings_t
       !> zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
+      !> Without one nothing is in the beam's way; `stop` is then where histories are taken
+      logical :: has_stop = .true.
       type(stop_settings_t) :: stop
       type(response_settings_t) :: response
       type(output_settings_t) :: output

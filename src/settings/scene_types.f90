@@ -5,11 +5,12 @@
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
    use kinds, only: wp
+   use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use run_settings, only: name_length, output_settings_t, response_settings_t, stop_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
-   public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t
+   public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t, base_group_t, start_group_t
    public :: support_displacement, support_rotation, support_motion_names
    public :: frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
    public :: shape_taper, shape_height_table, shape_section_table
@@ -119,6 +120,18 @@ module scene_types
       real(wp) :: stiffness_ratio = 0.0_wp
    end type support_settings_t
 
+   !> &base
+   type, extends(base_settings_t) :: base_group_t
+      !> A constant acceleration of the base besides
+      real(wp) :: gravity_ratio = 0.0_wp
+   end type base_group_t
+
+   !> &start
+   type, extends(start_settings_t) :: start_group_t
+      !> From which the base falls; 0: its velocity is given
+      real(wp) :: height_ratio = 0.0_wp
+   end type start_group_t
+
    !> &frequencies: a table of lambda for every solver and every mesh
    type :: frequency_settings_t
       !> Number of modes; 0: as many as the mesh has, up to `default_mode_count`
@@ -180,7 +193,7 @@ module scene_types
       real(wp) :: beam_mass = 1.0_wp
       !> hbar / L
       real(wp) :: height_ratio = 0.075_wp
-      !> y_c(0) - d; 0 when the scene gives only ratios
+      !> D, the unit of displacement: y_c(0) - d of a beam pulled away; 0 when the scene gives only ratios
       real(wp) :: displacement = 0.0_wp
    end type scales_t
 
@@ -213,6 +226,10 @@ module scene_types
       type(mesh_settings_t) :: mesh
       !> zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
+      !> alpha / (2 omega1)
+      real(wp) :: zeta_mass = 0.0_wp
+      !> Damping ratios of the modes; unallocated: zeta and zeta_mass have them
+      real(wp), allocatable :: mode_ratios(:)
       !> mu = m / (rho Abar L)
       real(wp) :: tip_mass_ratio = 0.0_wp
       !> &stop is there; a response has one
@@ -225,6 +242,14 @@ module scene_types
       !> &support is there; unallocated: it is not
       logical :: has_supports = .false.
       type(support_settings_t), allocatable :: supports(:)
+      !> &force and &base are there; unallocated: they are not
+      logical :: has_forces = .false.
+      type(force_settings_t), allocatable :: forces(:)
+      logical :: has_bases = .false.
+      type(base_group_t), allocatable :: bases(:)
+      !> &start is there
+      logical :: has_start = .false.
+      type(start_group_t) :: start
       !> &response is there
       logical :: wants_response = .false.
       type(response_settings_t) :: response

@@ -27,15 +27,16 @@ module stop_surfaces
 
 contains
 
-   !> Is it the paper's problem: one stop below the beam, of one of its two laws, released and left alone?
+   !> Is it the paper's problem: one stop below the beam, of one of its two laws, released and left alone, damped in
+   !> proportion to its stiffness?
    pure function is_plain(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
 
-      answer = .not. allocated(settings%more_stops) .and. settings%stop%side == side_below .and. &
-         settings%stop%law /= law_spring_damper .and. settings%start%kind == start_pull .and. .not. &
-         (allocated(settings%forces) .or. allocated(settings%bases) .or. allocated(settings%mode_ratios)) .and. &
-         settings%zeta_mass <= 0.0_wp
+      answer = settings%has_stop .and. .not. allocated(settings%more_stops) .and. &
+         settings%stop%side == side_below .and. settings%stop%law /= law_spring_damper
+      answer = answer .and. settings%start%kind == start_pull .and. .not. (allocated(settings%forces) .or. &
+         allocated(settings%bases) .or. allocated(settings%mode_ratios) .or. settings%zeta_mass > 0.0_wp)
    end function is_plain
 
    !> All stops of a run in the scene's order.
@@ -45,6 +46,10 @@ contains
 
       integer :: further
 
+      if (.not. settings%has_stop) then
+         allocate (stops(0))
+         return
+      end if
       further = 0
       if (allocated(settings%more_stops)) further = size(settings%more_stops)
       allocate (stops(1 + further))

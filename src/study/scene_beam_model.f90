@@ -5,6 +5,7 @@ module scene_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
+   use load_settings, only: course_step, start_drop
    use mass_choice, only: errs_less_redistributed
    use number_text, only: to_text
    use run_settings, only: run_settings_t, stop_released_from
@@ -164,6 +165,10 @@ contains
       type(run_settings_t) :: settings
 
       settings%zeta = scene%zeta
+      settings%zeta_mass = scene%zeta_mass
+      if (allocated(scene%mode_ratios)) settings%mode_ratios = scene%mode_ratios
+      call take_loads(scene, settings)
+      settings%has_stop = scene%has_stop
       settings%stop = scene%stop
       settings%response = scene%response
       settings%output = scene%output
@@ -172,5 +177,37 @@ contains
       settings%more_stops = scene%more_stops
       settings%pulled = stop_released_from([scene%stop, scene%more_stops], scene%pulled)
    end function run_of
+
+   !> What acts on the beam of a scene, and how it begins.
+   pure subroutine take_loads(scene, settings)
+      type(scene_t), intent(in) :: scene
+      type(run_settings_t), intent(inout) :: settings
+
+      real(wp) :: gravity
+      integer :: k, moving
+
+      if (allocated(scene%forces)) settings%forces = scene%forces
+      gravity = 0.0_wp
+      if (allocated(scene%bases)) then
+         gravity = sum(scene%bases%gravity_ratio)
+         moving = count(abs(scene%bases%course%amplitude) > 0.0_wp)
+         allocate (settings%bases(moving + merge(1, 0, gravity > 0.0_wp)))
+         moving = 0
+         do k = 1, size(scene%bases)
+            if (.not. abs(scene%bases(k)%course%amplitude) > 0.0_wp) cycle
+            moving = moving + 1
+            settings%bases(moving) = scene%bases(k)%base_settings_t
+         end do
+         if (gravity > 0.0_wp) then
+            ! a beam that is pulled down is one whose base is accelerated up
+            settings%bases(moving + 1)%course%kind = course_step
+            settings%bases(moving + 1)%course%amplitude = gravity
+         end if
+      end if
+      settings%start = scene%start%start_settings_t
+      if (scene%start%kind /= start_drop) return
+      if (scene%start%height_ratio > 0.0_wp) settings%start%velocity = sqrt(2.0_wp*gravity*scene%start%height_ratio)
+      settings%start%velocity = -settings%start%velocity
+   end subroutine take_loads
 
 end module scene_beam_model

@@ -1,0 +1,107 @@
+!> A file of two columns, times and values: what goes on in time as it was measured.
+module load_table
+   use kinds, only: wp
+   use namelist_values, only: read_real
+   use number_text, only: to_text
+   use printable_text, only: excerpt
+   use text_file, only: load_text
+   implicit none (type, external)
+   private
+   public :: read_load_table
+
+   !> Between a time and a value: blanks, a tab, a comma, a semicolon; and what a line end of other systems leaves.
+   character(*), parameter :: separators = ' ,;'//achar(9)//achar(13)
+
+contains
+
+   !> Read a file, one time and one value a line; # and ! begin comments, and empty lines do not count.
+   subroutine read_load_table(file, time, value, problem)
+      character(*), intent(in) :: file
+      !> As many of both, in the order of the file
+      real(wp), allocatable, intent(out) :: time(:)
+      real(wp), allocatable, intent(out) :: value(:)
+      !> What is wrong, with file and line; unallocated: nothing
+      character(:), allocatable, intent(out) :: problem
+
+      character(:), allocatable :: text, reason
+      real(wp), allocatable :: numbers(:, :)
+      integer :: first, last, line, rows
+
+      call load_text(file, text, problem)
+      if (allocated(problem)) then
+         problem = file//': '//problem
+         return
+      end if
+      allocate (numbers(2, 1 + occurrences(new_line('a'), text)))
+      first = 1
+      line = 0
+      rows = 0
+      do while (first <= len(text))
+         line = line + 1
+         last = index(text(first:), new_line('a'))
+         last = merge(first + last - 2, len(text), last > 0)
+         call read_row(text(first:first + scan(text(first:last)//'#', '#!') - 2), numbers(:, rows + 1), rows, reason)
+         if (allocated(reason)) then
+            problem = file//':'//to_text(line)//': '//reason
+            return
+         end if
+         if (rows > 1) then
+            if (numbers(1, rows) <= numbers(1, rows - 1)) then
+               problem = file//':'//to_text(line)//': times must be ascending; '//to_text(numbers(1, rows)) &
+                  //' follows '//to_text(numbers(1, rows - 1))
+               return
+            end if
+         end if
+         first = last + 2
+      end do
+      allocate (time, source=numbers(1, :rows))
+      allocate (value, source=numbers(2, :rows))
+   end subroutine read_load_table
+
+   !> One line without its comment.
+   pure subroutine read_row(row, numbers, rows, reason)
+      character(*), intent(in) :: row
+      !> Its time and its value
+      real(wp), intent(inout) :: numbers(2)
+      !> One more, unless there is nothing in it
+      integer, intent(inout) :: rows
+      !> What is wrong; unallocated: nothing
+      character(:), allocatable, intent(out) :: reason
+
+      real(wp) :: number
+      integer :: first, last, k
+      logical :: is_legal
+
+      last = 0
+      do k = 1, 3
+         first = verify(row(last + 1:), separators)
+         if (first == 0) exit
+         first = last + first
+         last = first + scan(row(first:)//' ', separators) - 2
+         if (k > 2) exit
+         call read_real(row(first:last), number, is_legal, reason)
+         numbers(min(k, 2)) = number
+         if (is_legal) cycle
+         if (.not. allocated(reason)) reason = 'must be a number'
+         reason = excerpt(row(first:last))//' '//reason
+         return
+      end do
+      if (k == 1) return
+      rows = rows + 1
+      if (k /= 3 .or. first > 0) reason = 'must have two columns, a time and a value'
+   end subroutine read_row
+
+   !> How often a character stands in a text.
+   pure integer function occurrences(letter, text)
+      character(1), intent(in) :: letter
+      character(*), intent(in) :: text
+
+      integer :: i
+
+      occurrences = 0
+      do i = 1, len(text)
+         if (text(i:i) == letter) occurrences = occurrences + 1
+      end do
+   end function occurrences
+
+end module load_table
