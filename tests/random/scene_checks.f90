@@ -15,7 +15,7 @@ module scene_checks
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: impulse_momentum, law_restitution, method_exact, stop_settings_t
    use scene_draft, only: draft_t, drop, has_name, mend, put, save_text, text_of
-   use scene_drawing, only: place_of_parameter
+   use scene_drawing, only: place_of_parameter, table_file
    use scene_names, only: name_t
    use scene_reader, only: parse_scene, read_scene
    use program_identity, only: program_benchmark, program_motion, program_paper
@@ -73,6 +73,8 @@ contains
       ! the process that started this one may ignore it
       before = c_signal(signal_of_alarm, c_null_funptr)
       call execute_command_line('rm -rf '//folder//' && mkdir '//folder)
+      call save_text(folder//'/'//table_file, '0 0'//new_line('a')//'1 1'//new_line('a')//'2.5 -1 # and so on' &
+         //new_line('a')//'4 0'//new_line('a'))
    end subroutine open_folder
 
    !> Read a draft and drop what the reader refuses, until it does not.
@@ -170,7 +172,8 @@ contains
          'too uneven', &
          'contact_tolerance is too small', &
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
-         'cannot be pulled away from a stop', 'is too near to that of another', 'the stops at ', 'the support at ']
+         'cannot be pulled away from a stop', 'not computed yet', &
+          'is too near to that of another', 'the stops at ', 'the support at ']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0

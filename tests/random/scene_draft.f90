@@ -5,6 +5,8 @@ module scene_draft
    private
    public :: draft_t, draft_of, put, drop, has_name, value_of, number_of, text_of, mend, save_text
 
+   !> Groups of which a scene may have several.
+   character(*), parameter :: repeating(4) = [character(7) :: 'stop', 'support', 'force', 'base']
    !> Longest value.
    integer, parameter :: room = 400
 
@@ -167,9 +169,12 @@ contains
       character(*), intent(in) :: group
       character(:), allocatable :: base
 
+      integer :: k
+
       base = trim(group)
-      if (index(base, 'stop_') == 1) base = 'stop'
-      if (index(base, 'support_') == 1) base = 'support'
+      do k = 1, size(repeating)
+         if (index(base, trim(repeating(k))//'_') == 1) base = trim(repeating(k))
+      end do
    end function base_of
 
    !> The group in the draft that stands in a line of its text.
@@ -211,7 +216,7 @@ contains
       rest = message(index(message, '&') + 1:)
       group = word_in(rest)
       rest = rest(len(group) + 1:)
-      if (group == 'stop' .or. group == 'support') group = group_in_line(draft, message)
+      if (any(group == repeating)) group = group_in_line(draft, message)
       if (index(rest, ': give ') == 1) then
          name = word_in(rest(8:))
       else

@@ -2,6 +2,7 @@
 !> values and their neighbours, and, half of the time, where beams live. What makes a run long is kept small.
 module scene_drawing
    use kinds, only: wp
+   use load_settings, only: base_displacement, course_table, start_names, start_pull, time_course_t
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, start_random
    use run_settings, only: side_above, side_both
@@ -10,7 +11,10 @@ module scene_drawing
    use scene_types, only: scene_t, support_rotation
    implicit none (type, external)
    private
-   public :: draw_scene, give_units, take_ratios, place_of_parameter
+   public :: draw_scene, give_units, take_ratios, place_of_parameter, table_file
+
+   !> A table of loads that stands beside the scene.
+   character(*), parameter :: table_file = 'loads.txt'
 
    !> Where a number mostly lies, and the most of it that a scene here can afford.
    type :: usual_t
@@ -35,6 +39,22 @@ module scene_drawing
       usual_t('stop', 'stiffness_ratio', 1.0_wp, 1.0e6_wp, .true.), &
       usual_t('stop', 'branch_ratio', 0.01_wp, 1.0e3_wp, .true.), &
       usual_t('stop', 'damper_ratio', 1.0e-3_wp, 1.0e3_wp, .true.), &
+      usual_t('damping', 'zeta_mass', 1.0e-5_wp, 0.3_wp, .true.), usual_t('damping', 'mode_ratios', 1.0e-5_wp, &
+      0.3_wp, .true.), usual_t('force_1', 'amplitude_ratio', 0.01_wp, 10.0_wp, .true.), &
+      usual_t('force_1', 'frequency_ratio', 0.1_wp, 30.0_wp, .true., 100.0_wp), &
+      usual_t('force_1', 'phase', -180.0_wp, 180.0_wp, .false.), &
+      usual_t('force_1', 'start', 0.0_wp, 10.0_wp, .false.), usual_t('force_1', 'end', 1.0_wp, 40.0_wp, .true.), &
+      usual_t('force_1', 'duration', 0.01_wp, 10.0_wp, .true.), &
+      usual_t('base_1', 'gravity_ratio', 0.01_wp, 10.0_wp, .true.), &
+      usual_t('base_1', 'amplitude_ratio', 0.01_wp, 10.0_wp, .true.), &
+      usual_t('base_1', 'frequency_ratio', 0.1_wp, 30.0_wp, .true., 100.0_wp), &
+      usual_t('base_1', 'phase', -180.0_wp, 180.0_wp, .false.), &
+      usual_t('base_1', 'start', 0.0_wp, 10.0_wp, .false.), usual_t('base_1', 'end', 1.0_wp, 40.0_wp, .true.), &
+      usual_t('base_1', 'duration', 0.01_wp, 10.0_wp, .true.), &
+      usual_t('start', 'velocity_ratio', 0.1_wp, 3.0_wp, .true.), &
+      usual_t('start', 'displacement_ratio', -2.0_wp, 2.0_wp, .false.), &
+      usual_t('start', 'height_ratio', 0.1_wp, 3.0_wp, .true.), usual_t('start', 'mode', 1.0_wp, 4.0_wp, .false.), &
+      usual_t('response', 'modes', 1.0_wp, 12.0_wp, .true.), &
       usual_t('response', 'duration', 0.5_wp, 40.0_wp, .true., 60.0_wp), &
       usual_t('response', 'hop_tolerance', 1.0e-10_wp, 1.0e-2_wp, .true.), &
       usual_t('response', 'event_limit', 10.0_wp, 3000.0_wp, .true., 3000.0_wp), &
@@ -96,6 +116,11 @@ contains
          if (chance(0.8_wp)) call drop(draft, 'stop', 'side')
          if (chance(0.4_wp)) call draw_others(names, draft)
          call draw_response(names, draft)
+         if (chance(0.3_wp)) call draw_loads(names, draft)
+         ! each of them is little used
+         if (chance(0.9_wp)) call drop(draft, 'response', 'modes')
+         if (chance(0.7_wp)) call drop(draft, 'damping', 'zeta_mass')
+         if (chance(0.8_wp)) call drop(draft, 'damping', 'mode_ratios')
       end if
       if (choice < 0.70_wp) then
          call draw_group(names, 'output', 0.4_wp, draft)
@@ -162,6 +187,128 @@ contains
          if (k > 1) call drop(draft, group, 'stiffness')
       end do
    end subroutine draw_others
+
+   !> Forces, what moves the base, and another start.
+   subroutine draw_loads(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group
+      integer :: i, k
+
+      do k = 1, int(3.0_wp*number())
+         group = 'force_'//to_text(k)
+         call put(draft, group, '', '')
+         call draw_group(names, 'force_1', 0.4_wp, draft, group)
+         if (chance(0.6_wp)) then
+            call put(draft, group, 'position', list([(number(), i=1, 1 + int(2.0_wp*number()))]))
+            call drop(draft, group, 'stretch')
+         else
+            call put(draft, group, 'stretch', ascending(2, 1.0_wp))
+            call drop(draft, group, 'position')
+         end if
+         call draw_course(draft, group)
+      end do
+      do k = 1, int(3.0_wp*number())
+         group = 'base_'//to_text(k)
+         call put(draft, group, '', '')
+         call draw_group(names, 'base_1', 0.4_wp, draft, group)
+         call draw_course(draft, group)
+         if (chance(0.3_wp)) then
+            call drop(draft, group, '')
+            call put(draft, group, 'gravity_ratio', to_text(between(0.01_wp, 10.0_wp, .true.)))
+         end if
+      end do
+      if (chance(0.3_wp)) return
+      if (chance(0.3_wp)) call drop_stops(draft)
+      call draw_start(names, draft)
+   end subroutine draw_loads
+
+   !> Nothing in the beam's way.
+   subroutine drop_stops(draft)
+      type(draft_t), intent(inout) :: draft
+
+      integer :: k
+
+      call drop(draft, 'stop', '')
+      do k = 2, 5
+         call drop(draft, 'stop_'//to_text(k), '')
+      end do
+   end subroutine drop_stops
+
+   !> An amplitude, and a table if it needs one.
+   subroutine draw_course(draft, group)
+      type(draft_t), intent(inout) :: draft
+      character(*), intent(in) :: group
+
+      integer :: i, points
+
+      if (.not. has_name(draft, group, 'amplitude_ratio')) call put(draft, group, 'amplitude_ratio', &
+         to_text(between(-2.0_wp, 2.0_wp, .false.)))
+      if (value_of(draft, group, 'kind') == '''pulse''') call put(draft, group, 'duration', &
+         to_text(between(0.01_wp, 10.0_wp, .true.)))
+      call drop(draft, group, 'table')
+      call drop(draft, group, 'times')
+      call drop(draft, group, 'values')
+      if (value_of(draft, group, 'kind') /= '''table''') return
+      points = 2 + int(9.0_wp*number())
+      if (chance(0.2_wp)) then
+         call put(draft, group, 'table', ''''//table_file//'''')
+      else
+         call put(draft, group, 'times', ascending(points, between(0.1_wp, 30.0_wp, .true.)))
+         call put(draft, group, 'values', list([(2.0_wp*number() - 1.0_wp, i=1, points)]))
+      end if
+   end subroutine draw_course
+
+   !> How the motion begins, with what that needs most of the time.
+   subroutine draw_start(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      integer :: i, points
+
+      call put(draft, 'start', '', '')
+      call draw_group(names, 'start', 0.3_wp, draft)
+      call put(draft, 'start', 'kind', ''''//trim(start_names(1 + int(real(size(start_names), wp)*number())))//'''')
+      call drop(draft, 'start', 'position')
+      call drop(draft, 'start', 'displacement_ratios')
+      call drop(draft, 'start', 'velocity_ratios')
+      select case (value_of(draft, 'start', 'kind'))
+      case ('''velocity''', '''mode''')
+         call put(draft, 'start', 'velocity_ratio', to_text(between(-2.0_wp, 2.0_wp, .false.)))
+      case ('''drop''')
+         if (chance(0.3_wp)) then
+            call drop(draft, 'start', 'height_ratio')
+            call put(draft, 'start', 'velocity_ratio', to_text(between(0.1_wp, 2.0_wp, .true.)))
+         else
+            call drop(draft, 'start', 'velocity_ratio')
+            call put(draft, 'start', 'height_ratio', to_text(between(0.1_wp, 2.0_wp, .true.)))
+            call put(draft, 'base_1', 'gravity_ratio', to_text(between(0.1_wp, 2.0_wp, .true.)))
+         end if
+      case ('''table''')
+         points = 2 + int(4.0_wp*number())
+         call put(draft, 'start', 'position', ascending(points, 1.0_wp))
+         call put(draft, 'start', 'displacement_ratios', list([(number(), i=1, points)]))
+         if (chance(0.7_wp)) call put(draft, 'start', 'velocity_ratios', list([(number(), i=1, points)]))
+      end select
+   end subroutine draw_start
+
+   !> So many numbers from 0 to the most, ascending.
+   function ascending(count, most) result(text)
+      integer, intent(in) :: count
+      real(wp), intent(in) :: most
+      character(:), allocatable :: text
+
+      real(wp) :: steps(count)
+      integer :: i
+
+      steps = [(0.01_wp + number(), i=1, count)]
+      text = list(most*[(sum(steps(:i)), i=1, count)]/sum(steps))
+   end function ascending
 
    !> A number between 0 and 1.
    function number() result(value)
@@ -460,6 +607,7 @@ contains
          if (names(i)%group /= 'sweep' .or. .not. names(i)%is_list) cycle
          parameter = names(i)%name(:base_length(names(i)%name))
          call place_of_parameter(names, parameter, group, name)
+         if (any(group == [character(7) :: 'force_1', 'base_1', 'start'])) call make_count(group, name, draft)
          if (parameter /= names(i)%name) then
             call put(draft, 'sweep', trim(names(i)%name), ascending_pair(numbers_for(names(i), group, name, 2)))
             if (design == 0) call put(draft, 'sweep', parameter//'_points', &
@@ -483,6 +631,43 @@ contains
       if (value_of(draft, 'best', 'refine') == '.true.' .and. .not. has_name(draft, 'best', 'evaluations')) &
          call put(draft, 'best', 'evaluations', '20')
    end subroutine draw_sweep
+
+   !> What a name of a load or of the start needs.
+   subroutine make_count(group, name, draft)
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      type(draft_t), intent(inout) :: draft
+
+      if (group == 'force_1' .and. (name == 'position' .or. .not. has_name(draft, group, 'stretch'))) then
+         call drop(draft, group, 'stretch')
+         call put(draft, group, 'position', to_text(number()))
+      end if
+      if (group /= 'start' .and. .not. has_name(draft, group, 'amplitude_ratio')) then
+         call put(draft, group, 'amplitude_ratio', to_text(number()))
+      end if
+      select case (name)
+      case ('frequency_ratio', 'phase')
+         call put(draft, group, 'kind', '''harmonic''')
+      case ('duration')
+         call put(draft, group, 'kind', '''pulse''')
+         call put(draft, group, 'quantity', '''acceleration''')
+      case ('start', 'end')
+         call put(draft, group, 'kind', '''step''')
+         call put(draft, group, 'quantity', '''acceleration''')
+      case ('velocity_ratio')
+         call put(draft, group, 'kind', '''velocity''')
+         call put(draft, group, name, '1')
+      case ('displacement_ratio', 'mode')
+         call put(draft, group, 'kind', '''mode''')
+         call put(draft, group, 'velocity_ratio', '1')
+      case ('height_ratio')
+         call put(draft, group, 'kind', '''drop''')
+         call drop(draft, group, 'velocity_ratio')
+         call put(draft, group, name, '1')
+         call put(draft, 'base_1', 'gravity_ratio', '1')
+      end select
+      if (group == 'force_1') call drop(draft, group, 'quantity')
+   end subroutine make_count
 
    !> Length of the name of a parameter, without `_range` or `_log_range`.
    pure function base_length(name) result(length)
@@ -569,6 +754,8 @@ contains
          call instead('response', 'step', 'step_time', scene%response%step*time)
          if (allocated(scene%supports)) call instead('support_1', 'stiffness_ratio', 'stiffness', stiffness &
             *scene%supports(1)%stiffness_ratio*merge(scales%length**2, 1.0_wp, scene%supports(1)%motion == support_rotation))
+         call instead('damping', 'zeta_mass', 'mass_coefficient', 2.0_wp*scene%zeta_mass/time)
+         if (scene%start%kind /= start_pull) call give_units_of_loads(scene, stiffness, lift, time)
          if (allocated(scene%more_stops)) return
          lift = lift*merge(-1.0_wp, 1.0_wp, scene%stop%side == side_above)
          call instead('stop', 'preload', 'surface_height', scene%stop%preload*lift)
@@ -580,6 +767,61 @@ contains
       end associate
 
    contains
+
+      !> Loads and start; the unit of displacement is told.
+      subroutine give_units_of_loads(scene, stiffness, length, time)
+         type(scene_t), intent(in) :: scene
+         !> 3 E Ibar / L^3, D, and 1/omega1
+         real(wp), intent(in) :: stiffness
+         real(wp), intent(in) :: length
+         real(wp), intent(in) :: time
+
+         real(wp) :: unit
+
+         call put(draft, 'scene', 'displacement_scale', to_text(length))
+         if (allocated(scene%forces)) then
+            unit = stiffness*length
+            if (.not. allocated(scene%forces(1)%position)) unit = unit/scene%scales%length
+            call give_units_of_course('force_1', scene%forces(1)%course)
+            if (scene%forces(1)%course%kind /= course_table) call instead('force_1', 'amplitude_ratio', 'amplitude', &
+               scene%forces(1)%course%amplitude*unit)
+         end if
+         if (allocated(scene%bases)) then
+            unit = length/time**2
+            call give_units_of_course('base_1', scene%bases(1)%course)
+            call instead('base_1', 'gravity_ratio', 'gravity', scene%bases(1)%gravity_ratio*unit)
+            if (scene%bases(1)%quantity == base_displacement) unit = length
+            if (scene%bases(1)%course%kind /= course_table) call instead('base_1', 'amplitude_ratio', 'amplitude', &
+               scene%bases(1)%course%amplitude*unit)
+         end if
+         associate (start => scene%start)
+            call instead('start', 'velocity_ratio', 'velocity', start%velocity*length/time)
+            call instead('start', 'displacement_ratio', 'displacement', start%displacement*length)
+            call instead('start', 'height_ratio', 'height', start%height_ratio*length)
+            if (has_name(draft, 'start', 'displacement_ratios')) then
+               call drop(draft, 'start', 'displacement_ratios')
+               call put(draft, 'start', 'displacements', list(start%displacements*length))
+            end if
+            if (has_name(draft, 'start', 'velocity_ratios')) then
+               call drop(draft, 'start', 'velocity_ratios')
+               call put(draft, 'start', 'velocities', list(start%velocities*length/time))
+            end if
+         end associate
+      end subroutine give_units_of_loads
+
+      !> Times and frequency of a load.
+      subroutine give_units_of_course(group, course)
+         character(*), intent(in) :: group
+         type(time_course_t), intent(in) :: course
+
+         real(wp) :: time
+
+         time = 1.0_wp/scene%scales%omega1
+         call instead(group, 'frequency_ratio', 'frequency', course%frequency/time/(2.0_wp*acos(-1.0_wp)))
+         call instead(group, 'start', 'start_time', course%start*time)
+         call instead(group, 'end', 'end_time', course%end*time)
+         call instead(group, 'duration', 'duration_time', course%duration*time)
+      end subroutine give_units_of_course
 
       !> One of them, most of the time.
       subroutine instead(group, ratio, quantity, value)
@@ -612,10 +854,34 @@ contains
       if (scene%stop%side == side_both) call take('stop', 'clearance_ratio', -scene%stop%preload)
       if (scene%stop%side /= side_both) call take('stop', 'preload', scene%stop%preload)
       if (allocated(scene%supports)) call take('support_1', 'stiffness_ratio', scene%supports(1)%stiffness_ratio)
+      call take('damping', 'zeta_mass', scene%zeta_mass)
+      if (allocated(scene%forces)) call take_course('force_1', scene%forces(1)%course)
+      if (allocated(scene%bases)) then
+         call take_course('base_1', scene%bases(1)%course)
+         call take('base_1', 'gravity_ratio', scene%bases(1)%gravity_ratio)
+      end if
+      call take('start', 'velocity_ratio', scene%start%velocity)
+      call take('start', 'displacement_ratio', scene%start%displacement)
+      call take('start', 'height_ratio', scene%start%height_ratio)
+      if (has_name(draft, 'start', 'displacement_ratios')) call put(draft, 'start', 'displacement_ratios', &
+         list(scene%start%displacements))
+      if (has_name(draft, 'start', 'velocity_ratios')) call put(draft, 'start', 'velocity_ratios', &
+         list(scene%start%velocities))
       call take('response', 'duration', scene%response%duration)
       call take('response', 'step', scene%response%step)
 
    contains
+
+      subroutine take_course(group, course)
+         character(*), intent(in) :: group
+         type(time_course_t), intent(in) :: course
+
+         call take(group, 'amplitude_ratio', course%amplitude)
+         call take(group, 'frequency_ratio', course%frequency)
+         call take(group, 'start', course%start)
+         call take(group, 'end', course%end)
+         call take(group, 'duration', course%duration)
+      end subroutine take_course
 
       !> One of them.
       subroutine take(group, ratio, value)
