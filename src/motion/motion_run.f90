@@ -1,12 +1,13 @@
 !> A run through time by the method that its settings name.
 module motion_run
+   use applied_loads, only: has_loads
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use load_settings, only: start_pull
+   use load_settings, only: start_pull, start_table
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
    use newmark_several, only: check_several_newmark, several_newmark_response
@@ -76,17 +77,25 @@ contains
       end if
    end subroutine check_motion
 
-   !> What scenes may ask for before any method computes it.
+   !> What scenes may ask for before a method computes it.
    pure subroutine check_computed(settings, error)
       type(run_settings_t), intent(in) :: settings
       !> Set when it asks for such a thing
       type(failure_t), allocatable, intent(out) :: error
 
-      if (settings%has_stop .and. settings%start%kind == start_pull .and. settings%response%mode_count == 0 .and. &
-         .not. (allocated(settings%forces) .or. allocated(settings%bases) .or. allocated(settings%mode_ratios) .or. &
-         settings%zeta_mass > 0.0_wp)) return
-      call fail(error, status_bad_input, "loads, starts other than 'pull', zeta_mass, mode_ratios and a number of " &
-         //'modes are read, but not computed yet')
+      character(:), allocatable :: missing
+
+      missing = ''
+      if (settings%zeta_mass > 0.0_wp) missing = 'zeta_mass'
+      if (allocated(settings%mode_ratios)) missing = 'mode_ratios'
+      if (settings%response%mode_count > 0) missing = 'modes'
+      if (settings%start%kind == start_table) missing = "a start by a table"
+      if (.not. settings%has_stop) missing = 'a beam without stops'
+      if (settings%response%method == method_newmark) then
+         if (settings%start%kind /= start_pull) missing = "a start other than 'pull'"
+         if (has_loads(settings)) missing = 'loads'
+      end if
+      if (missing /= '') call fail(error, status_bad_input, 'not computed yet by this method: '//missing)
    end subroutine check_computed
 
    !> One stop below the beam, and no supports along it?

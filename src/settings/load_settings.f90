@@ -100,7 +100,7 @@ module load_settings
       integer :: kind = start_pull
       !> One of the `field_` constants, of `start_velocity`
       integer :: field = field_uniform
-      !> Upwards: of all points, of the tip of a rotation or a mode, at the end of a fall, where it is below 0
+      !> Upwards, of all points, or of the tip of a rotation or a mode; downwards at the end of a fall
       real(wp) :: velocity = 0.0_wp
       !> Of the tip in a mode
       real(wp) :: displacement = 0.0_wp

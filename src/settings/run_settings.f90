@@ -121,8 +121,6 @@ module run_settings
    type :: run_settings_t
       !> zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
-      !> Without one nothing is in the beam's way; `stop` is then where histories are taken
-      logical :: has_stop = .true.
       type(stop_settings_t) :: stop
       type(response_settings_t) :: response
       type(output_settings_t) :: output
@@ -132,6 +130,8 @@ module run_settings
       type(stop_settings_t), allocatable :: more_stops(:)
       !> From which of all the beam is released
       integer :: pulled = 1
+      !> Without a stop nothing is in the beam's way; `stop` then tells where histories are taken
+      logical :: has_stop = .true.
       !> What acts on the beam; unallocated: nothing does
       type(force_settings_t), allocatable :: forces(:)
       type(base_settings_t), allocatable :: bases(:)

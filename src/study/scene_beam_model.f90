@@ -205,9 +205,8 @@ contains
          end if
       end if
       settings%start = scene%start%start_settings_t
-      if (scene%start%kind /= start_drop) return
-      if (scene%start%height_ratio > 0.0_wp) settings%start%velocity = sqrt(2.0_wp*gravity*scene%start%height_ratio)
-      settings%start%velocity = -settings%start%velocity
+      if (scene%start%kind /= start_drop .or. scene%start%height_ratio <= 0.0_wp) return
+      settings%start%velocity = sqrt(2.0_wp*gravity*scene%start%height_ratio)
    end subroutine take_loads
 
 end module scene_beam_model
