@@ -147,7 +147,7 @@ contains
          sweep=sweep_t(first + 2, is_in_cases=.true.)))
       ! else a phase that nothing changes keeps its last digit
       if (abs(degrees - before) > 0.0_wp) course%phase = degrees*degree
-      call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there the times of a table are 0', &
+      call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &
          instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
       call table%bind(physical%start_time, name_t('start_time', 'the same in time', physical_range, &
          instead_of='start'))
@@ -235,8 +235,8 @@ contains
          sweep=sweep_t(50, is_in_cases=.true., name='start_velocity_ratio')))
       call table%bind(physical%velocity, name_t('velocity', 'the same, length over time', signed_range, moving, &
          instead_of='velocity_ratio'))
-      call table%bind(start%displacement, name_t('displacement_ratio', 'displacement of the tip up over D', load_range, &
-         modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')))
+      call table%bind(start%displacement, name_t('displacement_ratio', 'displacement of the tip up over D', &
+         load_range, modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')))
       call table%bind(physical%displacement, name_t('displacement', 'the same, length', signed_range, modal, &
          instead_of='displacement_ratio'))
       call table%bind(start%height_ratio, name_t('height_ratio', 'height of the fall over D', positive_range, fallen, &

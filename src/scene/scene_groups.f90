@@ -139,8 +139,8 @@ contains
          call list_mesh(table, scene%mesh)
       case ('damping')
          call table%open(group_t('damping', in_motion_and_benchmark))
-         call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), rayleigh, &
-            sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
+         call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
+            rayleigh, sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
          call table%bind(physical%stiffness_coefficient, name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
             physical_range, rayleigh, instead_of='zeta'))
          call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &

@@ -214,7 +214,8 @@ contains
       end if
       if (base%quantity /= base_displacement) return
       if (base%course%kind /= course_harmonic .and. base%course%kind /= course_table) then
-         call input%complain('base', 'kind', "must be 'harmonic' or 'table' of a displacement, which does not jump", which)
+         call input%complain('base', 'kind', "must be 'harmonic' or 'table' of a displacement, which does not jump", &
+            which)
       end if
       ! its velocity would jump
       if (base%course%kind == course_harmonic .and. base%course%start > 0.0_wp .or. &
@@ -246,8 +247,8 @@ contains
       call take_ratio(input, table, group, 'end_time', physical%end_time*omega1, course%end, which)
       call take_ratio(input, table, group, 'duration_time', physical%duration_time*omega1, course%duration, which)
       if (input%has_problem()) return
-      if (course%end <= course%start) call input%complain(group, 'end end_time', 'it ceases before it sets in, at tau = ' &
-         //to_text(course%start), which)
+      if (course%end <= course%start) call input%complain(group, 'end end_time', &
+         'it ceases before it sets in, at tau = '//to_text(course%start), which)
       if (course%kind /= course_table) return
       call fetch_table(input, group, which, physical, folder, course)
       if (input%has_problem()) return

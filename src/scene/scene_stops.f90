@@ -97,8 +97,8 @@ contains
       has_height = .false.
       if (released > 0) has_height = input%has('stop', 'initial_height', released)
       if (has_height .and. has_unit) then
-         call input%complain('stop', 'initial_height', 'does not go with &scene displacement_scale: both say what the ' &
-            //'unit of displacement is', released)
+         call input%complain('stop', 'initial_height', 'does not go with &scene displacement_scale: both say what ' &
+            //'the unit of displacement is', released)
       else if (has_height) then
          has_unit = .true.
          call find_unit(input, preload_range, physical(released), released, stops(released), scales)

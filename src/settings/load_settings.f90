@@ -53,8 +53,8 @@ module load_settings
    character(*), parameter :: course_names(4) = [character(8) :: 'harmonic', 'step', 'pulse', 'table']
    character(*), parameter :: pulse_names(2) = [character(9) :: 'rectangle', 'half_sine']
    character(*), parameter :: base_names(2) = [character(12) :: 'acceleration', 'displacement']
-   character(*), parameter :: start_names(7) = [character(8) :: 'pull', 'rest', 'balance', 'velocity', 'mode', 'table', &
-      'drop']
+   character(*), parameter :: start_names(7) = [character(8) :: 'pull', 'rest', 'balance', 'velocity', 'mode', &
+      'table', 'drop']
    character(*), parameter :: field_names(3) = [character(8) :: 'uniform', 'rotation', 'mode']
 
    !> How something goes on in time: zero before its start and after its end.
