@@ -86,12 +86,12 @@ contains
       character(:), allocatable :: missing
 
       missing = ''
-      if (settings%zeta_mass > 0.0_wp) missing = 'zeta_mass'
       if (allocated(settings%mode_ratios)) missing = 'mode_ratios'
       if (settings%response%mode_count > 0) missing = 'modes'
       if (settings%start%kind == start_table) missing = "a start by a table"
       if (.not. settings%has_stop) missing = 'a beam without stops'
       if (settings%response%method == method_newmark) then
+         if (settings%zeta_mass > 0.0_wp) missing = 'zeta_mass'
          if (settings%start%kind /= start_pull) missing = "a start other than 'pull'"
          if (has_loads(settings)) missing = 'loads'
       end if
