@@ -20,7 +20,7 @@ module natural_coordinates
    implicit none (type, external)
    private
    public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
-   public :: flexibility_matrix, nodal_flexibility, coordinates_of_node, row_shape
+   public :: flexibility_matrix, nodal_flexibility, coordinates_of_node, coordinates_of_force, row_shape
 
    real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
    real(wp), parameter :: one_third = 1.0_wp/3.0_wp
@@ -254,6 +254,35 @@ contains
          if (place(2) > 0) q(place(2)) = natural%root_give(2)*moment
       end associate
    end subroutine deflect_transposed
+
+   !> N^T e, e one of the nodes' degrees of freedom: the coordinates under a unit force or moment there, [order].
+   pure function coordinates_of_force(natural, dof) result(q)
+      type(natural_beam_t), intent(in) :: natural
+      !> Not of the root
+      integer, intent(in) :: dof
+      real(wp) :: q(natural%order)
+
+      real(wp) :: force, left, moment, moment_lost, right
+      integer :: element
+
+      q = 0.0_wp
+      force = merge(1.0_wp, 0.0_wp, modulo(dof, 2) == 1)
+      moment = 1.0_wp - force
+      moment_lost = 0.0_wp
+      do element = (dof + 1)/2, 1, -1
+         associate (length => natural%length(element), inverse => natural%inverse(:, element))
+            right = length*(0.5_wp*moment + length*one_sixth*force)
+            left = length*(0.5_wp*moment + length*one_third*force)
+            q(2*element - 1) = inverse(1)*left
+            q(2*element) = inverse(2)*left + inverse(3)*right
+            call add(moment, moment_lost, length*force)
+         end associate
+      end do
+      associate (place => natural%root_place)
+         if (place(1) > 0) q(place(1)) = natural%root_give(1)*force
+         if (place(2) > 0) q(place(2)) = natural%root_give(2)*moment
+      end associate
+   end function coordinates_of_force
 
    !> y and dy/dx of the nodes, and of the root where it moves.
    pure subroutine nodal_displacements(natural, q, nodal)

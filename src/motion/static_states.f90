@@ -2,12 +2,12 @@
 !>
 !> Scales: displacement eta, forces Pbar / (hbar/L), as of the laws of the stops.
 module static_states
-   use beam_model, only: beam_model_t, hold_supports
+   use beam_model, only: beam_model_t
    use complementarity, only: solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
-   use skyline_matrix, only: factorise, skyline_t, solve_factorised
+   use static_shapes, only: elastic_beam_t, make_elastic_beam, unit_shape
    use stop_laws, only: static_stiffness
    use stop_surfaces, only: surface_t
    implicit none (type, external)
@@ -28,11 +28,11 @@ contains
 
       ! more than rounding, less than anything meant
       real(wp), parameter :: tolerance = 1.0e-9_wp
-      type(skyline_t) :: factors
+      type(elastic_beam_t) :: beam
       real(wp) :: gap
       integer :: dof, k, pulled
 
-      call factorise_stiffness(model, factors, error)
+      call make_elastic_beam(model, beam, error)
       if (allocated(error)) return
       pulled = findloc(surfaces%is_pulled, .true., dim=1)
       dof = model%stop_dofs(surfaces(pulled)%stop)
@@ -40,9 +40,7 @@ contains
          call fail(error, status_bad_input, 'the beam cannot be pulled away from a stop at a rigid support')
          return
       end if
-      allocate (displacement(factors%order), source=0.0_wp)
-      displacement(dof) = 1.0_wp
-      call solve_factorised(factors, displacement)
+      displacement = unit_shape(beam, dof)
       displacement = displacement*(surfaces(pulled)%sign*(1.0_wp + surfaces(pulled)%height)/displacement(dof))
       do k = 1, size(surfaces)
          gap = surfaces(k)%sign*displacement(model%stop_dofs(surfaces(k)%stop)) - surfaces(k)%height
@@ -63,10 +61,10 @@ contains
       real(wp), intent(out) :: forces(:)
       !> Of the beam and of all springs
       real(wp), intent(out) :: energy
-      !> Set when the stiffness cannot be factorised
+      !> Set when nothing holds the beam
       type(failure_t), allocatable, intent(out) :: error
 
-      type(skyline_t) :: factors
+      type(elastic_beam_t) :: beam
       real(wp) :: compliance(size(surfaces), size(surfaces)), stiffness
       real(wp), allocatable :: shape(:)
       integer :: dofs(size(surfaces)), k
@@ -74,36 +72,17 @@ contains
 
       forces = 0.0_wp
       energy = 0.0_wp
-      call factorise_stiffness(model, factors, error)
+      call make_elastic_beam(model, beam, error)
       if (allocated(error)) return
       dofs = model%stop_dofs(surfaces%stop)
-      allocate (shape(factors%order))
       do k = 1, size(surfaces)
-         shape = 0.0_wp
-         if (.not. any(model%supports%dof == dofs(k) .and. model%supports%stiffness <= 0.0_wp)) then
-            shape(dofs(k)) = lambda1_power4*surfaces(k)%sign
-            call solve_factorised(factors, shape)
-         end if
-         compliance(:, k) = surfaces%sign*shape(dofs)
+         shape = unit_shape(beam, dofs(k))
+         compliance(:, k) = surfaces%sign*(lambda1_power4*surfaces(k)%sign)*shape(dofs)
          stiffness = static_stiffness(surfaces(k)%settings)
          if (stiffness > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness
       end do
       call solve_complementarity(compliance, -surfaces%height, forces, carries)
       energy = 0.5_wp*dot_product(forces, matmul(compliance, forces))
    end subroutine find_static_rest
-
-   !> The stiffness of the beam on its supports, factorised.
-   pure subroutine factorise_stiffness(model, factors, error)
-      type(beam_model_t), intent(in) :: model
-      type(skyline_t), intent(out) :: factors
-      !> Set when it is singular
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(beam_model_t) :: held
-
-      held = hold_supports(model)
-      factors = held%stiffness
-      call factorise(factors, error)
-   end subroutine factorise_stiffness
 
 end module static_states
