@@ -107,6 +107,7 @@ contains
          answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
             is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate) .and. &
             all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
+            all(is_equal(beam%oscillators%decay, old%oscillators%decay)) .and. &
             all(is_equal(beam%value, old%value)) .and. all(is_equal(beam%tip_value, old%tip_value)) .and. &
             all(is_equal(beam%tip_sign, old%tip_sign))
       end associate
