@@ -1,7 +1,9 @@
 !> A signal of what swings of itself, and of what loads do to it besides (docs/theory.md, section 18).
 module driven_signal
-   use certified_search, only: local_t, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, term_curvature, term_rate, &
+      term_value, viewed_signal_t
    use kinds, only: wp
+   use modal_signal, only: modal_signal_t
    use phase_drives, only: exponents_of, resonance_at, resonance_t
    implicit none (type, external)
    private
@@ -44,12 +46,12 @@ contains
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      real(wp) :: terms(0:3)
+      real(wp) :: added, added_slope
 
       call self%free%evaluate(t, value, slope)
-      call derivatives(self, t, 0, terms)
-      value = value + terms(0)
-      slope = slope + terms(1)
+      call terms_at(self, t, added, added_slope)
+      value = value + added
+      slope = slope + added_slope
    end subroutine evaluate
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
@@ -62,29 +64,37 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      real(wp) :: terms(0:3), known(0:3), bounds(0:3), rounding
+      real(wp) :: rows(size(self%terms%frequency) + size(self%terms%resonance), term_columns)
+      real(wp) :: rest(0:1), rounding, known, slope
 
-      call self%free%look(t, order, here)
-      ! its own steps know nothing of the rest
-      here%free = 0.0_wp
-      call derivatives(self, t, order, terms)
-      call bound_derivatives(self, order, bounds)
+      call find_rows(self, t, order, rows)
+      rest = rest_of(self, t, order)
+      select type (free => self%free)
+      type is (modal_signal_t)
+         call free%look_among(t, order, here, rows, rest)
+      class default
+         call free%look(t, order, here)
+         ! its own steps know nothing of the rest
+         here%free = 0.0_wp
+      end select
+      here%value = here%value + rest(0) + sum(rows(:, term_value))
+      here%slope = here%slope + rest(1) + sum(rows(:, term_rate))
+      here%curvature = here%curvature + sum(rows(:, term_curvature))
+      here%bound = here%bound + sum(rows(:, bound_curvature))
+      here%bound_both = here%bound_both + sum(rows(:, bound_curvature))
+      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + sum(rows(:, bound_jerk))
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
+      here%rounding = here%rounding + rounding*(abs(rest(0)) + sum(rows(:, bound_value)))
       if (order == 0) then
-         here%floor = here%floor + self%factor*constant_of(self) - bounds(0)
-         known = terms
+         here%floor = here%floor + min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) - sum(rows(:, bound_value))
+         here%signal = here%value
+         here%signal_rounding = here%rounding
       else
-         call derivatives(self, t, 0, known)
+         call terms_at(self, t, known, slope)
+         here%signal = here%signal + known
+         here%signal_rounding = here%signal_rounding + rounding*(abs(known) + abs(self%factor)*sum(abs(self%terms%harmonic) &
+            *self%terms%frequency**self%order))
       end if
-      here%signal = here%signal + known(0)
-      here%value = here%value + terms(0)
-      here%slope = here%slope + terms(1)
-      here%curvature = here%curvature + terms(2)
-      here%bound = here%bound + bounds(2)
-      here%bound_both = here%bound_both + bounds(2)
-      here%bound_jerk = min(here%bound_jerk, huge(1.0_wp) - bounds(3)) + bounds(3)
-      here%rounding = here%rounding + rounding*(abs(terms(0)) + swing_of(self, order))
-      here%signal_rounding = here%signal_rounding + rounding*(abs(known(0)) + swing_of(self, 0))
    end subroutine look
 
    !> offset + factor times a derivative of the signal, from an instant on.
@@ -111,76 +121,75 @@ contains
       call move_alloc(driven, part)
    end subroutine view
 
-   !> Derivatives of what is added, from one on.
-   subroutine derivatives(self, t, order, values)
-      type(driven_signal_t), intent(in) :: self
+   !> What is added, and its slope.
+   subroutine terms_at(self, t, value, slope)
+      class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
-      !> The first
-      integer, intent(in) :: order
-      !> It and three more
-      real(wp), intent(out) :: values(0:3)
+      real(wp), intent(out) :: value
+      real(wp), intent(out) :: slope
 
+      real(wp) :: rest(0:1), rows(size(self%terms%frequency) + size(self%terms%resonance), term_columns)
+
+      call find_rows(self, t, 0, rows)
+      rest = rest_of(self, t, 0)
+      value = rest(0) + sum(rows(:, term_value))
+      slope = rest(1) + sum(rows(:, term_rate))
+   end subroutine terms_at
+
+   !> The constant and the slope: a derivative of what is added, and the next.
+   pure function rest_of(self, t, order) result(rest)
+      class(driven_signal_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      integer, intent(in) :: order
+      real(wp) :: rest(0:1)
+
+      rest = 0.0_wp
+      associate (terms => self%terms)
+         if (self%order + order == 0) rest = self%factor*[terms%constant + terms%slope*(self%from + t), terms%slope]
+         if (self%order + order == 1) rest(0) = self%factor*terms%slope
+      end associate
+   end function rest_of
+
+   !> A derivative of each harmonic and of each resonance, those after it, and bounds on them from now on.
+   subroutine find_rows(self, t, order, rows)
+      class(driven_signal_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      integer, intent(in) :: order
+      !> Columns as in `certified_search`
+      real(wp), intent(out) :: rows(:, :)
+
+      integer, parameter :: value_columns(3) = [term_value, term_rate, term_curvature]
       complex(wp) :: term
-      real(wp), allocatable :: resonance(:)
-      real(wp) :: time
-      integer :: first, i, k
+      real(wp), allocatable :: resonance(:), bounds(:)
+      real(wp) :: swing, time
+      integer :: first, i, k, row
 
       first = order + self%order
       time = self%from + t
-      values = 0.0_wp
-      if (first == 0) values(0:1) = [self%terms%constant + self%terms%slope*time, self%terms%slope]
-      if (first == 1) values(0) = self%terms%slope
       do i = 1, size(self%terms%frequency)
          associate (w => self%terms%frequency(i))
-            term = self%terms%harmonic(i)*cmplx(cos(w*time), sin(w*time), wp)*cmplx(0.0_wp, w, wp)**first
-            values = values + real([term, term*cmplx(0.0_wp, w, wp), -w**2*term, term*cmplx(0.0_wp, -w**3, wp)], wp)
+            term = self%factor*self%terms%harmonic(i)*cmplx(cos(w*time), sin(w*time), wp)*cmplx(0.0_wp, w, wp)**first
+            swing = abs(self%factor*self%terms%harmonic(i))*w**first
+            rows(i, value_columns) = [real(term, wp), -w*aimag(term), -w**2*real(term, wp)]
+            rows(i, bound_value) = swing
+            rows(i, bound_curvature) = swing*w**2
+            rows(i, bound_jerk) = swing*w**3
          end associate
       end do
+      if (size(self%terms%resonance) == 0) return
+      allocate (resonance(0:first + 3), bounds(0:first + 4))
       do i = 1, size(self%terms%resonance)
-         allocate (resonance(0:first + 4))
-         resonance(:) = resonance_at(self%terms%resonance(i), time, first + 4)
-         do k = 0, 3
-            values(k) = values(k) + self%terms%share(i)*resonance(first + k) &
-               + self%terms%share_of_rate(i)*resonance(first + k + 1)
-         end do
-         deallocate (resonance)
+         row = size(self%terms%frequency) + i
+         associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i))
+            resonance(:) = resonance_at(self%terms%resonance(i), time, first + 3)
+            call bound_resonance(self%terms%resonance(i), self%from + self%until, bounds)
+            rows(row, value_columns) = [(share*resonance(first + k) + of_rate*resonance(first + k + 1), k=0, 2)]
+            rows(row, [bound_value, bound_curvature, bound_jerk]) = &
+               [(abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=0, 0), &
+               (abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=2, 3)]
+         end associate
       end do
-      values = self%factor*values
-   end subroutine derivatives
-
-   !> Bounds on their magnitudes from the present on, the constant part of the signal itself left out.
-   subroutine bound_derivatives(self, order, bounds)
-      type(driven_signal_t), intent(in) :: self
-      integer, intent(in) :: order
-      real(wp), intent(out) :: bounds(0:3)
-
-      real(wp), allocatable :: resonance(:)
-      integer :: first, i, k
-
-      first = order + self%order
-      bounds = 0.0_wp
-      associate (slope => abs(self%terms%slope))
-         ! zero times infinity is none
-         if (first == 0 .and. slope > 0.0_wp) bounds(0) = slope*(self%from + self%until)
-         if (first == 0) bounds(1) = slope
-         if (first == 1) bounds(0) = slope
-      end associate
-      do i = 1, size(self%terms%frequency)
-         do k = 0, 3
-            bounds(k) = bounds(k) + abs(self%terms%harmonic(i))*self%terms%frequency(i)**(first + k)
-         end do
-      end do
-      do i = 1, size(self%terms%resonance)
-         allocate (resonance(0:first + 4))
-         call bound_resonance(self%terms%resonance(i), self%from + self%until, resonance)
-         do k = 0, 3
-            bounds(k) = bounds(k) + abs(self%terms%share(i))*resonance(first + k) &
-               + abs(self%terms%share_of_rate(i))*resonance(first + k + 1)
-         end do
-         deallocate (resonance)
-      end do
-      bounds = abs(self%factor)*bounds
-   end subroutine bound_derivatives
+   end subroutine find_rows
 
    !> Of a mode that starts from rest: it swings no further than a sine of its own frequency summed up, each derivative
    !> by the equation of motion.
@@ -205,27 +214,8 @@ contains
       bounds = abs(resonance%force)*bounds
    end subroutine bound_resonance
 
-   !> What of the signal is constant.
-   pure function constant_of(self) result(constant)
-      type(driven_signal_t), intent(in) :: self
-      real(wp) :: constant
-
-      constant = merge(self%terms%constant, 0.0_wp, self%order == 0)
-   end function constant_of
-
-   !> How far what is harmonic swings, and how far it stands off where that is constant.
-   pure function swing_of(self, order) result(swing)
-      type(driven_signal_t), intent(in) :: self
-      !> Of a derivative
-      integer, intent(in) :: order
-      real(wp) :: swing
-
-      swing = abs(self%factor)*sum(abs(self%terms%harmonic)*self%terms%frequency**(self%order + order))
-      if (order == 0) swing = swing + abs(self%factor*constant_of(self))
-   end function swing_of
-
    pure function highest_frequency(self) result(frequency)
-      type(driven_signal_t), intent(in) :: self
+      class(driven_signal_t), intent(in) :: self
       real(wp) :: frequency
 
       frequency = 0.0_wp

@@ -5,7 +5,7 @@ module load_courses
       pulse_half_sine, time_course_t
    implicit none (type, external)
    private
-   public :: piece_t, piece_at, value_at, acceleration_of, is_past
+   public :: piece_t, piece_at, value_at, acceleration_of
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 

@@ -45,7 +45,7 @@ contains
       real(wp), intent(in) :: v(:)
       real(wp), intent(inout) :: work
 
-      complex(wp) :: part, s
+      complex(wp) :: part, s, power
       real(wp), dimension(size(modes)) :: change, damping
       integer :: g, i
 
@@ -59,12 +59,13 @@ contains
                   + (v(modes) - self%v(modes) + damping*change)/square))
                if (abs(piece%harmonic) <= 0.0_wp) cycle
                s = cmplx(0.0_wp, piece%frequency, wp)
+               power = exp(s*time)
                part = (0.0_wp, 0.0_wp)
                do i = 1, size(modes)
                   if (resonates(self, g, modes(i))) then
                      work = work + work_in_resonance(self, modes(i), piece%harmonic*load(i), s, time)
                   else
-                     part = part + load(i)*(exp(s*time)*(s*v(modes(i)) + square(i)*z(modes(i))) &
+                     part = part + load(i)*(power*(s*v(modes(i)) + square(i)*z(modes(i))) &
                         - (s*self%v(modes(i)) + square(i)*self%z(modes(i))))/(s**2 - damping(i)*s + square(i))
                   end if
                end do
@@ -120,10 +121,11 @@ contains
       real(wp) :: work
 
       complex(wp) :: amplitude, power, rate, s
-      complex(wp), dimension(self%loads%count) :: load
+      complex(wp), dimension(self%loads%count) :: load, turn
       integer :: g, m
 
       work = 0.0_wp
+      turn = exp(cmplx(0.0_wp, self%drive%piece%frequency*time, wp))
       associate (set => self%set, joint => self%set%joint, piece => self%drive%piece)
          do m = 1, joint%count
             s = joint%exponent(m)
@@ -135,10 +137,9 @@ contains
                work = work + real(rate*(piece(g)%constant*(power - 1.0_wp) + piece(g)%slope*(time*power &
                   - integral(s, time, power))), wp)
                if (abs(piece(g)%harmonic) <= 0.0_wp) cycle
-               associate (up => s + cmplx(0.0_wp, piece(g)%frequency, wp), down => s - cmplx(0.0_wp, piece(g)%frequency, &
-                  wp), c => piece(g)%harmonic)
-                  work = work + 0.5_wp*real(s*rate*(c*integral(up, time, exp(up*time)) &
-                     + conjg(c)*integral(down, time, exp(down*time))), wp)
+               associate (turning => cmplx(0.0_wp, piece(g)%frequency, wp), c => piece(g)%harmonic)
+                  work = work + 0.5_wp*real(s*rate*(c*integral(s + turning, time, power*turn(g)) &
+                     + conjg(c)*integral(s - turning, time, power*conjg(turn(g)))), wp)
                end associate
             end do
          end do
@@ -246,8 +247,8 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: loss
 
-      complex(wp), allocatable :: exponent(:), amplitude(:)
-      real(wp) :: factor
+      complex(wp), allocatable :: exponent(:), amplitude(:), power(:)
+      real(wp) :: factor, share
       integer :: m, n, row
 
       associate (set => self%set, joint => self%set%joint, drive => self%drive, spring => self%set%joint%spring(place))
@@ -264,13 +265,15 @@ contains
                cmplx(0.0_wp, drive%frequency, wp)*drive%harmonic(row, :), cmplx(drive%slope(row), 0.0_wp, wp)])
          end if
       end associate
+      allocate (power, source=exp(exponent*time))
       loss = 0.0_wp
       do n = 1, size(exponent)
-         do m = 1, size(exponent)
-            associate (like => exponent(m) + exponent(n), unlike => exponent(m) + conjg(exponent(n)))
-               loss = loss + 0.5_wp*factor*real(amplitude(m)*(amplitude(n)*integral(like, time, exp(like*time)) &
-                  + conjg(amplitude(n))*integral(unlike, time, exp(unlike*time))), wp)
-            end associate
+         ! symmetric in the two terms, up to conjugation
+         do m = 1, n
+            share = merge(0.5_wp, 1.0_wp, m == n)*factor
+            loss = loss + share*real(amplitude(m)*(amplitude(n)*integral(exponent(m) + exponent(n), time, &
+               power(m)*power(n)) + conjg(amplitude(n))*integral(exponent(m) + conjg(exponent(n)), time, &
+               power(m)*conjg(power(n)))), wp)
          end do
       end do
    end function loss_in_stop

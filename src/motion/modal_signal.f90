@@ -5,7 +5,7 @@
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_zero, &
-      free_step, local_t, search_t, step_without_zero, term_columns, term_curvature, viewed_signal_t
+      free_step, local_t, search_t, step_without_zero, term_columns, term_curvature, term_rate, term_value, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use kinds, only: i8, wp
    use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, split_exponentials
@@ -34,6 +34,7 @@ module modal_signal
       procedure :: evaluate
       procedure :: view
       procedure :: find_zero
+      procedure :: look_among
    end type modal_signal_t
 
 contains
@@ -230,6 +231,22 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
+      call self%look_among(t, order, here)
+   end subroutine look
+
+   !> The same for who adds something to it: only the step without a zero knows of that.
+   subroutine look_among(self, t, order, here, more, rest_of_more)
+      class(modal_signal_t), intent(in) :: self
+      !> Instant
+      real(wp), intent(in) :: t
+      !> Which derivative, 0: the signal itself
+      integer, intent(in) :: order
+      !> What is there
+      type(local_t), intent(out) :: here
+      !> Further terms, columns as in `certified_search`, and what is added besides, with its slope
+      real(wp), intent(in), optional :: more(:, :)
+      real(wp), intent(in), optional :: rest_of_more(2)
+
       real(wp), dimension(size(self%lane_weight)) :: z0, v0, z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
       real(wp) :: magnitude, surface, signal, slope, rest
@@ -292,13 +309,38 @@ contains
             here%bound_both = here%bound_both + self%rate**2*abs(surface)
             here%bound_jerk = here%bound_jerk + self%rate**3*abs(surface)
          end if
+         if (present(more)) then
+            rest = merge(self%offset, 0.0_wp, order == 0) + surface + rest_of_more(1)
+            if (surface >= 0.0_wp) here%free = free_step_among(terms, more, rest, rest_of_more(2) - self%rate*surface, &
+               here%value + rest_of_more(1), here%slope + rest_of_more(2))
+            return
+         end if
          if (order == 0 .and. here%floor > here%rounding) return
          if (order == 0 .and. falls_to_zero(here)) return
          if (surface < 0.0_wp) return
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
          here%free = free_step(terms, rest, -self%rate*surface, here%value, here%slope)
       end associate
-   end subroutine look
+   end subroutine look_among
+
+   !> With further terms before those of the modes.
+   pure function free_step_among(terms, more, rest, rest_slope, value, slope) result(step)
+      real(wp), contiguous, intent(in) :: terms(:, :)
+      real(wp), intent(in) :: more(:, :)
+      !> What is added to all of them, and its slope
+      real(wp), intent(in) :: rest
+      real(wp), intent(in) :: rest_slope
+      !> Of all but those further terms
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: slope
+      real(wp) :: step
+
+      real(wp) :: all_terms(size(more, 1) + size(terms, 1), term_columns)
+
+      all_terms(:size(more, 1), :) = more
+      all_terms(size(more, 1) + 1:, :) = terms
+      step = free_step(all_terms, rest, rest_slope, value + sum(more(:, term_value)), slope + sum(more(:, term_rate)))
+   end function free_step_among
 
    !> Value and slope of the modes far beyond critical damping at an instant.
    pure subroutine state_of_exponentials(self, t, z, v)

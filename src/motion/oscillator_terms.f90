@@ -37,7 +37,7 @@ contains
             if (oscillating > b) then
                ! in arrays of its own a vector stays in registers: the components' descriptors are not read again
                call oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
-                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, mass_rate, weight(b + 1:b + lanes), &
+                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), [two_zeta, mass_rate], weight(b + 1:b + lanes), &
                   z(b + 1:b + lanes), v(b + 1:b + lanes), block)
                terms(b + 1:b + lanes, :) = block
             end if
@@ -63,12 +63,11 @@ contains
    end subroutine bound_terms
 
    !> The same of one vector of underdamped modes.
-   pure subroutine oscillating_terms(square, inverse_square, decay, inverse_spread, two_zeta, mass_rate, weight, &
-      z, v, terms)
+   pure subroutine oscillating_terms(square, inverse_square, decay, inverse_spread, damping, weight, z, v, terms)
       !> The oscillators
       real(wp), dimension(lanes), intent(in) :: square, inverse_square, decay, inverse_spread
-      real(wp), intent(in) :: two_zeta
-      real(wp), intent(in) :: mass_rate
+      !> 2 zeta and alpha
+      real(wp), intent(in) :: damping(2)
       real(wp), intent(in) :: weight(lanes)
       !> State now
       real(wp), dimension(lanes), intent(in) :: z, v
@@ -80,9 +79,9 @@ contains
 
       !$omp simd private(a, jerk, snap, magnitude)
       do i = 1, lanes
-         a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate*v(i)
-         jerk = -square(i)*(v(i) + two_zeta*a) - mass_rate*a
-         snap = -square(i)*(a + two_zeta*jerk) - mass_rate*jerk
+         a = -square(i)*(z(i) + damping(1)*v(i)) - damping(2)*v(i)
+         jerk = -square(i)*(v(i) + damping(1)*a) - damping(2)*a
+         snap = -square(i)*(a + damping(1)*jerk) - damping(2)*jerk
          terms(i, term_value) = weight(i)*z(i)
          terms(i, term_rate) = weight(i)*v(i)
          terms(i, term_curvature) = weight(i)*a

@@ -16,7 +16,7 @@ module phase_drives
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: row_places_t, set_drive_t, phase_drive_t, resonance_t, make_set_drive, start_drive, drive_at, drive_rate_at, &
+   public :: set_drive_t, phase_drive_t, resonance_t, make_set_drive, start_drive, drive_at, drive_rate_at, &
       resonance_at, exponents_of
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.

@@ -276,10 +276,35 @@ contains
 
       allocate (driven)
       call driven_terms(self, k, kind, driven%terms)
+      select type (signal)
+      type is (exponential_signal_t)
+         if (abs(driven%terms%slope) <= 0.0_wp) then
+            call add_harmonics(driven%terms, signal)
+            return
+         end if
+      end select
       driven%until = self%longest
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)
    end subroutine add_drive
+
+   !> As further terms.
+   pure subroutine add_harmonics(terms, sum)
+      type(driven_terms_t), intent(in) :: terms
+      type(exponential_signal_t), intent(inout) :: sum
+
+      integer :: i, last, slower
+
+      sum%offset = sum%offset + terms%constant
+      do i = 1, size(terms%frequency)
+         if (abs(terms%harmonic(i)) <= 0.0_wp) cycle
+         slower = count(abs(sum%exponent) < terms%frequency(i))
+         last = size(sum%exponent) + 1
+         sum%exponent = [sum%exponent, cmplx(0.0_wp, terms%frequency(i), wp)]
+         sum%amplitude = [sum%amplitude, terms%harmonic(i)]
+         sum%place = [sum%place(:slower), last, sum%place(slower + 1:)]
+      end do
+   end subroutine add_harmonics
 
    !> That alone.
    subroutine driven_terms(self, k, kind, terms)
