@@ -153,6 +153,7 @@ contains
       number = 0
       if (allocated(scene%more_stops)) number = size(scene%more_stops)
       if (allocated(scene%supports)) number = number + size(scene%supports)
+      if (allocated(scene%masses)) number = number + size(scene%masses)
    end function further_positions
 
    !> A beam, and its modes where motion is found in them.

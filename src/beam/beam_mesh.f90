@@ -209,8 +209,9 @@ contains
          if (node == element) right = mesh%position(node + 1) - x
          mesh%length(node:node + 1) = [left, right]
       else if (min(left, right) < nearest_to_tip*(left + right) .and. size(is_taken) > 1) then
-         call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop, support, mass or step is too &
-         &near to that of another, to the clamp or to the tip for an element between them; a finer mesh has shorter ones')
+         call fail(error, status_bad_input, 'the position '//to_text(x)//' of a stop, support, mass or step is &
+         &too near to that of another, to the clamp or to the tip for an element between them; a finer mesh has &
+         &shorter ones')
          return
       else
          node = element

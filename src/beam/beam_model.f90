@@ -12,7 +12,7 @@ module beam_model
    implicit none (type, external)
    private
    public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
-   public :: element_dofs, node_dofs, mass_at_node, has_rigid_mode, hold_supports, static_shape
+   public :: element_dofs, node_dofs, has_rigid_mode, hold_supports, static_shape
 
    !> A support along the beam, a stop that is always closed.
    type :: beam_support_t

@@ -245,6 +245,16 @@ contains
          response%shape_velocity(node, :) = response%shape_velocity(node, :) + recorder%shape_node(2, :)
       end associate
       response%shape_displacement(0, :) = -height
+      associate (dofs => modes%root_dofs)
+         if (dofs(1) > 0) then
+            response%shape_displacement(0, :) = matmul(modes%mode(dofs(1), :kept), recorder%shape_z) - height
+            response%shape_velocity(0, :) = matmul(modes%mode(dofs(1), :kept), recorder%shape_v)
+         end if
+         if (dofs(2) > 0) then
+            response%shape_slope(0, :) = matmul(modes%mode(dofs(2), :kept), recorder%shape_z)
+            response%shape_slope_velocity(0, :) = matmul(modes%mode(dofs(2), :kept), recorder%shape_v)
+         end if
+      end associate
    end subroutine fill_shapes
 
    !> The stop of a run: it yields or holds.

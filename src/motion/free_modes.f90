@@ -18,6 +18,8 @@ module free_modes
       !> The stop point and the tip among the degrees of freedom
       integer :: stop_dof = 0
       integer :: tip_dof = 0
+      !> Displacement and rotation of the root; 0: held
+      integer :: root_dofs(2) = 0
       !> lambda_i, ascending, [modes]
       real(wp), allocatable :: lambda(:)
       !> W_i^2 = (lambda_i/lambda1)^4, [modes]
@@ -53,6 +55,7 @@ contains
       modes%elements = model%mesh%elements
       modes%stop_dof = model%stop_dof
       modes%tip_dof = model%tip_dof
+      modes%root_dofs = model%root_dofs
       allocate (modes%square, source=(modes%lambda/lambda1)**4)
       allocate (unit(model%mass%order), mass_column(model%mass%order))
       if (model%has_massless_node) then

@@ -55,10 +55,11 @@ contains
       run%keeps_measures = settings%output%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
       run%keeps_shapes = allocated(response%shape_tau)
+      run%root_dofs = model%root_dofs
       call strain_energy(run%stepper, run%states(1), response%initial_energy)
       call start_tally(settings%stop, response%initial_energy, settings%height_ratio, run%progress%measurer%tally)
       if (run%keeps_shapes) then
-         call keep_shapes(run%stepper%order, run%states(1), run%states(1), 0.0_wp, 0.0_wp, settings%stop%preload, &
+         call keep_shapes(run%root_dofs, run%states(1), run%states(1), 0.0_wp, 0.0_wp, settings%stop%preload, &
             run%progress%next_shape, response)
       end if
       call take_sample(run, response)
@@ -304,7 +305,7 @@ contains
       if (run%keeps_ledger) call account_step(run, run%stepper%factors(level)%step)
       if (run%keeps_measures) call measure_step(run, run%stepper%factors(level)%step, energy)
       if (run%keeps_shapes) then
-         call keep_shapes(run%stepper%order, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
+         call keep_shapes(run%root_dofs, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
             run%stepper%factors(level)%step, run%settings%preload, run%progress%next_shape, response)
       end if
       call look_for_event(run, run%stepper%factors(level)%step, closing, response)

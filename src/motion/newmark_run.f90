@@ -59,6 +59,8 @@ module newmark_run
       logical :: keeps_measures = .false.
       type(run_measures_t) :: measures
       logical :: keeps_shapes = .false.
+      !> Displacement and rotation of the root among the degrees of freedom; 0: held
+      integer :: root_dofs(2) = 0
       !> The present state and, in the other place, the one a step leads to or came from
       type(newmark_state_t) :: states(2)
       integer :: now = 1

@@ -38,9 +38,9 @@ contains
 
    !> Keep the shapes asked for within a step: displacements by the cubic through both states and their rates, rates on
    !> the straight line between them. At an event the state before it counts.
-   pure subroutine keep_shapes(order, old, new, tau, step, preload, next, response)
-      !> Number of degrees of freedom
-      integer, intent(in) :: order
+   pure subroutine keep_shapes(root_dofs, old, new, tau, step, preload, next, response)
+      !> Displacement and rotation of the root among the degrees of freedom, behind those of the nodes; 0: held
+      integer, intent(in) :: root_dofs(2)
       !> State at the beginning of the step
       type(newmark_state_t), intent(in) :: old
       !> State at its end
@@ -56,7 +56,9 @@ contains
       type(response_t), intent(inout) :: response
 
       real(wp) :: s, weight(4)
+      integer :: order
 
+      order = 2*(size(response%shape_displacement, 1) - 1)
       do while (next <= size(response%shape_tau))
          if (response%shape_tau(next) > tau) exit
          ! the instant lies in the step, but for rounding
@@ -73,9 +75,30 @@ contains
                + weight(3)*new%displacement(2:order:2) + weight(4)*new%velocity(2:order:2)
             v(2:) = (1.0_wp - s)*old%velocity(1:order:2) + s*new%velocity(1:order:2)
             slope_rate(2:) = (1.0_wp - s)*old%velocity(2:order:2) + s*new%velocity(2:order:2)
+            associate (dofs => root_dofs)
+               if (dofs(1) > 0) then
+                  y(1) = value_within(dofs(1)) - preload
+                  v(1) = (1.0_wp - s)*old%velocity(dofs(1)) + s*new%velocity(dofs(1))
+               end if
+               if (dofs(2) > 0) then
+                  slope(1) = value_within(dofs(2))
+                  slope_rate(1) = (1.0_wp - s)*old%velocity(dofs(2)) + s*new%velocity(dofs(2))
+               end if
+            end associate
          end associate
          next = next + 1
       end do
+
+   contains
+
+      pure function value_within(dof) result(value)
+         integer, intent(in) :: dof
+         real(wp) :: value
+
+         value = weight(1)*old%displacement(dof) + weight(2)*old%velocity(dof) + weight(3)*new%displacement(dof) &
+            + weight(4)*new%velocity(dof)
+      end function value_within
+
    end subroutine keep_shapes
 
 end module newmark_samples

@@ -56,6 +56,7 @@ contains
       run%keeps_measures = settings%output%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
       run%keeps_shapes = allocated(response%shape_tau)
+      run%root_dofs = model%root_dofs
       response%initial_energy = run%start_energy
       if (run%keeps_measures) call start_measures(model, run, error)
       if (allocated(error)) return
@@ -328,7 +329,7 @@ contains
       type(response_t), intent(inout) :: response
 
       if (.not. run%keeps_shapes) return
-      call keep_shapes(run%stepper%order, run%states(3 - run%now)%beam, run%states(run%now)%beam, instant_of(run), &
+      call keep_shapes(run%root_dofs, run%states(3 - run%now)%beam, run%states(run%now)%beam, instant_of(run), &
          step, run%height, run%next_shape, response)
    end subroutine shapes_in_step
 

@@ -106,6 +106,8 @@ module newmark_several_run
       logical :: keeps_ledger = .false.
       logical :: keeps_measures = .false.
       logical :: keeps_shapes = .false.
+      !> Displacement and rotation of the root among the degrees of freedom; 0: held
+      integer :: root_dofs(2) = 0
       !> The present state and, in the other place, the one a step leads to or came from
       type(several_state_t) :: states(2)
       integer :: now = 1

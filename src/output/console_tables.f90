@@ -1,6 +1,7 @@
 !> Short tables of results for people to read.
 module console_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use body_words, only: mass_in_words, root_in_words
    use kinds, only: wp
    use measure_list, only: measure_count, measure_named, measure_table
    use measure_rows, only: row_in
@@ -34,6 +35,7 @@ contains
       real(wp), intent(in), optional :: node_position(0:)
 
       character(:), allocatable :: heading
+      integer :: i
 
       heading = scene%name
       if (allocated(scene%title)) then
@@ -41,6 +43,12 @@ contains
       end if
       write (unit, '(a)') heading
       call print_line(unit, 'beam', beam_in_words(scene))
+      if (scene%has_root) call print_line(unit, 'root', root_in_words(scene%root))
+      if (allocated(scene%masses)) then
+         do i = 1, size(scene%masses)
+            call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i)))
+         end do
+      end if
       if (scene%wants_response) then
          if (scene%mesh%tolerance > 0.0_wp .and. present(node_position)) then
             call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &

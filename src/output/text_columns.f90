@@ -18,7 +18,7 @@ contains
       !> What belongs to it
       character(*), intent(in) :: words
 
-      character(label_width) :: padded
+      character(max(label_width, len_trim(label) + 1)) :: padded
 
       padded = label
       write (unit, '(2x, a, a)') padded, words

@@ -15,7 +15,7 @@ module name_types
    integer, parameter :: kind_text = 4
    integer, parameter :: kind_word = 5
 
-   integer, parameter :: name_room = 40
+   integer, parameter :: name_room = 48
    integer, parameter :: phrase_room = 64
    integer, parameter :: meaning_room = 180
 

@@ -1,8 +1,8 @@
 !> &beam checked and completed: heights from the taper, tables that fit together.
 module scene_beam
+   use body_groups, only: physical_beam_t
    use kinds, only: wp
    use number_text, only: to_text
-   use scene_groups, only: physical_t
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section_table, shape_taper
    implicit none (type, external)
@@ -18,7 +18,7 @@ contains
    subroutine resolve_beam(input, physical, beam)
       type(scene_input_t), intent(inout) :: input
       !> Its taper, if that is what it gives
-      type(physical_t), intent(in) :: physical
+      type(physical_beam_t), intent(in) :: physical
       !> As read in; complete out
       type(beam_settings_t), intent(inout) :: beam
 
@@ -54,7 +54,7 @@ contains
    subroutine resolve_taper(input, physical, beam)
       type(scene_input_t), intent(inout) :: input
       !> Its taper, if that is what it gives
-      type(physical_t), intent(in) :: physical
+      type(physical_beam_t), intent(in) :: physical
       !> Heights out
       type(beam_settings_t), intent(inout) :: beam
 

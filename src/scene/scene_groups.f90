@@ -3,6 +3,7 @@
 !>
 !> What a name needs stands before it, in its own group or an earlier one.
 module scene_groups
+   use body_groups, only: list_beam, list_masses, list_root, physical_beam_t, physical_mass_t, physical_root_t
    use history_list, only: history_count, history_table
    use kinds, only: wp
    use load_groups, only: list_bases, list_forces, list_start, physical_base_t, physical_course_t, physical_start_t
@@ -13,27 +14,27 @@ module scene_groups
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
-   use scene_types, only: beam_settings_t, contender_names, frequency_settings_t, mass_names, mesh_settings_t, &
-      output_unit_names, precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
+   use scene_types, only: contender_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
+      precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
    use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
-   use value_rules, only: physical_range, range_t
+   use value_rules, only: length_range, physical_range, range_t
    implicit none (type, external)
    private
    public :: physical_t, list_scene, list_group, most_cases, scheme_betas
 
    !> Quantities that a file may give instead of the ratios of a scene, in the user's units.
    type :: physical_t
-      !> (h0 - h1) / L, and (h0 + h1) / (2 L)
-      real(wp) :: taper = 0.0_wp
-      real(wp) :: mean_height_ratio = 0.075_wp
+      type(physical_beam_t) :: beam
+      type(physical_root_t) :: root
       !> gamma of C = gamma K
       real(wp) :: stiffness_coefficient = 0.0_wp
       !> alpha of C = alpha M
       real(wp) :: mass_coefficient = 0.0_wp
       !> Tip mass
       real(wp) :: mass = 0.0_wp
-      !> Of each &stop and of each &support
+      !> Of each &mass, each &stop and each &support
+      type(physical_mass_t), allocatable :: masses(:)
       type(physical_stop_t), allocatable :: stops(:)
       type(physical_support_t), allocatable :: supports(:)
       !> Of each &force and &base, and of &start
@@ -60,16 +61,11 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(18) = [character(name_length) :: 'scene', 'beam', 'mesh', 'damping', &
-      'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'frequencies', 'precision', 'sweep', &
-      'best', 'cases', 'statements', 'output']
+   character(*), parameter :: group_names(20) = [character(name_length) :: 'scene', 'beam', 'root', 'mass', 'mesh', &
+      'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'frequencies', 'precision', &
+      'sweep', 'best', 'cases', 'statements', 'output']
 
    ! What more than one name needs
-   type(condition_t), parameter :: heights = condition_t(without='area inertia', &
-      phrase='heights, not with area and inertia')
-   type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
-      phrase='a linear taper, not with tables')
-   type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
@@ -91,11 +87,6 @@ module scene_groups
    type(range_t), parameter :: hop_range = range_t(1.0e-14_wp, 0.1_wp)
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
    type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
-   ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
-   type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
-   type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
-   ! kilograms per cubic nanometre among them
-   type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
 
 contains
 
@@ -134,7 +125,11 @@ contains
          call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
             default='none: results are dimensionless', is_optional=.true.), system_names)
       case ('beam')
-         call list_beam(table, scene%beam, physical)
+         call list_beam(table, scene%beam, physical%beam)
+      case ('root')
+         call list_root(table, scene, physical%root)
+      case ('mass')
+         call list_masses(table, scene, physical%masses)
       case ('mesh')
          call list_mesh(table, scene%mesh)
       case ('damping')
@@ -196,36 +191,6 @@ contains
          if (table%is_open) call list_output(table, scene%output, scene%output_units)
       end select
    end subroutine list_group
-
-   subroutine list_beam(table, beam, physical)
-      class(table_t), intent(inout) :: table
-      type(beam_settings_t), intent(inout) :: beam
-      type(physical_t), intent(inout) :: physical
-
-      call table%open(group_t('beam', in_motion_and_benchmark))
-      call table%bind(beam%length, name_t('length', 'length L', length_range))
-      call table%bind(beam%width, name_t('width', 'width b', length_range, heights))
-      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', "Young's modulus E", material_range))
-      call table%bind(beam%density, name_t('density', 'density rho', material_range))
-      call table%bind(beam%height_root, name_t('height_root', 'height at the clamp', length_range, linear_taper, &
-         default='0.075 length'))
-      call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
-         linear_taper, default='height_root'))
-      call table%bind(physical%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
-         range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
-         sweep=sweep_t(3, is_of_beam=.true., is_in_cases=.true., &
-         meaning='alpha = (height_root - height_tip) / length, mean height kept')))
-      call table%bind(physical%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
-         range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
-      call table%bind(beam%station, name_t('station', 'positions of the table, from 0 to length, ascending', &
-         height_range, condition_t(phrase='height, or with area and inertia'), is_optional=.true.))
-      call table%bind(beam%height, name_t('height', 'heights at the stations, linear between them', height_range, &
-         condition_t(without='area inertia', phrase='station, not with area and inertia'), is_optional=.true.))
-      call table%bind(beam%area, name_t('area', 'areas at the stations, linear between them', &
-         range_t(0.0_wp, 1.0e24_wp), sections, is_optional=.true.))
-      call table%bind(beam%inertia, name_t('inertia', 'second moments of area at the stations', &
-         range_t(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
-   end subroutine list_beam
 
    subroutine list_mesh(table, mesh)
       class(table_t), intent(inout) :: table
@@ -357,6 +322,8 @@ contains
                name%needs%occurrence = swept%parameter%occurrence
             else if (table%groups(table%entries(places(k))%group)%repeats) then
                name%needs = condition_t(group=swept%parameter%group, occurrence=swept%parameter%occurrence)
+            else if (swept%parameter%group == 'root') then
+               name%needs = condition_t(group=swept%parameter%group)
             end if
             call table%bind(swept%list, name, swept%parameter%is_whole)
             if (swept%parameter%is_whole) cycle

@@ -1,6 +1,7 @@
 !> From what a file gives to a scene: the groups checked against each other, defaults that depend on
 !> other values filled in, quantities in the user's units made ratios.
 module scene_resolve
+   use body_settings, only: root_pinned
    use cases_resolve, only: resolve_cases
    use kinds, only: lambda1, wp
    use name_table, only: table_t
@@ -9,6 +10,7 @@ module scene_resolve
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use run_settings, only: response_settings_t
    use scene_beam, only: mean_section, resolve_beam
+   use scene_body, only: resolve_masses, resolve_root
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
@@ -60,7 +62,7 @@ contains
       if (input%has_problem()) return
       call check_requests(input, program, scene)
       if (input%has_problem()) return
-      call resolve_beam(input, physical, scene%beam)
+      call resolve_beam(input, physical%beam, scene%beam)
       if (input%has_problem()) return
       call find_scales(input, scene%beam, scene%scales)
       if (input%has_problem()) return
@@ -73,6 +75,8 @@ contains
          0.5_wp*physical%mass_coefficient/scene%scales%omega1, scene%zeta_mass)
       call take_ratio(input, table, 'tip_mass', 'mass', physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
       call resolve_mesh(input, scene)
+      if (scene%has_root) call resolve_root(input, table, physical%root, scene)
+      if (scene%has_masses) call resolve_masses(input, table, physical%masses, scene)
       call choose_start(input, table, scene)
       if (input%has_problem()) return
       call find_displacement_unit(input, table, physical, scene)
@@ -220,7 +224,7 @@ contains
       associate (frequencies => scene%frequencies)
          if (.not. allocated(frequencies%solver)) then
             allocate (frequencies%solver(1), source=solver_natural)
-            if (scene%has_supports) then
+            if (scene%has_supports .or. scene%root%kind == root_pinned) then
                continue
             else if (allocated(frequencies%mesh_elements)) then
                if (maxval(frequencies%mesh_elements) > most_elements_natural) frequencies%solver = solver_auto
@@ -228,7 +232,8 @@ contains
                frequencies%solver = solver_auto
             end if
          end if
-         call resolve_meshes(input, scene%mesh, scene%has_supports, frequencies)
+         call resolve_meshes(input, scene%mesh, scene%has_supports .or. scene%root%kind == root_pinned, &
+            frequencies)
          if (input%has_problem()) return
          if (frequencies%count > 2*maxval(frequencies%mesh_elements)) then
             call input%complain('frequencies', 'count', 'the largest mesh has only ' &
@@ -236,7 +241,8 @@ contains
          end if
 
          ! A mass at the point of a wedge has no limit
-         has_exact = scene%beam%shape == shape_taper .and. .not. scene%has_supports &
+         has_exact = scene%beam%shape == shape_taper &
+            .and. .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
             .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
          if (has_exact) return
          if (.not. input%has('frequencies', 'reference')) then
@@ -265,12 +271,12 @@ contains
    end subroutine resolve_precision
 
    !> The meshes of the frequency table, pairwise.
-   subroutine resolve_meshes(input, mesh, has_supports, frequencies)
+   subroutine resolve_meshes(input, mesh, is_held_otherwise, frequencies)
       type(scene_input_t), intent(inout) :: input
       !> &mesh, which stands where the table names no mesh
       type(mesh_settings_t), intent(in) :: mesh
-      !> Supports along the beam, of which Lanczos knows nothing
-      logical, intent(in) :: has_supports
+      !> It has supports, or its root is pinned, of which Lanczos knows nothing
+      logical, intent(in) :: is_held_otherwise
       !> Elements and ratios as read in; as many of both out
       type(frequency_settings_t), intent(inout) :: frequencies
 
@@ -297,8 +303,9 @@ contains
             frequencies%mesh_ratios(i), largest_spread_table)
          if (input%has_problem()) return
       end do
-      if (has_supports .and. any(frequencies%solver == solver_lanczos .or. frequencies%solver == solver_auto)) then
-         call input%complain('frequencies', 'solver', "must be 'dsygv' or 'natural' where there are supports")
+      if (is_held_otherwise .and. any(frequencies%solver == solver_lanczos .or. frequencies%solver == solver_auto)) then
+         call input%complain('frequencies', 'solver', &
+            "must be 'dsygv' or 'natural' where there are supports or the root is pinned")
       end if
       worst = maxval(frequencies%mesh_elements)
       if (worst <= most_elements_full) return
@@ -306,7 +313,7 @@ contains
          if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
          call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
             //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst) &
-            //trim(merge("; use 'lanczos' or 'auto'", '                         ', .not. has_supports)))
+            //trim(merge("; use 'lanczos' or 'auto'", '                         ', .not. is_held_otherwise)))
          return
       end do
    end subroutine resolve_meshes

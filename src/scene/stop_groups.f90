@@ -7,7 +7,7 @@ module stop_groups
    use program_identity, only: in_motion_and_benchmark
    use run_settings, only: impulse_names, law_names, side_both, side_names, stop_settings_t
    use scene_types, only: scene_t, support_motion_names, support_settings_t
-   use value_rules, only: physical_range, range_t
+   use value_rules, only: physical_range, place_range, range_t, stiffness_range
    implicit none (type, external)
    private
    public :: physical_stop_t, physical_support_t, list_stops, list_supports
@@ -36,9 +36,7 @@ module stop_groups
    type(condition_t), parameter :: three_element = condition_t(name='law', words='three_element')
    type(condition_t), parameter :: yielding = condition_t(name='law', words='three_element spring_damper')
 
-   ! Ranges of more than one name
-   type(range_t), parameter :: place_range = range_t(1.0e-3_wp, 1.0_wp)
-   type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
+   ! Of more than one name
    type(range_t), parameter :: height_range = range_t(-1.0e12_wp, 1.0e12_wp)
 
 contains

@@ -4,7 +4,8 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of, largest_spread, most_numbers, physical_range
+   public :: range_t, contains_value, range_text, one_of, largest_spread, most_numbers
+   public :: physical_range, length_range, place_range, stiffness_range
 
    !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
@@ -20,6 +21,10 @@ module value_rules
 
    !> In the user's units: wide, but products and quotients of a few of them stay far from overflow.
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
+   type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
+   !> x/L of what stands on the beam, and springs in ratio to it.
+   type(range_t), parameter :: place_range = range_t(1.0e-3_wp, 1.0_wp)
+   type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
 
    interface range_t
       module procedure range_of_integers

@@ -4,6 +4,7 @@
 !> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in y_c(0) - d, times
 !> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
 module scene_types
+   use body_settings, only: mass_settings_t, root_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use run_settings, only: name_length, output_settings_t, response_settings_t, stop_settings_t
@@ -239,6 +240,12 @@ module scene_types
       type(stop_settings_t), allocatable :: more_stops(:)
       !> The stop from which the beam is released; 0: `stop_released_from` tells
       integer :: pulled = 0
+      !> &root is there
+      logical :: has_root = .false.
+      type(root_settings_t) :: root
+      !> &mass is there; unallocated: it is not
+      logical :: has_masses = .false.
+      type(mass_settings_t), allocatable :: masses(:)
       !> &support is there; unallocated: it is not
       logical :: has_supports = .false.
       type(support_settings_t), allocatable :: supports(:)

@@ -8,7 +8,7 @@ module sweep_settings
    public :: design_grid, design_paired, design_latin_hypercube, design_names
    public :: goal_most, goal_names
 
-   integer, parameter :: name_room = 40
+   integer, parameter :: name_room = 48
    integer, parameter :: meaning_room = 180
 
    !> A number that a sweep or &cases may vary.

@@ -1,7 +1,7 @@
 !> Tables of frequencies: every solver on every mesh that a scene asks for, beside the exact values.
 module frequency_study
    use auto_solver, only: auto_modes
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, node_dofs
    use beam_section, only: section_t
    use constrained_modes, only: attach_supports
    use dsygv_solver, only: dsygv_modes
@@ -156,7 +156,7 @@ contains
 
       type(mode_quality_t) :: quality
       real(wp), allocatable :: lambda(:), modes(:, :)
-      integer :: n
+      integer :: dofs(2), i, n
 
       n = model%mesh%elements
       call solve_modes(model, solver, count, lambda, error, modes)
@@ -166,10 +166,13 @@ contains
       table%stiffness_orthogonality = quality%stiffness_orthogonality
       allocate (table%node, source=model%mesh%position)
       allocate (table%shape(0:n, size(lambda)), table%shape_slope(0:n, size(lambda)))
-      table%shape(0, :) = 0.0_wp
-      table%shape_slope(0, :) = 0.0_wp
-      table%shape(1:, :) = modes(1::2, :)
-      table%shape_slope(1:, :) = modes(2::2, :)
+      do i = 0, n
+         dofs = node_dofs(model, i)
+         table%shape(i, :) = 0.0_wp
+         table%shape_slope(i, :) = 0.0_wp
+         if (dofs(1) > 0) table%shape(i, :) = modes(dofs(1), :)
+         if (dofs(2) > 0) table%shape_slope(i, :) = modes(dofs(2), :)
+      end do
    end subroutine fill_shapes
 
 end module frequency_study

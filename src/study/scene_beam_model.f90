@@ -1,8 +1,9 @@
 !> From a checked scene to the assembled beam and the settings of its run.
 module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
-   use beam_model, only: beam_model_t, beam_support_t, make_beam_model
+   use beam_model, only: beam_model_t, beam_root_t, beam_support_t, make_beam_model, point_mass_t
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
+   use body_settings, only: root_pinned
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
    use load_settings, only: course_step, start_drop
@@ -15,6 +16,9 @@ module scene_beam_model
    implicit none (type, external)
    private
    public :: section_of, model_of, motion_model_of, redistributes, run_of
+
+   !> A spring of 1 in ratio, E Ibar = L = 1
+   real(wp), parameter :: spring_unit = 3.0_wp
 
 contains
 
@@ -47,7 +51,8 @@ contains
 
       call mesh_of(scene, elements, ratio, mesh, error)
       if (allocated(error)) return
-      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, supports=supports_of(scene, mesh))
+      call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, &
+         supports=supports_of(scene, mesh), root=root_of(scene), point_masses=masses_of(scene, mesh))
    end subroutine model_of
 
    !> The beam of a scene's runs.
@@ -65,7 +70,7 @@ contains
       call mesh_of(scene, elements, ratio, mesh, error)
       if (allocated(error)) return
       call make_beam_model(section_of(scene%beam), mesh, scene%tip_mass_ratio, model, redistributes(scene, mesh), &
-         supports_of(scene, mesh))
+         supports_of(scene, mesh), root_of(scene), masses_of(scene, mesh))
    end subroutine motion_model_of
 
    !> Is the mass matrix of a scene's runs the one that is redistributed at the stop?
@@ -74,16 +79,20 @@ contains
       type(mesh_t), intent(in) :: mesh
       logical :: answer
 
+      type(point_mass_t), allocatable :: masses(:)
+      real(wp) :: tip_mass
+
       answer = scene%mesh%mass == mass_redistributed
-      if (scene%mesh%mass == mass_auto) answer = errs_less_redistributed(section_of(scene%beam), mesh, &
-         scene%tip_mass_ratio, run_of(scene))
+      if (scene%mesh%mass /= mass_auto) return
+      tip_mass = scene%tip_mass_ratio
+      allocate (masses, source=masses_of(scene, mesh))
+      tip_mass = tip_mass + sum(masses%mass, mask=masses%node == mesh%elements)
+      answer = errs_less_redistributed(section_of(scene%beam), mesh, tip_mass, run_of(scene))
       ! a node without mass follows no beam on supports
-      if (scene%mesh%mass == mass_auto .and. scene%has_supports) then
-         answer = answer .and. mesh%struck_node == mesh%elements .and. scene%tip_mass_ratio > 0.0_wp
-      end if
+      if (scene%has_supports) answer = answer .and. mesh%struck_node == mesh%elements .and. tip_mass > 0.0_wp
    end function redistributes
 
-   !> A mesh with nodes at the stops and, after them, at the supports.
+   !> A mesh with nodes at the stops and, after them, at supports and masses.
    pure subroutine mesh_of(scene, elements, ratio, mesh, error)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: elements
@@ -96,7 +105,7 @@ contains
       real(wp), allocatable :: positions(:)
       integer :: stops
 
-      if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports))) then
+      if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports) .or. allocated(scene%masses))) then
          call make_mesh(elements, ratio, scene%stop%position, mesh, error)
          return
       end if
@@ -104,6 +113,7 @@ contains
       if (allocated(scene%more_stops)) positions = scene%more_stops%position
       stops = size(positions)
       if (allocated(scene%supports)) positions = [positions, scene%supports%position]
+      if (allocated(scene%masses)) positions = [positions, scene%masses%position]
       call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions, stops)
       if (.not. allocated(error) .and. allocated(scene%supports)) call check_supports(scene, mesh, error)
    end subroutine mesh_of
@@ -143,8 +153,6 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(beam_support_t), allocatable :: supports(:)
 
-      ! a spring of 1 in ratio, E Ibar = L = 1
-      real(wp), parameter :: unit = 3.0_wp
       integer :: k, before
 
       allocate (supports(0))
@@ -155,9 +163,40 @@ contains
       do k = 1, size(supports)
          supports(k)%dof = 2*mesh%more_nodes(before + k)
          if (scene%supports(k)%motion == support_displacement) supports(k)%dof = supports(k)%dof - 1
-         supports(k)%stiffness = unit*scene%supports(k)%stiffness_ratio
+         supports(k)%stiffness = spring_unit*scene%supports(k)%stiffness_ratio
       end do
    end function supports_of
+
+   !> What holds its root.
+   pure function root_of(scene) result(root)
+      type(scene_t), intent(in) :: scene
+      type(beam_root_t) :: root
+
+      root%is_pinned = scene%root%kind == root_pinned
+      if (root%is_pinned) return
+      root%rotation_stiffness = spring_unit*scene%root%rotation_stiffness_ratio
+      root%translation_stiffness = spring_unit*scene%root%translation_stiffness_ratio
+   end function root_of
+
+   !> The masses of a scene on its mesh.
+   pure function masses_of(scene, mesh) result(masses)
+      type(scene_t), intent(in) :: scene
+      type(mesh_t), intent(in) :: mesh
+      type(point_mass_t), allocatable :: masses(:)
+
+      integer :: k, before
+
+      allocate (masses(0))
+      if (.not. allocated(scene%masses)) return
+      before = mesh%more_stops
+      if (allocated(scene%supports)) before = before + size(scene%supports)
+      deallocate (masses)
+      allocate (masses(size(scene%masses)))
+      do k = 1, size(masses)
+         masses(k) = point_mass_t(node=mesh%more_nodes(before + k), mass=scene%masses(k)%mass_ratio, &
+            rotary_inertia=scene%masses(k)%rotary_inertia_ratio)
+      end do
+   end function masses_of
 
    !> The run that a scene describes.
    pure function run_of(scene) result(settings)

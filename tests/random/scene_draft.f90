@@ -6,14 +6,14 @@ module scene_draft
    public :: draft_t, draft_of, put, drop, has_name, value_of, number_of, text_of, mend, save_text
 
    !> Groups of which a scene may have several.
-   character(*), parameter :: repeating(4) = [character(7) :: 'stop', 'support', 'force', 'base']
+   character(*), parameter :: repeating(5) = [character(7) :: 'stop', 'support', 'mass', 'force', 'base']
    !> Longest value.
    integer, parameter :: room = 400
 
    !> A name and its value; without a name: the group is there.
    type :: line_t
       character(24) :: group = ''
-      character(40) :: name = ''
+      character(48) :: name = ''
       character(room) :: value = ''
    end type line_t
 

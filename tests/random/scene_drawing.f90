@@ -33,6 +33,11 @@ module scene_drawing
       usual_t('damping', 'zeta', 1.0e-5_wp, 0.3_wp, .true.), usual_t('tip_mass', 'ratio', 0.01_wp, 5.0_wp, .true.), &
       usual_t('support_1', 'position', 0.1_wp, 1.0_wp, .false.), &
       usual_t('support_1', 'stiffness_ratio', 0.1_wp, 1.0e5_wp, .true.), &
+      usual_t('mass_1', 'position', 0.1_wp, 1.0_wp, .false.), &
+      usual_t('mass_1', 'mass_ratio', 0.01_wp, 5.0_wp, .true.), &
+      usual_t('mass_1', 'rotary_inertia_ratio', 1.0e-4_wp, 0.1_wp, .true.), &
+      usual_t('root', 'rotation_stiffness_ratio', 0.01_wp, 1.0e4_wp, .true.), &
+      usual_t('root', 'translation_stiffness_ratio', 0.1_wp, 1.0e5_wp, .true.), &
       usual_t('stop', 'clearance_ratio', 0.5_wp, 3.0_wp, .false.), &
       usual_t('stop', 'position', 0.3_wp, 1.0_wp, .false.), usual_t('stop', 'preload', -1.5_wp, 2.0_wp, .false.), &
       usual_t('stop', 'restitution', 0.0_wp, 1.0_wp, .false.), &
@@ -109,6 +114,7 @@ contains
       call draw_group(names, 'damping', 0.7_wp, draft)
       call draw_group(names, 'tip_mass', 0.4_wp, draft)
       call draw_beam(names, draft)
+      if (chance(0.3_wp)) call draw_body(names, draft)
       choice = number()
       if (choice < 0.95_wp) then
          call put(draft, 'stop', '', '')
@@ -153,6 +159,31 @@ contains
          call draw_group(names, 'statements', 1.0_wp, draft)
       end if
    end subroutine draw_scene
+
+   !> What holds the root, and masses.
+   subroutine draw_body(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group
+      integer :: k
+
+      if (chance(0.6_wp)) then
+         call draw_group(names, 'root', 0.6_wp, draft)
+         if (value_of(draft, 'root', 'kind') == '''pinned''' .and. chance(0.8_wp)) then
+            call put(draft, 'support_1', 'position', to_text(between(0.1_wp, 0.9_wp, .false.)))
+         end if
+      end if
+      do k = 1, int(4.0_wp*number())
+         group = 'mass_'//to_text(k)
+         call put(draft, group, 'mass_ratio', to_text(between(0.01_wp, 5.0_wp, .true.)))
+         call draw_group(names, 'mass_1', 0.6_wp, draft, group)
+         if (k > 1) call drop(draft, group, 'mass')
+         if (k > 1) call drop(draft, group, 'rotary_inertia')
+      end do
+   end subroutine draw_body
 
    !> Further stops, most of which the beam can start between, and supports.
    subroutine draw_others(names, draft)
@@ -694,7 +725,9 @@ contains
       do i = 1, size(names)
          group = trim(names(i)%group)
          name = trim(names(i)%name)
-         if (name == parameter .or. group//'_'//name == parameter) return
+         if (group//'_'//name == parameter) return
+         ! of several groups the label stands before the name
+         if (name == parameter .and. index(group, '_1') == 0) return
       end do
    end subroutine place_of_parameter
 
@@ -746,6 +779,15 @@ contains
          lift = scales%length*10.0_wp**(-1.0_wp - 5.0_wp*number())/(1.0_wp + abs(scene%stop%preload))
          call instead('damping', 'zeta', 'stiffness_coefficient', 2.0_wp*scene%zeta*time)
          call instead('tip_mass', 'ratio', 'mass', scene%tip_mass_ratio*scales%beam_mass)
+         if (allocated(scene%masses)) then
+            call instead('mass_1', 'mass_ratio', 'mass', scene%masses(1)%mass_ratio*scales%beam_mass)
+            call instead('mass_1', 'rotary_inertia_ratio', 'rotary_inertia', &
+               scene%masses(1)%rotary_inertia_ratio*scales%beam_mass*scales%length**2)
+         end if
+         call instead('root', 'rotation_stiffness_ratio', 'rotation_stiffness', &
+            scene%root%rotation_stiffness_ratio*stiffness*scales%length**2)
+         call instead('root', 'translation_stiffness_ratio', 'translation_stiffness', &
+            scene%root%translation_stiffness_ratio*stiffness)
          call instead('stop', 'stiffness_ratio', 'stiffness', scene%stop%stiffness_ratio*stiffness)
          call instead('stop', 'branch_ratio', 'branch_stiffness', &
             scene%stop%branch_ratio*scene%stop%stiffness_ratio*stiffness)
@@ -848,6 +890,12 @@ contains
 
       call take('damping', 'zeta', scene%zeta)
       call take('tip_mass', 'ratio', scene%tip_mass_ratio)
+      if (allocated(scene%masses)) then
+         call take('mass_1', 'mass_ratio', scene%masses(1)%mass_ratio)
+         call take('mass_1', 'rotary_inertia_ratio', scene%masses(1)%rotary_inertia_ratio)
+      end if
+      call take('root', 'rotation_stiffness_ratio', scene%root%rotation_stiffness_ratio)
+      call take('root', 'translation_stiffness_ratio', scene%root%translation_stiffness_ratio)
       call take('stop', 'stiffness_ratio', scene%stop%stiffness_ratio)
       call take('stop', 'branch_ratio', scene%stop%branch_ratio)
       call take('stop', 'damper_ratio', scene%stop%damper_ratio)

@@ -13,7 +13,7 @@ module scene_names
 
    type :: name_t
       character(24) :: group = ''
-      character(40) :: name = ''
+      character(48) :: name = ''
       !> One of the `kind_` constants
       integer :: kind = kind_number
       logical :: is_whole = .false.
@@ -49,7 +49,7 @@ contains
          associate (entry => entries(i), name => names(i))
             name%group = entry%group
             ! as parameters call it
-            if (any(entry%group == [character(7) :: 'support', 'force', 'base'])) name%group = entry%group//'_1'
+            if (any(entry%group == [character(7) :: 'support', 'mass', 'force', 'base'])) name%group = entry%group//'_1'
             name%name = entry%name
             call read_allowed(entry%allowed, name)
             if (name%kind /= kind_number) cycle
