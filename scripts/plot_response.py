@@ -61,9 +61,12 @@ class Response:
             # the unit of each kind of quantity, as it is read
             self.units = {"time": plots.unit_of(group, "tau", wanted)}
             self.units.update({RECORDS[name]: plots.unit_of(group, name, wanted) for name in recorded})
+            self.surfaces = self.read_surfaces(file["surfaces"]) if "surfaces" in file else []
+            self.shown = self.find_shown()
             self.impacts = self.read_impacts(file["events"]) if "events" in file else []
             self.contacts = self.read_contacts(file["measures"]) if "measures" in file else []
-            self.surfaces = self.read_surfaces(file["surfaces"]) if "surfaces" in file else []
+            if self.shown is not None:
+                self.contacts = self.surfaces[self.shown].contacts
 
     def values(self, group, name):
         """The numbers of a dataset, in the units that were asked for."""
@@ -93,9 +96,11 @@ class Response:
             for surface in self.surfaces]
 
     def read_impacts(self, events):
-        """Time and displacement of the impacts."""
+        """Time and displacement of the impacts; of several stops those at the one shown."""
         names = plots.text_of(events["kind"].attrs["flag_meanings"]).split()
         kinds = [names[kind - 1] in IMPACTS for kind in events["kind"]]
+        if self.shown is not None:
+            kinds = [is_impact and surface == self.shown + 1 for is_impact, surface in zip(kinds, events["surface"])]
         rows = zip(kinds, self.values(events, "tau"), self.values(events, "eta"))
         return [(tau, eta) for is_impact, tau, eta in rows if is_impact]
 
@@ -122,7 +127,22 @@ class Response:
         """Is the tip another point than the stop?"""
         if "eta_tip" not in self.curves or "eta_stop" not in self.curves:
             return "eta_tip" in self.curves
-        return bool((abs(self.curves["eta_tip"] - self.curves["eta_stop"]) > 0.0).any())
+        differences = abs(self.curves["eta_tip"] - self.curves["eta_stop"])
+        return bool((differences > 1e-9 * self.greatest("displacement")).any())
+
+    def find_shown(self):
+        """Of several surfaces the place of the one whose displacement is that of the run."""
+        for place, surface in enumerate(self.surfaces):
+            if "eta" in surface.histories and (surface.histories["eta"] == self.curves.get("eta_stop")).all():
+                return place
+        return None
+
+    def shown_stop(self):
+        """The same in words."""
+        stops = len({surface.stop for surface in self.surfaces})
+        if stops < 2 or self.shown is None:
+            return ""
+        return f"at stop {self.surfaces[self.shown].stop} of {stops}, $x/L$ = {self.surfaces[self.shown].position:g}"
 
     def signs(self):
         """How many kinds of curves and marks its panel has."""
@@ -317,7 +337,8 @@ def draw_stack(responses):
         handles = draw_displacement(axes, response) + legend_of_signs(response)
         if response is max(responses, key=Response.signs):
             put_legend_above(grid[0, 0], handles)
-        axes.text(0.985, 0.92, response.title, transform=axes.transAxes, ha="right", va="top", zorder=5,
+        words = "\n".join(filter(None, [response.title, response.shown_stop()]))
+        axes.text(0.985, 0.92, words, transform=axes.transAxes, ha="right", va="top", zorder=5,
                   bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})
     label_time(grid[-1, 0], responses)
     return figure
@@ -332,7 +353,8 @@ def draw_overlay(responses):
         axes.plot(response.tau, response.curves["eta_stop"],
                   color=plots.COLOURS[number % len(plots.COLOURS)], linestyle=plots.DASHES[number % len(plots.DASHES)])
     label_panel(axes, "displacement", responses[0])
-    plots.legend_of_titles(axes, [response.title for response in responses], loc="upper right")
+    titles = [", ".join(filter(None, [response.title, response.shown_stop()])) for response in responses]
+    plots.legend_of_titles(axes, titles, loc="upper right")
     label_time(axes, responses)
     return figure
 
