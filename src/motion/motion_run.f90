@@ -1,6 +1,5 @@
 !> A run through time by the method that its settings name.
 module motion_run
-   use applied_loads, only: has_loads
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
@@ -86,15 +85,10 @@ contains
       character(:), allocatable :: missing
 
       missing = ''
-      if (allocated(settings%mode_ratios)) missing = 'mode_ratios'
+      if (allocated(settings%mode_ratios) .and. settings%response%method == method_exact) missing = 'mode_ratios'
       if (settings%response%mode_count > 0) missing = 'modes'
       if (settings%start%kind == start_table) missing = "a start by a table"
       if (.not. settings%has_stop) missing = 'a beam without stops'
-      if (settings%response%method == method_newmark) then
-         if (settings%zeta_mass > 0.0_wp) missing = 'zeta_mass'
-         if (settings%start%kind /= start_pull) missing = "a start other than 'pull'"
-         if (has_loads(settings)) missing = 'loads'
-      end if
       if (missing /= '') call fail(error, status_bad_input, 'not computed yet by this method: '//missing)
    end subroutine check_computed
 

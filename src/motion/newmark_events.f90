@@ -2,10 +2,11 @@
 module newmark_events
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
+   use newmark_energies, only: momentum_at_stop
    use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, &
       stop_energy
    use newmark_stability, only: highest_frequency
-   use newmark_stepper, only: copy_state, momentum_at_stop, newmark_stepper_t, restart_acceleration
+   use newmark_stepper, only: copy_state, newmark_stepper_t, restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, &
       event_separation, event_t, response_t

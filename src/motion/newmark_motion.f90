@@ -8,13 +8,14 @@ module newmark_motion
    use beam_model, only: beam_model_t, static_shape
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: i8, lambda1_power4, wp
+   use newmark_energies, only: beam_dissipation, kinetic_energy, strain_energy
    use newmark_events, only: give_way, look_for_event
    use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, stop_energy, &
       whole_step
    use newmark_samples, only: keep_shapes, take_sample
    use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
-   use newmark_stepper, only: beam_dissipation, change_force, deepest_level, finish_step, kinetic_energy, &
-      make_factors, make_newmark_stepper, make_start_state, predict_step, strain_energy
+   use newmark_stepper, only: change_force, deepest_level, finish_step, make_factors, make_newmark_stepper, &
+      make_start_state, predict_step
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
    use response_types, only: miss_of_energies, response_t

@@ -2,8 +2,9 @@
 module newmark_samples
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
+   use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_run, only: run_t, stop_energy
-   use newmark_stepper, only: kinetic_energy, newmark_state_t, strain_energy
+   use newmark_stepper, only: newmark_state_t
    use response_types, only: response_t
    use run_recorder, only: keep_sample, sample_t
    implicit none (type, external)

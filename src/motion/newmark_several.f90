@@ -2,10 +2,14 @@
 !> surface is met: a second way beside exact motion (docs/theory.md, section 10). The scene of one stop below the beam
 !> has a way of its own (`newmark_motion`). Rigid supports are held exactly.
 module newmark_several
+   use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, hold_supports
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: i8, wp
+   use newmark_energies, only: kinetic_energy, strain_energy
+   use load_settings, only: start_pull
+   use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_motion, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_run, only: level_of, nowhere, whole_step
    use newmark_samples, only: keep_shapes
@@ -13,18 +17,19 @@ module newmark_several
    use newmark_several_events, only: give_way, look_for_events
    use newmark_several_run, only: energy_left, instant_of, is_held, is_idle, is_in_contact, is_open, several_run_t, &
       surface_energy
+   use newmark_several_start, only: begin_at_surfaces, make_several_start
    use newmark_several_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
-   use newmark_stepper, only: deepest_level, kinetic_energy, make_newmark_stepper, make_start_state, strain_energy
+   use newmark_stepper, only: deepest_level, make_newmark_stepper
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
    use response_types, only: miss_of_energies, response_t
-   use run_measures, only: gather_measures, open_tally
+   use run_measures, only: gather_measures, no_rest, open_tally
    use run_recorder, only: keep_sample, sample_t
    use run_settings, only: impulse_nodal, law_spring_damper, run_settings_t
-   use skyline_matrix, only: solve_factorised
+   use skyline_matrix, only: skyline_t, solve_factorised
    use static_states, only: find_static_rest, find_static_start
    use step_measures, only: finish_steps
-   use stop_laws, only: make_yielding_stop
+   use stop_laws, only: make_yielding_stop, static_stiffness
    use stop_surfaces, only: acting, surface_t, surfaces_of
    implicit none (type, external)
    private
@@ -51,7 +56,8 @@ contains
       if (allocated(error)) return
       samples = count_samples(settings%response%duration, settings%response%step)
       between_checks = max(1, samples/fewest_checks)
-      call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response)
+      call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
+         has_loads(settings))
       call open_surfaces(settings, run, response)
       run%keeps_measures = settings%output%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
@@ -61,7 +67,7 @@ contains
       if (run%keeps_measures) call start_measures(model, run, error)
       if (allocated(error)) return
       call shapes_in_step(run, 0.0_wp, response)
-      call hold_at_start(run, response)
+      call begin_at_surfaces(run, response)
       if (.not. allocated(run%error)) call take_sample(run, response)
       do while (run%sample < samples .and. .not. allocated(run%error))
          call advance(run, response)
@@ -72,8 +78,8 @@ contains
          call check_energy(run)
       end do
       if (.not. allocated(run%error) .and. allocated(response%energy)) then
-         call check_ledger(instant_of(run), miss_of_energies(response), run%start_energy + run%ledger%created, &
-            run%error)
+         call check_ledger(instant_of(run), miss_of_energies(response), run%start_energy + run%ledger%created &
+            + run%turnover, run%error)
       end if
       if (allocated(run%error)) then
          call move_alloc(run%error, error)
@@ -109,7 +115,10 @@ contains
 
       type(beam_model_t) :: held
       type(surface_t), allocatable :: surfaces(:)
+      type(skyline_t), allocatable :: damping
       real(wp), allocatable :: shape(:)
+      real(wp) :: kinetic
+      integer :: k
 
       run%sample_step = settings%response%step
       run%contact_tolerance = settings%response%contact_tolerance
@@ -119,33 +128,50 @@ contains
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
       surfaces = surfaces_of(settings)
-      call find_static_start(model, surfaces, shape, error)
+      if (settings%start%kind == start_pull) call find_static_start(model, surfaces, shape, error)
       if (allocated(error)) return
       run%pulled = findloc(surfaces%is_pulled, .true., dim=1)
       held = hold_supports(model)
       held%stop_dof = model%stop_dofs(surfaces(run%pulled)%stop)
       call divide_step(held, settings%zeta, settings%response, run%parts, error)
       if (allocated(error)) return
+      call prepare_loads(held, settings, run)
+      call further_damping(settings, held, damping, error)
+      if (allocated(error)) return
       associate (scheme => settings%response, pulled => surfaces(run%pulled))
          run%height = pulled%sign*pulled%height
-         call make_newmark_stepper(held, settings%zeta, scheme%newmark_beta, scheme%newmark_gamma, &
-            scheme%step/real(run%parts, wp), run%stepper, error)
-         if (.not. allocated(error)) then
-            call make_start_state(held, run%stepper, pulled%sign + run%height, run%states(1)%beam, error)
-         end if
+         call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
+            scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
       end associate
+      if (.not. allocated(error)) call make_several_start(model, held, settings, surfaces, &
+         acting(surfaces, model%stop_dofs(surfaces%stop)), run, error)
       if (allocated(error)) then
          call blame_mesh(error)
          return
       end if
       call check_mesh(held, error)
       if (allocated(error)) return
-      allocate (run%states(1)%force(size(surfaces)), run%states(1)%indentation(size(surfaces)), &
-         run%states(1)%branch_force(size(surfaces)), source=0.0_wp)
       run%states(2) = run%states(1)
-      call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
       call make_surfaces(model, surfaces, run, error)
+      if (allocated(error)) return
+      call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
+      call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
+      run%start_energy = run%start_energy + kinetic + sum([(energy_carrying(surfaces(k), run%states(1)%force(k)), &
+         k=1, size(surfaces))])
    end subroutine make_run
+
+   !> Energy of a surface that carries the beam at the start.
+   pure function energy_carrying(surface, force) result(energy)
+      type(surface_t), intent(in) :: surface
+      real(wp), intent(in) :: force
+      real(wp) :: energy
+
+      real(wp) :: stiffness
+
+      stiffness = static_stiffness(surface%settings)
+      energy = 0.0_wp
+      if (stiffness > 0.0_wp) energy = 0.5_wp*force**2/stiffness
+   end function energy_carrying
 
    !> The surfaces as the run sees them.
    subroutine make_surfaces(model, surfaces, run, error)
@@ -234,27 +260,6 @@ contains
       end associate
    end subroutine check_surface
 
-   !> Surfaces that the start touches and that have to push.
-   pure subroutine hold_at_start(run, response)
-      type(several_run_t), intent(inout) :: run
-      !> Events
-      type(response_t), intent(inout) :: response
-
-      ! what may be rounding
-      real(wp), parameter :: touch = 1.0e-9_wp
-      integer :: k
-
-      associate (state => run%states(run%now)%beam)
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k))
-               if (met%status /= is_open .or. allocated(met%stop)) cycle
-               met%is_stopped = met%surface%sign*state%displacement(met%dof) - met%surface%height <= touch
-            end associate
-         end do
-      end associate
-      if (any(run%surfaces%is_stopped)) call settle(run, response)
-   end subroutine hold_at_start
-
    !> Room for what is kept of each surface.
    subroutine open_surfaces(settings, run, response)
       !> Output
@@ -341,11 +346,13 @@ contains
 
       integer :: level
       integer(i8) :: span
+      logical :: has_passed
       real(wp) :: energy, step
 
       level = run%next_level
       run%next_level = 0
       if (run%offset > 0_i8) level = max(level, deepest_level - trailz(run%offset))
+      level = level_to_jump(run, level)
       do
          if (.not. run%factors(level)%made) then
             call prepare_level(run, level)
@@ -383,6 +390,9 @@ contains
       if (run%keeps_measures) call measure_step(run, instant_of(run) - step, step, [energy, energy_left(run)])
       call shapes_in_step(run, step, response)
       call look_for_events(run, step, response)
+      if (allocated(run%error)) return
+      call pass_jump(run, has_passed)
+      if (has_passed) call settle(run, response)
    end subroutine advance
 
    !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.
@@ -401,7 +411,7 @@ contains
             energy = energy + surface_energy(run, k, state)
          end do
       end associate
-      call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created, &
+      call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created + run%turnover, &
          run%error)
    end subroutine check_energy
 
@@ -418,8 +428,11 @@ contains
 
       acting_ones = pack([(k, k=1, size(run%surfaces))], run%surfaces%status /= is_idle)
       forces = 0.0_wp
-      call find_static_rest(model, run%surfaces(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
-      if (allocated(error)) return
+      energy = no_rest
+      if (run%loads%count == 0) then
+         call find_static_rest(model, run%surfaces(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
+         if (allocated(error)) return
+      end if
       forces(acting_ones) = forces(:size(acting_ones))
       do k = 1, size(run%surfaces)
          if (run%surfaces(k)%status == is_idle) forces(k) = 0.0_wp

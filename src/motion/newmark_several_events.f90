@@ -12,7 +12,7 @@ module newmark_several_events
    use step_measures, only: greatest_in, piece_t
    implicit none (type, external)
    private
-   public :: look_for_events, give_way
+   public :: look_for_events, give_way, meet_and_leave
 
 contains
 

@@ -1,6 +1,7 @@
 !> A Newmark run with any number of surfaces under way: the beam, the surfaces and how they stand with it, the present
 !> state, and where it stands on the grid of steps.
 module newmark_several_run
+   use applied_loads, only: applied_loads_t
    use failures, only: failure_t
    use kinds, only: i8, wp
    use newmark_run, only: nowhere
@@ -119,7 +120,13 @@ module newmark_several_run
       !> How often the first step after an impulse is halved (negative: not known yet), and the next step at least
       integer :: impulse_level = -1
       integer :: next_level = 0
+      !> What acts on the beam, the instants at which that may jump, and the next of them
+      type(applied_loads_t) :: loads
+      real(wp), allocatable :: jumps(:)
+      integer :: next_jump = 1
       real(wp) :: start_energy = 0.0_wp
+      !> All work of loads so far, won and lost
+      real(wp) :: turnover = 0.0_wp
       type(ledger_t) :: ledger
       !> Room for the equations of the closed surfaces: which, their matrix, and right side or forces
       integer, allocatable :: closed(:)
@@ -138,11 +145,17 @@ module newmark_several_run
 contains
 
    !> Instant of the present state.
-   pure function instant_of(run) result(tau)
+   pure function instant_of(run, further) result(tau)
       type(several_run_t), intent(in) :: run
+      !> So many shortest steps later
+      integer(i8), intent(in), optional :: further
       real(wp) :: tau
 
-      tau = (real(run%sample, wp) + (real(run%part, wp) + scale(real(run%offset, wp), -deepest_level)) &
+      integer(i8) :: offset
+
+      offset = run%offset
+      if (present(further)) offset = offset + further
+      tau = (real(run%sample, wp) + (real(run%part, wp) + scale(real(offset, wp), -deepest_level)) &
          /real(run%parts, wp))*run%sample_step
    end function instant_of
 
@@ -222,7 +235,7 @@ contains
       real(wp) :: energy
 
       associate (ledger => run%ledger)
-         energy = run%start_energy + ledger%created - ledger%dissipated_beam - ledger%dissipated_stop &
+         energy = run%start_energy + ledger%work + ledger%created - ledger%dissipated_beam - ledger%dissipated_stop &
             - ledger%dissipated_impact
       end associate
    end function energy_left

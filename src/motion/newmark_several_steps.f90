@@ -7,10 +7,12 @@
 !> damper give the force at the end itself, k u+ + c u'+.
 module newmark_several_steps
    use kinds, only: wp
-   use newmark_several_run, only: depth_at, gap_at, is_held, is_idle, is_in_contact, is_lifted, is_open, lifted_force, &
-      several_run_t, surface_energy
-   use newmark_stepper, only: band, beam_dissipation, deepest_level, finish_step, make_factors, predict_step, &
-      solve_for_force
+   use newmark_energies, only: beam_dissipation
+   use newmark_loads, only: load_at_end
+   use newmark_run, only: whole_step
+   use newmark_several_run, only: depth_at, gap_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, is_open, &
+      lifted_force, several_run_t, surface_energy
+   use newmark_stepper, only: band, deepest_level, finish_step, make_factors, predict_step, solve_for_force
    use step_measures, only: measure_contact, measure_energy, measure_motion, piece_t
    use yielding_stop, only: contact_force, mean_force_coefficients
    implicit none (type, external)
@@ -54,6 +56,8 @@ contains
 
       integer :: count_closed, count_held, k
 
+      if (run%loads%count > 0) call load_at_end(run, instant_of(run, shiftr(whole_step, level)), &
+         run%states(3 - run%now)%beam%load)
       call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
       count_closed = 0
       do k = 1, size(run%surfaces)
@@ -279,10 +283,15 @@ contains
       !> Its length
       real(wp), intent(in) :: step
 
-      real(wp) :: dissipated
+      real(wp) :: dissipated, work
       integer :: k
 
       associate (old => run%states(3 - run%now), new => run%states(run%now), ledger => run%ledger)
+         if (run%loads%count > 0) then
+            work = 0.5_wp*dot_product(old%beam%load + new%beam%load, new%beam%displacement - old%beam%displacement)
+            ledger%work = ledger%work + work
+            run%turnover = run%turnover + abs(work)
+         end if
          call beam_dissipation(run%stepper, step, old%beam, new%beam, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated
          do k = 1, size(run%surfaces)

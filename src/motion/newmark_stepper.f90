@@ -1,5 +1,5 @@
-!> One Newmark step of the beam: M y'' + C y' + K y = f e_c, C = 2 zeta K, time in tau, K that of E Ibar = rho Abar = L
-!> = 1 over lambda1^4, e_c the stop point.
+!> One Newmark step of the beam: M y'' + C y' + K y = f e_c + F(tau), C = 2 zeta K or any other, time in tau, K that of
+!> E Ibar = rho Abar = L = 1 over lambda1^4, e_c the stop point.
 !>
 !> In displacements, steps of length h with any beta and gamma are steps by average acceleration (1/4 and 1/2) of a
 !> beam with
@@ -29,8 +29,7 @@ module newmark_stepper
    private
    public :: newmark_stepper_t, newmark_state_t, deepest_level, band
    public :: make_newmark_stepper, make_start_state, make_factors, solve_for_force, predict_step, finish_step
-   public :: change_force, restart_acceleration, kinetic_energy, strain_energy, beam_dissipation, copy_state
-   public :: momentum_at_stop
+   public :: change_force, restart_acceleration, negative_product, copy_state
 
    !> A step may be halved this often.
    integer, parameter :: deepest_level = 40
@@ -43,6 +42,8 @@ module newmark_stepper
       real(wp), allocatable :: displacement(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: acceleration(:)
+      !> What acts on the beam besides its stops, padded; unallocated: nothing
+      real(wp), allocatable :: load(:)
       !> f
       real(wp) :: force = 0.0_wp
       !> Model B: indentation u and branch force P2
@@ -62,6 +63,8 @@ module newmark_stepper
       !> Where inertia was redistributed the slope at the tip is bound to the last node but two as well: L(order, order
       !> - 5) and L(order, order - 4)
       real(wp) :: lower_left(2) = 0.0_wp
+      !> Instead of these, where damping is not proportional to the stiffness
+      type(skyline_t) :: whole
       !> A^-1 e_c, padded, [-2 : order + 3], and its entry at the stop point
       real(wp), allocatable :: column(:)
       real(wp) :: column_at_stop = 0.0_wp
@@ -77,6 +80,9 @@ module newmark_stepper
       integer :: tip_dof = 0
       !> 2 zeta + (gamma - 1/2) step, so that C* = double_zeta K
       real(wp) :: double_zeta = 0.0_wp
+      !> C* is `damping` instead
+      logical :: is_general = .false.
+      type(skyline_t) :: damping
       !> Length of the undivided step
       real(wp) :: step = 0.0_wp
       !> K by diagonals, K(i, i + k) at (i, k), [order, -3:3]
@@ -101,7 +107,7 @@ module newmark_stepper
 contains
 
    !> Everything that does not depend on the length of the step.
-   pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error)
+   pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error, further)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(in) :: zeta
       !> Newmark's beta and gamma, with which this step is stable
@@ -113,6 +119,8 @@ contains
       type(newmark_stepper_t), intent(out) :: stepper
       !> Set when the mass matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
+      !> Damping besides 2 zeta K, of the profile of the model; absent: there is none
+      type(skyline_t), intent(in), optional :: further
 
       integer :: column, row
       real(wp) :: entry
@@ -126,6 +134,11 @@ contains
       stepper%stiffness%values = model%stiffness%values/lambda1_power4
       stepper%mass = combine(1.0_wp, model%mass, &
          step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
+      stepper%is_general = present(further)
+      if (stepper%is_general) then
+         stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), further)
+         stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 1.0_wp, further)
+      end if
 
       allocate (stepper%stiffness_diagonals(stepper%order, -band:band))
       stepper%stiffness_diagonals = 0.0_wp
@@ -196,11 +209,14 @@ contains
       h = scale(stepper%step, -level)
       matrix = combine(1.0_wp, stepper%mass, &
          h*(0.5_wp*stepper%double_zeta + 0.25_wp*h), stepper%stiffness)
+      if (stepper%is_general) matrix = combine(1.0_wp, combine(1.0_wp, stepper%mass, 0.5_wp*h, stepper%damping), &
+         0.25_wp*h**2, stepper%stiffness)
       call factorise(matrix, error)
       if (allocated(error)) return
       stepper%factorisations = stepper%factorisations + 1
       associate (factors => stepper%factors(level), n => stepper%order)
          factors%step = h
+         if (stepper%is_general) factors%whole = matrix
          allocate (factors%lower(n + band, band), source=0.0_wp)
          allocate (factors%reciprocal_pivot(n))
          do column = 1, n
@@ -216,7 +232,7 @@ contains
          end if
          allocate (factors%column(1 - band:n + band), source=0.0_wp)
          factors%column(stepper%stop_dof) = 1.0_wp
-         call solve_banded(n, factors%lower, factors%lower_left, factors%reciprocal_pivot, factors%column)
+         call solve(stepper, factors, factors%column)
          factors%column_at_stop = factors%column(stepper%stop_dof)
          if (present(stop)) factors%stop = stop%step(h)
          factors%made = .true.
@@ -236,10 +252,41 @@ contains
 
       column = 0.0_wp
       column(dof) = 1.0_wp
-      associate (factors => stepper%factors(level))
-         call solve_banded(stepper%order, factors%lower, factors%lower_left, factors%reciprocal_pivot, column)
-      end associate
+      call solve(stepper, stepper%factors(level), column)
    end subroutine solve_for_force
+
+   !> Solve A x = b.
+   pure subroutine solve(stepper, factors, x)
+      type(newmark_stepper_t), intent(in) :: stepper
+      type(newmark_factors_t), intent(in) :: factors
+      !> b, padded; x on return
+      real(wp), intent(inout) :: x(1 - band:)
+
+      if (stepper%is_general) then
+         call solve_factorised(factors%whole, x(1:stepper%order))
+      else
+         call solve_banded(stepper%order, factors%lower, factors%lower_left, factors%reciprocal_pivot, x)
+      end if
+   end subroutine solve
+
+   !> F - K y - C* v.
+   pure subroutine find_forces(stepper, state)
+      !> Its room has y + 2 zeta v
+      type(newmark_stepper_t), intent(inout) :: stepper
+      !> Forces out, in place of the acceleration
+      type(newmark_state_t), intent(inout) :: state
+
+      associate (n => stepper%order, forces => state%acceleration)
+         if (stepper%is_general) then
+            call multiply(stepper%stiffness, state%displacement(1:n), forces(1:n))
+            call multiply(stepper%damping, state%velocity(1:n), stepper%result(1:n))
+            forces(1:n) = -(forces(1:n) + stepper%result(1:n))
+         else
+            call negative_product(n, stepper%stiffness_diagonals, stepper%work, forces)
+         end if
+         if (allocated(state%load)) forces(:) = forces + state%load
+      end associate
+   end subroutine find_forces
 
    !> The step as it is without force: predictors of displacement and velocity, and the acceleration they lead to.
    pure subroutine predict_step(stepper, level, old, new)
@@ -255,9 +302,8 @@ contains
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
          call predict(stepper%order, h, stepper%double_zeta, &
             old%displacement, old%velocity, old%acceleration, new%displacement, new%velocity, stepper%work)
-         call negative_product(stepper%order, stepper%stiffness_diagonals, stepper%work, new%acceleration)
-         call solve_banded(stepper%order, factors%lower, factors%lower_left, factors%reciprocal_pivot, &
-            new%acceleration)
+         call find_forces(stepper, new)
+         call solve(stepper, factors, new%acceleration)
       end associate
    end subroutine predict_step
 
@@ -410,7 +456,7 @@ contains
 
       associate (n => stepper%order)
          stepper%work = state%displacement + stepper%double_zeta*state%velocity
-         call negative_product(n, stepper%stiffness_diagonals, stepper%work, state%acceleration)
+         call find_forces(stepper, state)
          call solve_factorised(stepper%mass_factors, state%acceleration(1:n))
          state%force = 0.0_wp
          if (held) then
@@ -420,68 +466,6 @@ contains
          end if
       end associate
    end subroutine restart_acceleration
-
-   !> y' M* y' / 2
-   pure subroutine kinetic_energy(stepper, state, energy)
-      !> The beam; its room is used
-      type(newmark_stepper_t), intent(inout) :: stepper
-      type(newmark_state_t), intent(in) :: state
-      real(wp), intent(out) :: energy
-
-      associate (n => stepper%order)
-         call multiply(stepper%mass, state%velocity(1:n), stepper%result(1:n))
-         energy = 0.5_wp*dot_product(state%velocity(1:n), stepper%result(1:n))
-      end associate
-   end subroutine kinetic_energy
-
-   !> y K y / 2
-   pure subroutine strain_energy(stepper, state, energy)
-      !> The beam; its room is used
-      type(newmark_stepper_t), intent(inout) :: stepper
-      type(newmark_state_t), intent(in) :: state
-      real(wp), intent(out) :: energy
-
-      associate (n => stepper%order)
-         call negative_product(n, stepper%stiffness_diagonals, state%displacement, stepper%result)
-         energy = -0.5_wp*dot_product(state%displacement(1:n), stepper%result(1:n))
-      end associate
-   end subroutine strain_energy
-
-   !> Energy dissipated inside the beam over a step, h w C* w with the mean velocity w: with gamma > 1/2 the scheme
-   !> takes its part. The balance is exact to rounding.
-   pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
-      !> The beam; its room is used
-      type(newmark_stepper_t), intent(inout) :: stepper
-      real(wp), intent(in) :: step
-      !> State at the beginning
-      type(newmark_state_t), intent(in) :: old
-      !> State at the end
-      type(newmark_state_t), intent(in) :: new
-      !> The energy
-      real(wp), intent(out) :: dissipated
-
-      dissipated = 0.0_wp
-      if (stepper%double_zeta <= 0.0_wp) return
-      associate (n => stepper%order)
-         stepper%work = 0.5_wp*(old%velocity + new%velocity)
-         call negative_product(n, stepper%stiffness_diagonals, stepper%work, stepper%result)
-         dissipated = -step*stepper%double_zeta*dot_product(stepper%work(1:n), stepper%result(1:n))
-      end associate
-   end subroutine beam_dissipation
-
-   !> (M* y')_c
-   pure subroutine momentum_at_stop(stepper, state, momentum)
-      !> The beam; its room is used
-      type(newmark_stepper_t), intent(inout) :: stepper
-      type(newmark_state_t), intent(in) :: state
-      !> The component
-      real(wp), intent(out) :: momentum
-
-      associate (n => stepper%order)
-         call multiply(stepper%mass, state%velocity(1:n), stepper%result(1:n))
-         momentum = stepper%result(stepper%stop_dof)
-      end associate
-   end subroutine momentum_at_stop
 
    !> Copy without allocating.
    pure subroutine copy_state(from, to)

@@ -1,0 +1,201 @@
+!> What acts on the beam of Newmark's steps besides its surfaces, step by step, and damping that is not proportional to
+!> the stiffness.
+!>
+!> Where a load jumps a step ends, as it does at an event: halved until it does, with the load before the jump; the next
+!> one begins with that after it. A kink needs no step of its own: what it adds to the error of one step is of second
+!> order, and there are as many kinks whatever the step.
+module newmark_loads
+   use applied_loads, only: gather_loads, has_loads
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t
+   use free_modes, only: find_free_modes, free_modes_t
+   use kinds, only: i8, wp
+   use load_courses, only: value_at
+   use load_settings, only: course_pulse, course_table, time_course_t
+   use newmark_run, only: whole_step
+   use newmark_several_run, only: instant_of, several_run_t
+   use newmark_stepper, only: band, deepest_level, newmark_stepper_t
+   use run_settings, only: run_settings_t
+   use skyline_matrix, only: make_skyline, multiply, skyline_t
+   use sorting, only: ascending_order
+   implicit none (type, external)
+   private
+   public :: prepare_loads, load_at, load_at_end, level_to_jump, pass_jump, further_damping
+
+contains
+
+   !> Loads of a run, and the instants at which they jump, or may.
+   subroutine prepare_loads(model, settings, run)
+      !> Rigid supports are held
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      type(several_run_t), intent(inout) :: run
+
+      real(wp), allocatable :: instants(:)
+      integer :: g, i
+
+      allocate (run%jumps(0))
+      if (.not. has_loads(settings)) return
+      call gather_loads(model, settings, run%loads)
+      do i = 1, size(model%supports)
+         if (model%supports(i)%stiffness <= 0.0_wp) run%loads%vector(model%supports(i)%dof, :) = 0.0_wp
+      end do
+      do g = 1, run%loads%count
+         instants = jumps_of(run%loads%course(g))
+         run%jumps = [run%jumps, pack(instants, instants > 0.0_wp .and. instants <= settings%response%duration)]
+      end do
+      run%jumps = run%jumps(ascending_order(run%jumps))
+   end subroutine prepare_loads
+
+   !> Where something sets in, or ceases.
+   pure function jumps_of(course) result(instants)
+      type(time_course_t), intent(in) :: course
+      real(wp), allocatable :: instants(:)
+
+      instants = [course%start, course%end]
+      if (course%kind == course_pulse) instants = [instants, course%start + course%duration]
+      if (course%kind == course_table) instants = [instants, course%start + course%time(1), &
+         course%start + course%time(size(course%time))]
+   end function jumps_of
+
+   !> The load at an instant; where it jumps, after the jump.
+   pure subroutine load_at(run, tau, load)
+      type(several_run_t), intent(in) :: run
+      real(wp), intent(in) :: tau
+      !> Padded
+      real(wp), intent(inout) :: load(1 - band:)
+
+      integer :: g
+
+      associate (own => load(1:run%stepper%order))
+         own = 0.0_wp
+         do g = 1, run%loads%count
+            own = own + value_at(run%loads%course(g), tau)*run%loads%vector(:, g)
+         end do
+      end associate
+   end subroutine load_at
+
+   !> The load at the end of a step; where it jumps there, before the jump.
+   pure subroutine load_at_end(run, tau, load)
+      type(several_run_t), intent(in) :: run
+      !> The end
+      real(wp), intent(in) :: tau
+      !> Padded
+      real(wp), intent(inout) :: load(1 - band:)
+
+      real(wp), parameter :: before = 1.0e-9_wp
+      real(wp) :: instant
+
+      instant = tau
+      if (run%next_jump <= size(run%jumps)) then
+         associate (jump => run%jumps(run%next_jump))
+            if (tau >= jump - nearness(run%stepper, jump)) then
+               instant = jump - max(before*run%stepper%step, 16.0_wp*epsilon(jump)*jump)
+            end if
+         end associate
+      end if
+      call load_at(run, instant, load)
+   end subroutine load_at_end
+
+   !> What is as near to a jump is at it.
+   pure function nearness(stepper, jump) result(distance)
+      type(newmark_stepper_t), intent(in) :: stepper
+      real(wp), intent(in) :: jump
+      real(wp) :: distance
+
+      distance = max(scale(stepper%step, -deepest_level), 8.0_wp*epsilon(jump)*jump)
+   end function nearness
+
+   !> How often a step must be halved at least so that it does not go past a jump.
+   pure function level_to_jump(run, least) result(level)
+      type(several_run_t), intent(in) :: run
+      integer, intent(in) :: least
+      integer :: level
+
+      level = least
+      if (run%next_jump > size(run%jumps)) return
+      associate (jump => run%jumps(run%next_jump))
+         do while (level < deepest_level)
+            if (instant_of(run, shiftr(whole_step, level)) <= jump + nearness(run%stepper, jump)) return
+            level = level + 1
+         end do
+      end associate
+   end function level_to_jump
+
+   !> If the present state is at a jump its load is that after it.
+   pure subroutine pass_jump(run, has_passed)
+      type(several_run_t), intent(inout) :: run
+      logical, intent(out) :: has_passed
+
+      real(wp) :: last
+
+      has_passed = .false.
+      last = 0.0_wp
+      do while (run%next_jump <= size(run%jumps))
+         associate (jump => run%jumps(run%next_jump))
+            if (instant_of(run) < jump - nearness(run%stepper, jump)) exit
+            last = jump
+         end associate
+         has_passed = .true.
+         run%next_jump = run%next_jump + 1
+      end do
+      if (has_passed) call load_at(run, max(instant_of(run), last), run%states(run%now)%beam%load)
+   end subroutine pass_jump
+
+   !> Damping besides 2 zeta K: in proportion to the mass, or of each mode. For that all of the model's matrices get a full
+   !> profile.
+   subroutine further_damping(settings, model, damping, error)
+      type(run_settings_t), intent(in) :: settings
+      !> Rigid supports are held
+      type(beam_model_t), intent(inout) :: model
+      !> C beyond the stiffness's part; unallocated: there is none
+      type(skyline_t), allocatable, intent(out) :: damping
+      !> Set when the modes cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(free_modes_t) :: modes
+      real(wp), allocatable :: force(:)
+      integer :: column, i, row
+
+      if (allocated(settings%mode_ratios)) then
+         call find_free_modes(model, modes, error)
+         if (allocated(error)) return
+         model%stiffness = fill(model%stiffness)
+         model%mass = fill(model%mass)
+         allocate (damping, source=model%mass)
+         damping%values = 0.0_wp
+         allocate (force(model%mass%order))
+         do i = 1, size(modes%square)
+            call multiply(model%mass, modes%mode(:, i), force)
+            associate (ratio => settings%mode_ratios(min(i, size(settings%mode_ratios))))
+               do column = 1, damping%order
+                  do row = 1, column
+                     associate (entry => damping%values(damping%diagonal(column) - column + row))
+                        entry = entry + 2.0_wp*ratio*sqrt(modes%square(i))*force(row)*force(column)
+                     end associate
+                  end do
+               end do
+            end associate
+         end do
+      else if (settings%zeta_mass > 0.0_wp) then
+         allocate (damping, source=model%mass)
+         damping%values = 2.0_wp*settings%zeta_mass*damping%values
+      end if
+   end subroutine further_damping
+
+   !> The same matrix with all its zeros.
+   pure function fill(matrix) result(full)
+      type(skyline_t), intent(in) :: matrix
+      type(skyline_t) :: full
+
+      integer :: column, i, row
+
+      call make_skyline(full, [(1, i=1, matrix%order)])
+      do column = 1, matrix%order
+         do row = matrix%first_row(column), column
+            full%values(full%diagonal(column) - column + row) = matrix%values(matrix%diagonal(column) - column + row)
+         end do
+      end do
+   end function fill
+
+end module newmark_loads

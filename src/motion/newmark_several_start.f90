@@ -1,0 +1,217 @@
+!> How a Newmark run among several surfaces begins.
+module newmark_several_start
+   use beam_loads, only: base_mass_vector, base_rotation_vector
+   use beam_model, only: beam_model_t
+   use complementarity, only: solve_complementarity
+   use failures, only: fail, failure_t, status_bad_input
+   use free_modes, only: find_free_modes, free_modes_t
+   use kinds, only: lambda1_power4, wp
+   use load_settings, only: field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
+      start_settings_t, start_velocity
+   use newmark_loads, only: load_at
+   use newmark_several_contacts, only: event_here, keep_event, settle
+   use newmark_several_events, only: meet_and_leave
+   use newmark_several_run, only: gap_at, gap_rate_at, is_idle, is_in_contact, is_open, several_run_t
+   use newmark_stepper, only: band, make_start_state, restart_acceleration
+   use number_text, only: to_text
+   use response_types, only: event_contact, response_t
+   use run_settings, only: run_settings_t
+   use skyline_matrix, only: factorise, skyline_t, solve_factorised
+   use stop_laws, only: static_stiffness
+   use stop_surfaces, only: surface_t
+   implicit none (type, external)
+   private
+   public :: make_several_start, begin_at_surfaces
+
+contains
+
+   !> The beam's state, and the forces of the surfaces that carry it.
+   subroutine make_several_start(model, held, settings, surfaces, acts, run, error)
+      type(beam_model_t), intent(in) :: model
+      !> Its rigid supports held
+      type(beam_model_t), intent(in) :: held
+      type(run_settings_t), intent(in) :: settings
+      type(surface_t), intent(in) :: surfaces(:)
+      !> Those that can carry it
+      logical, intent(in) :: acts(:)
+      !> Its stepper and loads are ready
+      type(several_run_t), intent(inout) :: run
+      !> Set when the state cannot be found, or a surface is in the way
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: displacement(:)
+
+      associate (beam => run%states(1)%beam, n => run%stepper%order, start => settings%start)
+         if (start%kind == start_pull) then
+            associate (pulled => surfaces(run%pulled))
+               call make_start_state(held, run%stepper, pulled%sign + run%height, beam, error)
+            end associate
+            if (allocated(error)) return
+         else
+            allocate (beam%displacement(1 - band:n + band), beam%velocity(1 - band:n + band), &
+               beam%acceleration(1 - band:n + band), source=0.0_wp)
+         end if
+         if (run%loads%count > 0) then
+            allocate (beam%load(1 - band:n + band), source=0.0_wp)
+            call load_at(run, 0.0_wp, beam%load)
+         end if
+         allocate (run%states(1)%force(size(surfaces)), run%states(1)%indentation(size(surfaces)), &
+            run%states(1)%branch_force(size(surfaces)), source=0.0_wp)
+         select case (start%kind)
+         case (start_balance)
+            allocate (displacement(n), source=0.0_wp)
+            if (allocated(beam%load)) displacement(:) = beam%load(1:n)
+            call carry(model, held, surfaces, acts, displacement, run%states(1)%force, error)
+            if (allocated(error)) return
+            beam%displacement(1:n) = displacement
+         case (start_velocity, start_drop, start_mode)
+            call set_in_motion(model, held, start, beam%displacement(1:n), beam%velocity(1:n), error)
+            if (allocated(error)) return
+         end select
+         if (start%kind /= start_pull) call check_surfaces(model, surfaces, run, error)
+         if (.not. allocated(error)) call restart_acceleration(run%stepper, beam, .false.)
+      end associate
+   end subroutine make_several_start
+
+   !> At rest under loads on the surfaces that carry it: they push and never pull, and yield in a row with the beam.
+   subroutine carry(model, held, surfaces, acts, displacement, forces, error)
+      type(beam_model_t), intent(in) :: model
+      !> Its rigid supports held
+      type(beam_model_t), intent(in) :: held
+      type(surface_t), intent(in) :: surfaces(:)
+      logical, intent(in) :: acts(:)
+      !> Loads in; displacement out
+      real(wp), intent(inout) :: displacement(:)
+      !> P of each surface
+      real(wp), intent(inout) :: forces(:)
+      !> Set when the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(skyline_t) :: factors
+      real(wp), dimension(count(acts)) :: push, sign
+      real(wp) :: compliance(count(acts), count(acts)), shapes(size(displacement), count(acts)), stiffness
+      integer :: place(count(acts)), dofs(count(acts)), k
+      logical :: carries(count(acts))
+
+      factors = held%stiffness
+      call factorise(factors, error)
+      if (allocated(error)) return
+      place = pack([(k, k=1, size(acts))], acts)
+      sign = surfaces(place)%sign
+      dofs = model%stop_dofs(surfaces(place)%stop)
+      displacement = lambda1_power4*displacement
+      call solve_factorised(factors, displacement)
+      shapes = 0.0_wp
+      do k = 1, size(place)
+         if (.not. any(model%supports%dof == dofs(k) .and. model%supports%stiffness <= 0.0_wp)) then
+            shapes(dofs(k), k) = lambda1_power4*sign(k)
+            call solve_factorised(factors, shapes(:, k))
+         end if
+         compliance(:, k) = sign*shapes(dofs, k)
+         stiffness = static_stiffness(surfaces(place(k))%settings)
+         if (stiffness > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness
+      end do
+      call solve_complementarity(compliance, sign*displacement(dofs) - surfaces(place)%height, push, carries)
+      displacement = displacement + matmul(shapes, push)
+      forces(place) = push
+   end subroutine carry
+
+   !> Velocities that the clamp allows: M^-1 M_b v. Of a mode both.
+   subroutine set_in_motion(model, held, start, displacement, velocity, error)
+      type(beam_model_t), intent(in) :: model
+      !> Its rigid supports held
+      type(beam_model_t), intent(in) :: held
+      type(start_settings_t), intent(in) :: start
+      !> [order]
+      real(wp), intent(inout) :: displacement(:)
+      real(wp), intent(inout) :: velocity(:)
+      !> Set when there is no such mode
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(free_modes_t) :: modes
+      type(skyline_t) :: factors
+      integer :: i
+
+      if (start%kind == start_drop .or. start%field == field_uniform .and. start%kind == start_velocity) then
+         velocity = start%velocity*base_mass_vector(model)
+         if (start%kind == start_drop) velocity = -velocity
+      else if (start%field == field_rotation .and. start%kind == start_velocity) then
+         velocity = start%velocity*base_rotation_vector(model)
+      else
+         call find_free_modes(model, modes, error)
+         if (allocated(error)) return
+         associate (tip => modes%mode(modes%tip_dof, start%mode))
+            if (start%kind == start_mode) displacement = start%displacement/tip*modes%mode(:, start%mode)
+            velocity = start%velocity/tip*modes%mode(:, start%mode)
+         end associate
+         return
+      end if
+      do i = 1, size(model%supports)
+         if (model%supports(i)%stiffness <= 0.0_wp) velocity(model%supports(i)%dof) = 0.0_wp
+      end do
+      factors = held%mass
+      call factorise(factors, error)
+      if (.not. allocated(error)) call solve_factorised(factors, velocity)
+   end subroutine set_in_motion
+
+   !> Is a surface in the way that does not carry the beam?
+   subroutine check_surfaces(model, surfaces, run, error)
+      type(beam_model_t), intent(in) :: model
+      type(surface_t), intent(in) :: surfaces(:)
+      type(several_run_t), intent(in) :: run
+      !> Set when there is one
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! more than rounding, less than anything meant
+      real(wp), parameter :: tolerance = 1.0e-9_wp
+      real(wp) :: gap
+      integer :: k
+
+      do k = 1, size(surfaces)
+         gap = surfaces(k)%sign*run%states(1)%beam%displacement(model%stop_dofs(surfaces(k)%stop)) - surfaces(k)%height
+         if (run%states(1)%force(k) > 0.0_wp .or. gap >= -tolerance*max(1.0_wp, abs(surfaces(k)%height))) cycle
+         call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
+            to_text(surfaces(k)%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
+         return
+      end do
+   end subroutine check_surfaces
+
+   !> Surfaces that carry the beam at the start, or are hit there, or have to push.
+   pure subroutine begin_at_surfaces(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      ! what may be rounding
+      real(wp), parameter :: touch = 1.0e-9_wp
+      real(wp) :: rate
+      integer :: k
+
+      run%arrives = .false.
+      run%leaves = .false.
+      associate (state => run%states(run%now))
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k))
+               if (met%status == is_idle) cycle
+               if (allocated(met%stop) .and. state%force(k) > 0.0_wp) then
+                  met%status = is_in_contact
+                  state%indentation(k) = state%force(k)/static_stiffness(met%surface%settings)
+                  run%next_level = max(run%next_level, met%contact_level)
+                  call keep_event(run, k, event_here(run, k, event_contact), response)
+                  cycle
+               end if
+               if (met%status /= is_open .or. gap_at(run, k, state) > touch) cycle
+               rate = gap_rate_at(run, k, state)
+               run%arrives(k) = rate < 0.0_wp
+               if (.not. allocated(met%stop)) met%is_stopped = .not. abs(rate) > 0.0_wp
+            end associate
+         end do
+      end associate
+      if (any(run%arrives)) then
+         call meet_and_leave(run, response)
+      else if (any(run%surfaces%is_stopped) .or. any(run%surfaces%status == is_in_contact)) then
+         call settle(run, response)
+      end if
+   end subroutine begin_at_surfaces
+
+end module newmark_several_start
