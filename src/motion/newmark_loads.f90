@@ -9,7 +9,7 @@ module newmark_loads
    use beam_model, only: beam_model_t
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
-   use kinds, only: i8, wp
+   use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
    use newmark_run, only: whole_step
@@ -142,7 +142,7 @@ contains
       if (has_passed) call load_at(run, max(instant_of(run), last), run%states(run%now)%beam%load)
    end subroutine pass_jump
 
-   !> Damping besides 2 zeta K: in proportion to the mass, or of each mode. For that all of the model's matrices get a full
+   !> Damping besides 2 zeta K: in proportion to the mass, or of each mode, for which the model's matrices get a full
    !> profile.
    subroutine further_damping(settings, model, damping, error)
       type(run_settings_t), intent(in) :: settings

@@ -7,15 +7,15 @@ module newmark_several
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: i8, wp
-   use newmark_energies, only: kinetic_energy, strain_energy
    use load_settings, only: start_pull
+   use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_motion, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_run, only: level_of, nowhere, whole_step
    use newmark_samples, only: keep_shapes
    use newmark_several_contacts, only: settle
    use newmark_several_events, only: give_way, look_for_events
-   use newmark_several_run, only: energy_left, instant_of, is_held, is_idle, is_in_contact, is_open, several_run_t, &
+   use newmark_several_run, only: energy_left, instant_of, is_held, is_idle, is_in_contact, several_run_t, &
       surface_energy
    use newmark_several_start, only: begin_at_surfaces, make_several_start
    use newmark_several_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
@@ -411,8 +411,8 @@ contains
             energy = energy + surface_energy(run, k, state)
          end do
       end associate
-      call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created + run%turnover, &
-         run%error)
+      call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created &
+         + run%turnover, run%error)
    end subroutine check_energy
 
    !> Begin to measure each surface.

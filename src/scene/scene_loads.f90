@@ -4,7 +4,7 @@ module scene_loads
    use kinds, only: wp
    use load_groups, only: physical_course_t, physical_start_t
    use load_settings, only: base_displacement, base_settings_t, course_harmonic, course_table, force_settings_t, &
-      start_drop, start_mode, start_names, start_pull, start_rest, start_table, start_velocity, time_course_t
+      start_drop, start_mode, start_pull, start_rest, start_table, start_velocity, time_course_t
    use load_table, only: read_load_table
    use name_table, only: is_among, table_t
    use number_text, only: to_text

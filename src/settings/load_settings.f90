@@ -8,8 +8,8 @@ module load_settings
    private
    public :: time_course_t, force_settings_t, base_settings_t, start_settings_t
    public :: course_harmonic, course_step, course_pulse, course_table, course_names
-   public :: pulse_rectangle, pulse_half_sine, pulse_names
-   public :: base_acceleration, base_displacement, base_names
+   public :: pulse_half_sine, pulse_names
+   public :: base_displacement, base_names
    public :: start_pull, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
    public :: field_uniform, field_rotation, field_mode, field_names
 
