@@ -180,8 +180,6 @@ contains
       end select
    end subroutine list_group
 
-<<<<<<< HEAD
-=======
    subroutine list_damping(table, scene, physical)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
@@ -202,37 +200,6 @@ contains
          default='none: C = gamma K + alpha M', is_optional=.true., sweep=sweep_t(55, is_in_cases=.true.)))
    end subroutine list_damping
 
-   subroutine list_beam(table, beam, physical)
-      class(table_t), intent(inout) :: table
-      type(beam_settings_t), intent(inout) :: beam
-      type(physical_t), intent(inout) :: physical
-
-      call table%open(group_t('beam', in_motion_and_benchmark))
-      call table%bind(beam%length, name_t('length', 'length L', length_range))
-      call table%bind(beam%width, name_t('width', 'width b', length_range, heights))
-      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', "Young's modulus E", material_range))
-      call table%bind(beam%density, name_t('density', 'density rho', material_range))
-      call table%bind(beam%height_root, name_t('height_root', 'height at the clamp', length_range, linear_taper, &
-         default='0.075 length'))
-      call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
-         linear_taper, default='height_root'))
-      call table%bind(physical%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
-         range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
-         sweep=sweep_t(3, is_of_beam=.true., is_in_cases=.true., &
-         meaning='alpha = (height_root - height_tip) / length, mean height kept')))
-      call table%bind(physical%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
-         range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
-      call table%bind(beam%station, name_t('station', 'positions of the table, from 0 to length, ascending', &
-         height_range, condition_t(phrase='height, or with area and inertia'), is_optional=.true.))
-      call table%bind(beam%height, name_t('height', 'heights at the stations, linear between them', height_range, &
-         condition_t(without='area inertia', phrase='station, not with area and inertia'), is_optional=.true.))
-      call table%bind(beam%area, name_t('area', 'areas at the stations, linear between them', &
-         range_t(0.0_wp, 1.0e24_wp), sections, is_optional=.true.))
-      call table%bind(beam%inertia, name_t('inertia', 'second moments of area at the stations', &
-         range_t(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
-   end subroutine list_beam
-
->>>>>>> 14e54bb (Keep to the rules of the house)
    subroutine list_mesh(table, mesh)
       class(table_t), intent(inout) :: table
       type(mesh_settings_t), intent(inout) :: mesh
