@@ -18,7 +18,7 @@ module beam_loads
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: base_mass_vector, base_rotation_vector, point_load, line_load
+   public :: base_mass_vector, base_rotation_vector, inertia_of_motion, point_load, line_load
    public :: moment_weights_t, moment_weights, moment_of_point_load, moment_of_line_load
 
    !> The moment at x is stiffness.(y + gamma y') + mass.(y'' + alpha y') + base a_b + those of the loads.
@@ -41,7 +41,9 @@ contains
       !> [order of the model]
       real(wp), allocatable :: vector(:)
 
-      allocate (vector, source=rigid_motion_inertia(model, 1.0_wp, 0.0_wp))
+      integer :: i
+
+      allocate (vector, source=inertia_of_motion(model, [(1.0_wp, i=0, model%mesh%elements)]))
    end function base_mass_vector
 
    !> The same of a rotation by 1 about the root.
@@ -50,37 +52,39 @@ contains
       !> [order of the model]
       real(wp), allocatable :: vector(:)
 
-      allocate (vector, source=rigid_motion_inertia(model, 0.0_wp, 1.0_wp))
+      allocate (vector, source=inertia_of_motion(model, model%mesh%position))
    end function base_rotation_vector
 
-   !> The full mass matrix times a rigid motion.
-   pure function rigid_motion_inertia(model, translation, rotation) result(vector)
+   !> The full mass matrix times a motion linear between nodes; a rotary inertia turns by the mean of both sides.
+   pure function inertia_of_motion(model, motion) result(vector)
       type(beam_model_t), intent(in) :: model
-      !> y and dy/dx at the root
-      real(wp), intent(in) :: translation
-      real(wp), intent(in) :: rotation
+      !> y of the nodes, [0:n]
+      real(wp), intent(in) :: motion(0:)
       real(wp) :: vector(model%mass%order)
 
-      real(wp) :: motion(4)
+      real(wp) :: slope(0:size(motion))
       integer :: dofs(2), element, i
 
       vector = 0.0_wp
       do element = 1, model%mesh%elements
-         associate (x => model%mesh%position)
-            motion = [translation + rotation*x(element - 1), rotation, translation + rotation*x(element), rotation]
+         associate (before => motion(element - 1), after => motion(element))
+            slope(element) = (after - before)/model%mesh%length(element)
+            call spread_over(element_dofs(model, element), matmul(mass_of(model, element), [before, slope(element), &
+               after, slope(element)]), vector)
          end associate
-         call spread_over(element_dofs(model, element), matmul(mass_of(model, element), motion), vector)
       end do
+      slope(0) = slope(1)
+      slope(size(motion)) = slope(model%mesh%elements)
       call give_to_neighbours(model, vector)
-      vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*(translation + rotation)
+      vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*motion(model%mesh%elements)
       do i = 1, size(model%point_masses)
-         associate (added => model%point_masses(i))
-            dofs = node_dofs(model, added%node)
-            vector(dofs) = vector(dofs) + [added%mass*(translation + rotation*model%mesh%position(added%node)), &
-               added%rotary_inertia*rotation]
+         associate (added => model%point_masses(i), node => model%point_masses(i)%node)
+            dofs = node_dofs(model, node)
+            vector(dofs) = vector(dofs) + [added%mass*motion(node), added%rotary_inertia*0.5_wp*(slope(node) &
+               + slope(node + 1))]
          end associate
       end do
-   end function rigid_motion_inertia
+   end function inertia_of_motion
 
    !> Consistent loads of a unit force.
    pure function point_load(model, at) result(vector)

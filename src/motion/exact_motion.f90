@@ -74,13 +74,24 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(mode_check_t) :: check
+      type(free_modes_t) :: few
 
+      check%kept = size(modes%lambda)
+      if (settings%response%mode_count > 0) check%kept = min(check%kept, settings%response%mode_count)
       if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
-         call run_among_surfaces(model, modes, settings, sets, response, error)
+         if (check%kept == size(modes%lambda)) then
+            call run_among_surfaces(model, modes, settings, sets, response, error)
+         else
+            few = modes
+            few%lambda = modes%lambda(:check%kept)
+            few%square = modes%square(:check%kept)
+            few%mode = modes%mode(:, :check%kept)
+            call run_among_surfaces(model, few, settings, sets, response, error)
+         end if
          return
       end if
-      check%kept = size(modes%lambda)
-      if (.not. settings%response%keep_all_modes .and. settings%stop%impulse /= impulse_nodal) then
+      if (settings%response%mode_count == 0 .and. .not. settings%response%keep_all_modes .and. &
+         settings%stop%impulse /= impulse_nodal) then
          call choose_modes(modes, settings, check)
       end if
       call run_in_modes(modes, check%kept, settings, response, error)
@@ -218,9 +229,13 @@ contains
       end if
       call finish_several(settings, phase, motion, response)
       if (.not. allocated(response%shape_tau)) return
-      associate (state => phase%now%states(phase%now%pulled))
-         call fill_shapes(modes, state%surface%sign*state%surface%height, motion%recorder, response)
-      end associate
+      if (phase%now%pulled > 0) then
+         associate (state => phase%now%states(phase%now%pulled))
+            call fill_shapes(modes, state%surface%sign*state%surface%height, motion%recorder, response)
+         end associate
+      else
+         call fill_shapes(modes, 0.0_wp, motion%recorder, response)
+      end if
    end subroutine run_among_surfaces
 
    !> The whole beam at the instants that were kept.

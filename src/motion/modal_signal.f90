@@ -8,7 +8,7 @@ module modal_signal
       free_step, local_t, search_t, step_without_zero, term_columns, term_curvature, term_rate, term_value, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use kinds, only: i8, wp
-   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, split_exponentials
+   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, free_step_among, split_exponentials
    implicit none (type, external)
    private
    public :: modal_signal_t, make_modal_signal, zero_of_series
@@ -295,20 +295,7 @@ contains
          here%bound_both = here%bound
          here%bound_jerk = sum(terms(:, bound_jerk))
          surface = 0.0_wp
-         if (abs(self%surface) > 0.0_wp) then
-            surface = self%surface*exp(-self%rate*t)
-            here%floor = here%floor + min(surface, 0.0_wp)
-            here%signal = here%signal + surface
-            surface = surface*(-self%rate)**order
-            here%value = here%value + surface
-            if (order > 0) here%rounding = here%rounding + 4.0_wp*epsilon(1.0_wp)*abs(surface)
-            here%slope = here%slope - self%rate*surface
-            here%curvature = here%curvature + self%rate**2*surface
-            ! of an even derivative it is convex
-            here%bound = here%bound + self%rate**2*max(-surface, 0.0_wp)
-            here%bound_both = here%bound_both + self%rate**2*abs(surface)
-            here%bound_jerk = here%bound_jerk + self%rate**3*abs(surface)
-         end if
+         if (abs(self%surface) > 0.0_wp) call add_surface(self, t, order, here, surface)
          if (present(more)) then
             rest = merge(self%offset, 0.0_wp, order == 0) + surface + rest_of_more(1)
             if (surface >= 0.0_wp) here%free = free_step_among(terms, more, rest, rest_of_more(2) - self%rate*surface, &
@@ -323,24 +310,29 @@ contains
       end associate
    end subroutine look_among
 
-   !> With further terms before those of the modes.
-   pure function free_step_among(terms, more, rest, rest_slope, value, slope) result(step)
-      real(wp), contiguous, intent(in) :: terms(:, :)
-      real(wp), intent(in) :: more(:, :)
-      !> What is added to all of them, and its slope
-      real(wp), intent(in) :: rest
-      real(wp), intent(in) :: rest_slope
-      !> Of all but those further terms
-      real(wp), intent(in) :: value
-      real(wp), intent(in) :: slope
-      real(wp) :: step
+   !> What the surface adds.
+   pure subroutine add_surface(self, t, order, here, surface)
+      type(modal_signal_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      !> Which derivative
+      integer, intent(in) :: order
+      type(local_t), intent(inout) :: here
+      !> That derivative of it
+      real(wp), intent(out) :: surface
 
-      real(wp) :: all_terms(size(more, 1) + size(terms, 1), term_columns)
-
-      all_terms(:size(more, 1), :) = more
-      all_terms(size(more, 1) + 1:, :) = terms
-      step = free_step(all_terms, rest, rest_slope, value + sum(more(:, term_value)), slope + sum(more(:, term_rate)))
-   end function free_step_among
+      surface = self%surface*exp(-self%rate*t)
+      here%floor = here%floor + min(surface, 0.0_wp)
+      here%signal = here%signal + surface
+      surface = surface*(-self%rate)**order
+      here%value = here%value + surface
+      if (order > 0) here%rounding = here%rounding + 4.0_wp*epsilon(1.0_wp)*abs(surface)
+      here%slope = here%slope - self%rate*surface
+      here%curvature = here%curvature + self%rate**2*surface
+      ! of an even derivative it is convex
+      here%bound = here%bound + self%rate**2*max(-surface, 0.0_wp)
+      here%bound_both = here%bound_both + self%rate**2*abs(surface)
+      here%bound_jerk = here%bound_jerk + self%rate**3*abs(surface)
+   end subroutine add_surface
 
    !> Value and slope of the modes far beyond critical damping at an instant.
    pure subroutine state_of_exponentials(self, t, z, v)

@@ -1,13 +1,13 @@
 !> How a motion begins, in the free modes (docs/theory.md, section 18).
 module modal_starts
-   use beam_loads, only: base_mass_vector, base_rotation_vector
+   use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_motion
    use beam_model, only: beam_model_t
    use complementarity, only: solve_complementarity
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: field_mode, field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
-      start_settings_t, start_velocity
+      start_settings_t, start_table, start_velocity
    use several_state, only: several_t
    implicit none (type, external)
    private
@@ -48,6 +48,9 @@ contains
          case (field_mode)
             v(start%mode) = start%velocity/modes%mode(modes%tip_dof, start%mode)
          end select
+      case (start_table)
+         if (allocated(start%displacements)) q(:) = in_modes(start%displacements)
+         if (allocated(start%velocities)) v(:) = in_modes(start%velocities)
       case (start_drop)
          v(:) = -start%velocity*matmul(base_mass_vector(model), modes%mode)
       case (start_mode)
@@ -56,7 +59,41 @@ contains
             v(start%mode) = start%velocity/tip
          end associate
       end select
+
+   contains
+
+      !> The part of a table that the beam can take, in modes.
+      function in_modes(values) result(modal)
+         real(wp), intent(in) :: values(:)
+         real(wp) :: modal(size(modes%square))
+
+         real(wp) :: at_node(0:model%mesh%elements)
+         integer :: node
+
+         do node = 0, model%mesh%elements
+            at_node(node) = interpolated(start%position, values, model%mesh%position(node))
+         end do
+         modal = matmul(inertia_of_motion(model, at_node), modes%mode)
+      end function in_modes
    end subroutine find_modal_start
+
+   !> Linear between points, as at the ends beyond them.
+   pure function interpolated(position, values, x) result(value)
+      !> Ascending
+      real(wp), intent(in) :: position(:)
+      real(wp), intent(in) :: values(:)
+      real(wp), intent(in) :: x
+      real(wp) :: value
+
+      real(wp) :: share
+      integer :: k
+
+      k = max(1, min(count(position <= x), size(position) - 1))
+      value = values(1)
+      if (size(position) == 1) return
+      share = min(max((x - position(k))/(position(k + 1) - position(k)), 0.0_wp), 1.0_wp)
+      value = values(k) + share*(values(k + 1) - values(k))
+   end function interpolated
 
    !> At rest under the loads of tau = 0 on surfaces that push and never pull.
    subroutine find_balance(several, acts, q, forces)

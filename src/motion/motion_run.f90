@@ -85,10 +85,13 @@ contains
       character(:), allocatable :: missing
 
       missing = ''
-      if (allocated(settings%mode_ratios) .and. settings%response%method == method_exact) missing = 'mode_ratios'
-      if (settings%response%mode_count > 0) missing = 'modes'
-      if (settings%start%kind == start_table) missing = "a start by a table"
-      if (.not. settings%has_stop) missing = 'a beam without stops'
+      if (settings%response%method == method_exact) then
+         if (allocated(settings%mode_ratios)) missing = 'mode_ratios'
+      else
+         if (settings%response%mode_count > 0) missing = 'modes'
+         if (settings%start%kind == start_table) missing = 'a start by a table'
+         if (.not. settings%has_stop) missing = 'a beam without stops'
+      end if
       if (missing /= '') call fail(error, status_bad_input, 'not computed yet by this method: '//missing)
    end subroutine check_computed
 

@@ -203,6 +203,7 @@ contains
                sample%history(eta_tip) = (held%static_tip - sign*now%beam%height(k)) + sum(held%tip_value*z)
             end associate
          end do
+         if (now%pulled == 0) sample%history(eta_tip) = held%static_tip + sum(held%tip_value*z)
          sample%history(force_stop) = total
          if (asked%energy) call sample_energy(self, time, z, v, term, sample)
       end associate

@@ -227,6 +227,10 @@ contains
       integer :: k
 
       motion%measurer%lost_stop = sum(self%states%dissipated)
+      if (size(self%states) == 0) then
+         call finish_measures(motion%measurer, duration, motion%recorder%ledger, response)
+         return
+      end if
       do k = 1, size(self%states)
          associate (number => self%states(k)%surface%number)
             if (k == self%pulled) then

@@ -92,7 +92,11 @@ contains
                now%measurers(k))
          end do
          call open_store(now, sets)
-         motion%measurer = now%measurers(now%pulled)
+         if (now%pulled > 0) then
+            motion%measurer = now%measurers(now%pulled)
+         else
+            call start_measurer(settings, .false., response%initial_energy, 0.0_wp, rest_energy, motion%measurer)
+         end if
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
          call meet_at_start(now, settings%response%hop_tolerance, motion, response)

@@ -3,6 +3,7 @@ module console_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use body_words, only: mass_in_words, root_in_words
    use kinds, only: wp
+   use load_settings, only: start_pull
    use measure_list, only: measure_count, measure_named, measure_table
    use measure_rows, only: row_in
    use number_text, only: rounded, to_text
@@ -121,7 +122,7 @@ contains
             call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
             cycle
          end if
-         if (k == released_stop(scene)) words = words//'; released from it'
+         if (scene%start%kind == start_pull .and. k == released_stop(scene)) words = words//'; released from it'
          if (stops(k)%side == side_below) words = 'below, '//words
          call print_line(unit, label, words)
          call print_line(unit, '', law_in_words(stops(k), units))
