@@ -1,7 +1,7 @@
 !> A signal of what swings of itself, and of what loads do to it besides (docs/theory.md, section 18).
 module driven_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, term_curvature, term_rate, &
-      term_value, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, term_curvature, &
+      term_rate, term_value, viewed_signal_t
    use kinds, only: wp
    use modal_signal, only: modal_signal_t
    use phase_drives, only: exponents_of, resonance_at, resonance_t
@@ -86,14 +86,15 @@ contains
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
       here%rounding = here%rounding + rounding*(abs(rest(0)) + sum(rows(:, bound_value)))
       if (order == 0) then
-         here%floor = here%floor + min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) - sum(rows(:, bound_value))
+         here%floor = here%floor + min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) &
+            - sum(rows(:, bound_value))
          here%signal = here%value
          here%signal_rounding = here%rounding
       else
          call terms_at(self, t, known, slope)
          here%signal = here%signal + known
-         here%signal_rounding = here%signal_rounding + rounding*(abs(known) + abs(self%factor)*sum(abs(self%terms%harmonic) &
-            *self%terms%frequency**self%order))
+         here%signal_rounding = here%signal_rounding + rounding*(abs(known) + abs(self%factor) &
+            *sum(abs(self%terms%harmonic)*self%terms%frequency**self%order))
       end if
    end subroutine look
 
@@ -209,7 +210,8 @@ contains
       bounds(0) = length/resonance%spread
       bounds(1) = abs(s(1))*length/resonance%spread
       do k = 2, ubound(bounds, 1)
-         bounds(k) = resonance%frequency**(k - 2) + 2.0_wp*resonance%decay*bounds(k - 1) + resonance%square*bounds(k - 2)
+         bounds(k) = resonance%frequency**(k - 2) + 2.0_wp*resonance%decay*bounds(k - 1) + resonance%square &
+            *bounds(k - 2)
       end do
       bounds = abs(resonance%force)*bounds
    end subroutine bound_resonance

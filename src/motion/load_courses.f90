@@ -1,8 +1,8 @@
 !> How loads go on in time, piece by piece: on each a constant, a slope and a harmonic (docs/theory.md, section 18).
 module load_courses
    use kinds, only: wp
-   use load_settings, only: base_displacement, base_settings_t, course_harmonic, course_pulse, course_step, course_table, &
-      pulse_half_sine, time_course_t
+   use load_settings, only: base_displacement, base_settings_t, course_harmonic, course_pulse, course_step, &
+      course_table, pulse_half_sine, time_course_t
    implicit none (type, external)
    private
    public :: piece_t, piece_at, value_at, acceleration_of

@@ -1,4 +1,5 @@
-!> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md, section 18).
+!> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md,
+!> section 18).
 module load_work
    use beam_element, only: gauss_rule
    use contact_losses, only: integral

@@ -5,10 +5,11 @@
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_zero, &
-      free_step, local_t, search_t, step_without_zero, term_columns, term_curvature, term_rate, term_value, viewed_signal_t
+      free_step, local_t, search_t, step_without_zero, term_columns, term_curvature, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use kinds, only: i8, wp
-   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, free_step_among, split_exponentials
+   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, free_step_among, &
+      split_exponentials
    implicit none (type, external)
    private
    public :: modal_signal_t, make_modal_signal, zero_of_series

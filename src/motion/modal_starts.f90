@@ -6,8 +6,8 @@ module modal_starts
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_courses, only: value_at
-   use load_settings, only: field_mode, field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
-      start_settings_t, start_table, start_velocity
+   use load_settings, only: field_mode, field_rotation, field_uniform, start_balance, start_drop, start_mode, &
+      start_pull, start_settings_t, start_table, start_velocity
    use several_state, only: several_t
    implicit none (type, external)
    private

@@ -1,8 +1,8 @@
 !> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical
 !> damping are taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, free_step, term_columns, term_curvature, term_rate, &
-      term_value
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, free_step, term_columns, term_curvature, &
+      term_rate, term_value
    use damped_oscillators, only: greatest_exponent, lanes, oscillators_t
    use kinds, only: wp
    implicit none (type, external)
@@ -38,8 +38,8 @@ contains
             if (oscillating > b) then
                ! in arrays of its own a vector stays in registers: the components' descriptors are not read again
                call oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
-                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), [two_zeta, mass_rate], weight(b + 1:b + lanes), &
-                  z(b + 1:b + lanes), v(b + 1:b + lanes), block)
+                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), [two_zeta, mass_rate], &
+                  weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes), block)
                terms(b + 1:b + lanes, :) = block
             end if
             if (oscillating >= b + lanes) cycle

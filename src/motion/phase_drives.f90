@@ -10,9 +10,9 @@ module phase_drives
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
    use held_sets, only: free_beam_t, held_set_t
-   use small_equations, only: solve_small
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
+   use small_equations, only: solve_small
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private

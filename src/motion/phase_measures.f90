@@ -152,8 +152,8 @@ contains
 
       measures = measurer%measures
       ! the ledger closes to rounding
-      lost_beam = measurer%tally%start_energy + ledger%work + ledger%created - ledger%dissipated_impact - measurer%lost_stop &
-         - measures%final_energy
+      lost_beam = measurer%tally%start_energy + ledger%work + ledger%created - ledger%dissipated_impact &
+         - measurer%lost_stop - measures%final_energy
       call finish_tally(measurer%tally, response, duration, [lost_beam, measurer%lost_stop, ledger%dissipated_impact], &
          ledger%created, measurer%most_peaks, measures, surface)
       last = 0.0_wp

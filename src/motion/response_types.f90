@@ -242,8 +242,8 @@ contains
       real(wp) :: excess(size(response%energy%kinetic))
 
       associate (e => response%energy)
-         excess = e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created &
-            - response%initial_energy
+         excess = e%kinetic + e%strain + e%stop + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact &
+            - e%created - response%initial_energy
          if (allocated(e%work)) excess = excess - e%work
       end associate
       miss = maxval(abs(excess))

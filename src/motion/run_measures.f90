@@ -258,7 +258,9 @@ contains
       ! a start without energy has none to share
       above = tally%start_energy - tally%rest_energy
       shares = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (above > 0.0_wp .and. comes_to_rest(tally)) shares = [lost, created, measures%final_energy - tally%rest_energy]/above
+      if (above > 0.0_wp .and. comes_to_rest(tally)) then
+         shares = [lost, created, measures%final_energy - tally%rest_energy]/above
+      end if
       measures%lost_beam = shares(1)
       measures%lost_stop = shares(2)
       measures%lost_impact = shares(3)

@@ -171,7 +171,8 @@ contains
          associate (held => self%set%held)
             place = findloc(held%held, k, dim=1)
             impulse = held%static_force(place)*time &
-               + sum(held%reaction(place, :)*(self%v - v + held%oscillators%mass_rate*(self%z - z))/held%oscillators%square)
+               + sum(held%reaction(place, :)*(self%v - v + held%oscillators%mass_rate*(self%z - z)) &
+               /held%oscillators%square)
          end associate
       end if
       if (self%loads%count > 0) impulse = impulse + impulse_of_terms(self, k, time)

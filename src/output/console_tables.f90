@@ -113,20 +113,24 @@ contains
       integer :: k
 
       units = units_in(scene)
-      allocate (stops, source=stops_in_scene(scene))
-      do k = 1, size(stops)
-         label = 'stop'
-         if (size(stops) > 1) label = label//' '//to_text(k)
-         words = place_in_words(stops(k), node_position, units)
-         if (size(stops) == 1 .and. stops(k)%side == side_below) then
-            call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
-            cycle
-         end if
-         if (scene%start%kind == start_pull .and. k == released_stop(scene)) words = words//'; released from it'
-         if (stops(k)%side == side_below) words = 'below, '//words
-         call print_line(unit, label, words)
-         call print_line(unit, '', law_in_words(stops(k), units))
-      end do
+      if (.not. scene%has_stop) then
+         call print_line(unit, 'stop', 'none')
+      else
+         allocate (stops, source=stops_in_scene(scene))
+         do k = 1, size(stops)
+            label = 'stop'
+            if (size(stops) > 1) label = label//' '//to_text(k)
+            words = place_in_words(stops(k), node_position, units)
+            if (size(stops) == 1 .and. stops(k)%side == side_below) then
+               call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
+               cycle
+            end if
+            if (scene%start%kind == start_pull .and. k == released_stop(scene)) words = words//'; released from it'
+            if (stops(k)%side == side_below) words = 'below, '//words
+            call print_line(unit, label, words)
+            call print_line(unit, '', law_in_words(stops(k), units))
+         end do
+      end if
       if (.not. allocated(scene%supports)) return
       do k = 1, size(scene%supports)
          call print_line(unit, 'support '//to_text(k), support_in_words(scene%supports(k), units))

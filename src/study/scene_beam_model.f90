@@ -5,6 +5,7 @@ module scene_beam_model
    use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
    use body_settings, only: root_pinned
    use failures, only: fail, failure_t, status_bad_input
+   use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: course_step, start_drop
    use mass_choice, only: errs_less_redistributed
@@ -211,6 +212,8 @@ contains
       settings%stop = scene%stop
       settings%response = scene%response
       settings%output = scene%output
+      ! of a beam without stops there is the tip alone
+      if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.
       settings%height_ratio = scene%scales%height_ratio
       if (.not. allocated(scene%more_stops)) return
       settings%more_stops = scene%more_stops
