@@ -8,8 +8,8 @@ module several_contacts
    use kinds, only: wp
    use load_work, only: work_of_loads
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
-   use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use phase_drives, only: drive_at, drive_rate_at
+   use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
    use several_events, only: follow_end

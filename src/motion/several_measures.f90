@@ -5,8 +5,8 @@ module several_measures
    use driven_signal, only: driven_terms_t
    use kinds, only: wp
    use motion_phases, only: motion_t
-   use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
    use phase_drives, only: resonance_at
+   use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
    use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
    use several_state, only: end_force, force_terms, driven_terms, move_alone, several_t, signal_of, whole_gap

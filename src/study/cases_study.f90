@@ -114,7 +114,7 @@ contains
       units = units_in(scene)
       write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
          trim(scene%cases%parameter%name)
-      headings(1) = scene%cases%parameter%name
+      headings(1) = scene%cases%parameter%name(:width)
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)
          associate (own => units_in(cases(i)%scene), measures => cases(i)%response%measures)

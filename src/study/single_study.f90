@@ -58,7 +58,7 @@ contains
       if (allocated(response)) call print_mesh(job%unit, response%mesh_check, units_in(scene))
       if (allocated(response)) call print_modes(job%unit, response%mode_check, units_in(scene))
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
-      if (allocated(response)) then
+      if (allocated(response) .and. scene%has_stop) then
          call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene))
          if (allocated(response%surfaces)) call print_surfaces(job%unit, response%surfaces, units_in(scene))
       end if
