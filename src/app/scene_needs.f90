@@ -154,6 +154,7 @@ contains
       if (allocated(scene%more_stops)) number = size(scene%more_stops)
       if (allocated(scene%supports)) number = number + size(scene%supports)
       if (allocated(scene%masses)) number = number + size(scene%masses)
+      if (allocated(scene%beam%section%station)) number = number + size(scene%beam%section%station)
    end function further_positions
 
    !> A beam, and its modes where motion is found in them.

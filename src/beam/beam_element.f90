@@ -3,7 +3,7 @@
 !> at the right node.
 module beam_element
    use beam_section, only: area, area_degree, inertia, inertia_degree, section_is_taper, section_is_uniform, section_t
-   use kinds, only: wp
+   use kinds, only: pi, wp
    implicit none (type, external)
    private
    public :: element_mass, element_stiffness, hermite_shape, hermite_curvature, gauss_rule, section_pieces
@@ -223,7 +223,7 @@ contains
 
    !> Gauss-Legendre rule on (0, 1).
    pure subroutine gauss_rule(points, point, weight)
-      !> Number of points, 1 to 5
+      !> Number of points
       integer, intent(in) :: points
       !> Points, [points]
       real(wp), allocatable, intent(out) :: point(:)
@@ -251,16 +251,46 @@ contains
          wb = (18.0_wp - sqrt(30.0_wp))/36.0_wp
          point = [-b, -a, a, b]
          weight = [wb, wa, wa, wb]
-      case default
+      case (5)
          a = sqrt(5.0_wp - 2.0_wp*sqrt(10.0_wp/7.0_wp))/3.0_wp
          b = sqrt(5.0_wp + 2.0_wp*sqrt(10.0_wp/7.0_wp))/3.0_wp
          wa = (322.0_wp + 13.0_wp*sqrt(70.0_wp))/900.0_wp
          wb = (322.0_wp - 13.0_wp*sqrt(70.0_wp))/900.0_wp
          point = [-b, -a, 0.0_wp, a, b]
          weight = [wb, wa, 128.0_wp/225.0_wp, wa, wb]
+      case default
+         call find_gauss_rule(points, point, weight)
       end select
       point = 0.5_wp*(1.0_wp + point)
       weight = 0.5_wp*weight
    end subroutine gauss_rule
+
+   !> The rule on (-1, 1) by Newton's method on the Legendre polynomial.
+   pure subroutine find_gauss_rule(points, point, weight)
+      !> Number of points
+      integer, intent(in) :: points
+      real(wp), allocatable, intent(out) :: point(:)
+      real(wp), allocatable, intent(out) :: weight(:)
+
+      real(wp) :: x, slope, values(0:points)
+      integer :: degree, i, step
+
+      allocate (point(points), weight(points))
+      do i = 1, points
+         x = -cos(pi*(real(i, wp) - 0.25_wp)/(real(points, wp) + 0.5_wp))
+         do step = 1, 8
+            values(0) = 1.0_wp
+            values(1) = x
+            do degree = 2, points
+               values(degree) = (real(2*degree - 1, wp)*x*values(degree - 1) - real(degree - 1, wp)*values(degree - 2)) &
+                  /real(degree, wp)
+            end do
+            slope = real(points, wp)*(x*values(points) - values(points - 1))/(x**2 - 1.0_wp)
+            x = x - values(points)/slope
+         end do
+         point(i) = x
+         weight(i) = 2.0_wp/((1.0_wp - x**2)*slope**2)
+      end do
+   end subroutine find_gauss_rule
 
 end module beam_element

@@ -14,7 +14,7 @@
 module beam_loads
    use beam_element, only: element_mass, element_stiffness, gauss_rule, hermite_shape, section_pieces
    use beam_model, only: beam_model_t, element_dofs, node_dofs
-   use beam_section, only: area
+   use beam_section, only: area, area_degree
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -30,8 +30,8 @@ module beam_loads
       real(wp) :: base = 0.0_wp
    end type moment_weights_t
 
-   !> Points of a rule that is exact for all products of shape functions, arm and area.
-   integer, parameter :: load_points = 4
+   !> Points of a rule that is exact for shape functions.
+   integer, parameter :: load_points = 2
 
 contains
 
@@ -140,11 +140,11 @@ contains
       inertia = end_moment(mass_of(model, element), s)
       associate (length => model%mesh%length(element), right => model%mesh%tip_distance(element))
          allocate (cut, source=section_pieces(model%section, length, right))
-         call gauss_rule(load_points, point, weight)
+         call gauss_rule((4 + area_degree(model%section))/2 + 1, point, weight)
          do piece = 1, size(cut) - 1
             width = min(cut(piece + 1), s/length) - cut(piece)
             if (width <= 0.0_wp) exit
-            do i = 1, load_points
+            do i = 1, size(point)
                xi = cut(piece) + width*point(i)
                inertia = inertia - weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
                   *(s - xi*length)*hermite_shape(xi, length)

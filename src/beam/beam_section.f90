@@ -4,9 +4,12 @@
 !> a point the section is then exact to the last digit.
 module beam_section
    use kinds, only: wp
+   use section_shapes, only: area_of_shape, fibre_of_shape, inertia_of_shape, is_uniform, mean_of_profile, profile_cubic, &
+      profile_linear, profile_stepped, section_settings_t, shape_general, spline_curvature
    implicit none (type, external)
    private
    public :: section_t, uniform_section, tapered_section, height_table_section, section_table_section
+   public :: shaped_section, outer_fibre
    public :: area, inertia, section_is_uniform, section_is_taper, area_degree, inertia_degree
 
 
@@ -15,6 +18,7 @@ module beam_section
    integer, parameter :: kind_taper = 1
    integer, parameter :: kind_height_table = 2
    integer, parameter :: kind_section_table = 3
+   integer, parameter :: kind_shape = 4
 
    type :: section_t
       !> One of the `kind_` constants
@@ -29,6 +33,18 @@ module beam_section
       real(wp), allocatable :: height(:)
       !> A/Abar and I/Ibar at the stations
       real(wp), allocatable :: area(:), inertia(:)
+      !> A shape: what it is, and how it goes on between stations, one of the constants of section_shapes
+      integer :: shape = 0
+      integer :: profile = profile_linear
+      !> Its dimensions at the stations and, of a spline, their second derivatives, any unit, [stations]
+      real(wp), allocatable :: first(:), second(:)
+      real(wp), allocatable :: first_curvature(:), second_curvature(:)
+      !> Its mean area and second moment of area in that unit
+      real(wp) :: mean_area = 1.0_wp
+      real(wp) :: mean_inertia = 1.0_wp
+      !> Distance of the outer fibre from the axis over hbar: everywhere, or, allocated, at the stations; 0: not known
+      real(wp) :: fibre = 0.5_wp
+      real(wp), allocatable :: fibres(:)
    end type section_t
 
 contains
@@ -84,6 +100,99 @@ contains
       allocate (section%inertia, source=inertias/table_mean(station, inertias))
    end function section_table_section
 
+   !> Any shape, uniform, linear between stations, in steps, or smooth.
+   pure function shaped_section(settings, length) result(section)
+      !> Complete
+      type(section_settings_t), intent(in) :: settings
+      !> L, in the unit of its stations
+      real(wp), intent(in) :: length
+      type(section_t) :: section
+
+      real(wp) :: mean_height
+      integer :: count
+
+      associate (first => mean_of_profile(settings, length, settings%first), &
+         second => mean_of_profile(settings, length, settings%second))
+         section%mean_area = area_of_shape(settings%shape, first, second)
+         section%mean_inertia = inertia_of_shape(settings%shape, first, second)
+         mean_height = sqrt(12.0_wp*section%mean_inertia/section%mean_area)
+         section%fibre = fibre_of_shape(settings%shape, first, second)/mean_height
+      end associate
+      section%shape = settings%shape
+      section%profile = settings%profile
+      if (allocated(settings%outer_fibre)) section%fibre = settings%outer_fibre(1)/mean_height
+      if (is_uniform(settings)) return
+      section%kind = kind_shape
+      count = size(settings%station)
+      section%tip_distance = 1.0_wp - settings%station/length
+      allocate (section%first(count), source=settings%first)
+      allocate (section%second(count), source=settings%second)
+      if (allocated(settings%outer_fibre)) allocate (section%fibres(count), source=settings%outer_fibre/mean_height)
+      if (settings%profile == profile_stepped) then
+         ! the last goes on to the tip
+         section%tip_distance = [section%tip_distance, 0.0_wp]
+         section%first = [section%first, section%first(count)]
+         section%second = [section%second, section%second(count)]
+         if (allocated(section%fibres)) section%fibres = [section%fibres, section%fibres(count)]
+      else if (settings%profile == profile_cubic) then
+         section%first_curvature = spline_curvature(-section%tip_distance, section%first)
+         section%second_curvature = spline_curvature(-section%tip_distance, section%second)
+      end if
+   end function shaped_section
+
+   !> Distance of the outer fibre from the axis over hbar, c of the stress M c/I; hbar is sqrt(12 Ibar/Abar), of a
+   !> rectangle its mean height. 0: not known.
+   pure function outer_fibre(section, tip_distance) result(fibre)
+      type(section_t), intent(in) :: section
+      !> Distance to the tip in L, 0 to 1
+      real(wp), intent(in) :: tip_distance
+      real(wp) :: fibre
+
+      select case (section%kind)
+      case (kind_uniform)
+         fibre = section%fibre
+      case (kind_section_table)
+         fibre = 0.0_wp
+      case (kind_shape)
+         if (allocated(section%fibres)) then
+            fibre = profile_value(section, section%fibres, tip_distance)
+         else
+            fibre = fibre_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
+               section%first_curvature), profile_value(section, section%second, tip_distance, &
+               section%second_curvature))*sqrt(section%mean_area/(12.0_wp*section%mean_inertia))
+         end if
+      case default
+         fibre = 0.5_wp*area(section, tip_distance)
+      end select
+   end function outer_fibre
+
+   !> A dimension of a shape.
+   pure function profile_value(section, values, tip_distance, curvature) result(value)
+      type(section_t), intent(in) :: section
+      !> At the stations
+      real(wp), intent(in) :: values(:)
+      !> Distance to the tip in L
+      real(wp), intent(in) :: tip_distance
+      !> Of a spline: second derivatives at the stations
+      real(wp), intent(in), optional :: curvature(:)
+      real(wp) :: value
+
+      real(wp) :: weight, width
+      integer :: low
+
+      low = piece_at(section%tip_distance, tip_distance)
+      if (section%profile == profile_stepped) then
+         value = values(low)
+         return
+      end if
+      width = section%tip_distance(low) - section%tip_distance(low + 1)
+      weight = (tip_distance - section%tip_distance(low + 1))/width
+      value = values(low + 1) + weight*(values(low) - values(low + 1))
+      if (.not. present(curvature)) return
+      value = value + ((weight**3 - weight)*curvature(low) &
+         + ((1.0_wp - weight)**3 - (1.0_wp - weight))*curvature(low + 1))*width**2/6.0_wp
+   end function profile_value
+
    !> Mean over the length of values that vary linearly between stations.
    pure function table_mean(station, values) result(mean)
       !> x/L, ascending from 0 to 1
@@ -128,6 +237,10 @@ contains
          value = interpolate(section%tip_distance, section%height, tip_distance)
       case (kind_section_table)
          value = interpolate(section%tip_distance, section%area, tip_distance)
+      case (kind_shape)
+         value = area_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
+            section%first_curvature), profile_value(section, section%second, tip_distance, &
+            section%second_curvature))/section%mean_area
       case default
          value = 1.0_wp
       end select
@@ -142,6 +255,10 @@ contains
 
       if (section%kind == kind_section_table) then
          value = interpolate(section%tip_distance, section%inertia, tip_distance)
+      else if (section%kind == kind_shape) then
+         value = inertia_of_shape(section%shape, profile_value(section, section%first, tip_distance, &
+            section%first_curvature), profile_value(section, section%second, tip_distance, &
+            section%second_curvature))/section%mean_inertia
       else
          value = area(section, tip_distance)**3
       end if
@@ -153,6 +270,7 @@ contains
       integer :: degree
 
       degree = merge(0, 1, section%kind == kind_uniform)
+      if (section%kind == kind_shape) degree = merge(1, 2, section%shape == shape_general)*dimension_degree(section)
    end function area_degree
 
    !> Degree of the second moment of area as a polynomial between stations.
@@ -165,10 +283,22 @@ contains
          degree = 0
       case (kind_section_table)
          degree = 1
+      case (kind_shape)
+         degree = merge(1, 4, section%shape == shape_general)*dimension_degree(section)
       case default
          degree = 3
       end select
    end function inertia_degree
+
+   !> Degree of the dimensions of a shape between stations.
+   pure function dimension_degree(section) result(degree)
+      type(section_t), intent(in) :: section
+      integer :: degree
+
+      degree = 1
+      if (section%profile == profile_stepped) degree = 0
+      if (section%profile == profile_cubic) degree = 3
+   end function dimension_degree
 
    !> Linear interpolation in a table over the distance to the tip.
    pure function interpolate(tip_distances, values, tip_distance) result(value)
@@ -180,8 +310,25 @@ contains
       real(wp), intent(in) :: tip_distance
       real(wp) :: value
 
-      integer :: low, high, middle
+      integer :: low
       real(wp) :: weight
+
+      low = piece_at(tip_distances, tip_distance)
+      associate (high => low + 1)
+         weight = (tip_distance - tip_distances(high))/(tip_distances(low) - tip_distances(high))
+         value = values(high) + weight*(values(low) - values(high))
+      end associate
+   end function interpolate
+
+   !> The last station before a distance to the tip.
+   pure function piece_at(tip_distances, tip_distance) result(low)
+      !> Distances of the stations, descending
+      real(wp), intent(in) :: tip_distances(:)
+      !> Where
+      real(wp), intent(in) :: tip_distance
+      integer :: low
+
+      integer :: high, middle
 
       low = 1
       high = size(tip_distances)
@@ -193,8 +340,6 @@ contains
             high = middle
          end if
       end do
-      weight = (tip_distance - tip_distances(high))/(tip_distances(low) - tip_distances(high))
-      value = values(high) + weight*(values(low) - values(high))
-   end function interpolate
+   end function piece_at
 
 end module beam_section

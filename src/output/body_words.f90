@@ -3,11 +3,30 @@ module body_words
    use body_settings, only: mass_settings_t, root_pinned, root_settings_t
    use kinds, only: wp
    use number_text, only: rounded
+   use scene_types, only: beam_settings_t, shape_section
+   use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names
    implicit none (type, external)
    private
-   public :: root_in_words, mass_in_words
+   public :: section_in_words, root_in_words, mass_in_words
 
 contains
+
+   !> A section that is neither uniform nor a taper by &beam alone.
+   pure function section_in_words(beam) result(words)
+      type(beam_settings_t), intent(in) :: beam
+      character(:), allocatable :: words
+
+      words = 'section given by a table'
+      if (beam%shape /= shape_section) return
+      words = trim(shape_names(beam%section%shape))//' section, '
+      if (is_uniform(beam%section)) then
+         words = words//'uniform'
+      else if (beam%section%profile == profile_stepped) then
+         words = words//'in steps'
+      else
+         words = words//trim(profile_names(beam%section%profile))//' between stations'
+      end if
+   end function section_in_words
 
    !> What holds the root.
    pure function root_in_words(root) result(words)

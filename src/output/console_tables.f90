@@ -1,7 +1,7 @@
 !> Short tables of results for people to read.
 module console_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use body_words, only: mass_in_words, root_in_words
+   use body_words, only: mass_in_words, root_in_words, section_in_words
    use kinds, only: wp
    use load_settings, only: start_pull
    use measure_list, only: measure_count, measure_named, measure_table
@@ -72,7 +72,7 @@ contains
 
       associate (beam => scene%beam)
          if (beam%shape /= shape_taper) then
-            words = 'section given by a table'
+            words = section_in_words(beam)
          else if (abs(beam%height_root - beam%height_tip) <= 0.0_wp) then
             words = 'uniform'
          else if (beam%height_tip <= 0.0_wp) then

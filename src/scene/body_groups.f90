@@ -1,4 +1,4 @@
-!> The names of &beam, &root and &mass, the last of which a file may have any number.
+!> The names of &beam, &section, &root and &mass, the last of which a file may have any number.
 module body_groups
    use body_settings, only: mass_settings_t, root_names
    use kinds, only: wp
@@ -7,10 +7,11 @@ module body_groups
    use number_text, only: to_text
    use program_identity, only: in_motion_and_benchmark
    use scene_types, only: beam_settings_t, scene_t
+   use section_shapes, only: profile_names, shape_names
    use value_rules, only: length_range, physical_range, place_range, range_t, stiffness_range
    implicit none (type, external)
    private
-   public :: physical_beam_t, physical_root_t, physical_mass_t, list_beam, list_root, list_masses
+   public :: physical_beam_t, physical_root_t, physical_mass_t, list_beam, list_section, list_root, list_masses
 
    !> What the groups may give instead of ratios, in the user's units.
    type :: physical_beam_t
@@ -35,6 +36,10 @@ module body_groups
    type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
       phrase='a linear taper, not with tables')
    type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
+   type(condition_t), parameter :: rectangle = condition_t(name='shape', words='rectangle')
+   type(condition_t), parameter :: round = condition_t(name='shape', words='round')
+   type(condition_t), parameter :: tube = condition_t(name='shape', words='tube')
+   type(condition_t), parameter :: general = condition_t(name='shape', words='general')
    type(condition_t), parameter :: springs = condition_t(name='kind', words='clamped')
 
    ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
@@ -74,6 +79,40 @@ contains
       call table%bind(beam%inertia, name_t('inertia', 'second moments of area at the stations', &
          range_t(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
    end subroutine list_beam
+
+   subroutine list_section(table, beam)
+      class(table_t), intent(inout) :: table
+      type(beam_settings_t), intent(inout) :: beam
+
+      call table%open(group_t('section'), beam%has_section)
+      if (.not. table%is_open) return
+      associate (section => beam%section)
+         call table%bind(section%shape, name_t('shape', 'what the section is'), shape_names)
+         call table%bind(section%profile, name_t('profile', 'dimensions between stations: linear, the same from each ' &
+            //'to the next, or a natural cubic spline'), profile_names)
+         call table%bind(section%station, name_t('station', 'positions of the dimensions, ascending from 0, to length or, ' &
+            //'of steps, where each begins', height_range, default='none: uniform', is_optional=.true.))
+         call table%bind(section%width, name_t('width', 'width, one value or one a station', length_range, rectangle, &
+            default='width of &beam', is_optional=.true.))
+         call table%bind(section%height, name_t('height', 'height, one value or one a station', height_range, rectangle, &
+            default='none: give some', is_optional=.true.))
+         call table%bind(section%diameter, name_t('diameter', 'diameter, one value or one a station', height_range, round, &
+            default='none: give some', is_optional=.true.))
+         call table%bind(section%outer_diameter, name_t('outer_diameter', 'outer diameter, one value or one a station', &
+            height_range, tube, default='none: give some', is_optional=.true.))
+         call table%bind(section%wall, name_t('wall', 'thickness of the wall, one value or one a station', height_range, &
+            tube, default='none: give it or inner_diameter', is_optional=.true.))
+         call table%bind(section%inner_diameter, name_t('inner_diameter', 'inner diameter, one value or one a station', &
+            height_range, condition_t(name='shape', words='tube', without='wall'), default='that of wall', &
+            is_optional=.true.))
+         call table%bind(section%area, name_t('area', 'area, one value or one a station', range_t(0.0_wp, 1.0e24_wp), &
+            general, default='none: give some', is_optional=.true.))
+         call table%bind(section%inertia, name_t('inertia', 'second moment of area, one value or one a station', &
+            range_t(0.0_wp, 1.0e48_wp), general, default='none: give some', is_optional=.true.))
+         call table%bind(section%outer_fibre, name_t('outer_fibre', 'distance of the outer fibre from the axis, for ' &
+            //'stresses', length_range, general, default='not known', is_optional=.true.))
+      end associate
+   end subroutine list_section
 
    subroutine list_root(table, scene, physical)
       class(table_t), intent(inout) :: table

@@ -58,7 +58,9 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
-      if (any(abs(scene%cases%values) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
+      if (scene%beam%has_section) then
+         call input%complain('section', '', 'says all of the section: a taper of &beam is not varied beside it')
+      else if (any(abs(scene%cases%values) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
          call input%complain('cases', 'values', 'a taper must be at most twice mean_height_ratio = ' &
             //to_text(scene%scales%height_ratio)//' in size (a full wedge)')
       end if

@@ -4,10 +4,11 @@ module scene_beam
    use kinds, only: wp
    use number_text, only: to_text
    use scene_input, only: scene_input_t
-   use scene_types, only: beam_settings_t, shape_height_table, shape_section_table, shape_taper
+   use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_section_table, shape_taper
+   use section_shapes, only: area_of_shape, inertia_of_shape, mean_of_profile
    implicit none (type, external)
    private
-   public :: resolve_beam, mean_section, set_taper, smallest_tip
+   public :: resolve_beam, check_stations, check_column, mean_section, set_taper, smallest_tip
 
    !> A tip less high than this in terms of the root, but not 0, is neither a taper nor a wedge in rounded numbers.
    real(wp), parameter :: smallest_tip = 1.0e-9_wp
@@ -26,6 +27,7 @@ contains
       real(wp), parameter :: smallest_area = 1.0e-24_wp
       real(wp), parameter :: smallest_inertia = 1.0e-48_wp
 
+      if (beam%has_section) return
       beam%shape = shape_taper
       if (allocated(beam%height)) beam%shape = shape_height_table
       if (allocated(beam%area)) beam%shape = shape_section_table
@@ -33,8 +35,8 @@ contains
       case (shape_taper)
          call resolve_taper(input, physical, beam)
       case (shape_height_table)
-         call check_stations(input, beam%length, beam%station)
-         call check_column(input, 'height', beam%station, beam%height, smallest_height)
+         call check_stations(input, 'beam', beam%length, beam%station)
+         call check_column(input, 'beam', 'height', beam%station, beam%height, smallest_height)
       case (shape_section_table)
          if (.not. allocated(beam%station) .and. size(beam%area) == 1 .and. size(beam%inertia) == 1) then
             beam%station = [0.0_wp, beam%length]
@@ -44,9 +46,9 @@ contains
             call input%complain('beam', 'area', 'needs station where area or inertia has more than one value')
             return
          end if
-         call check_stations(input, beam%length, beam%station)
-         call check_column(input, 'area', beam%station, beam%area, smallest_area)
-         call check_column(input, 'inertia', beam%station, beam%inertia, smallest_inertia)
+         call check_stations(input, 'beam', beam%length, beam%station)
+         call check_column(input, 'beam', 'area', beam%station, beam%area, smallest_area)
+         call check_column(input, 'beam', 'inertia', beam%station, beam%inertia, smallest_inertia)
       end select
    end subroutine resolve_beam
 
@@ -97,8 +99,9 @@ contains
    end subroutine set_taper
 
    !> Stations must run from 0 to the length, ascending; the last is made the length exactly.
-   subroutine check_stations(input, length, station)
+   subroutine check_stations(input, group, length, station)
       type(scene_input_t), intent(inout) :: input
+      character(*), intent(in) :: group
       real(wp), intent(in) :: length
       !> Positions
       real(wp), intent(inout) :: station(:)
@@ -108,28 +111,29 @@ contains
 
       count = size(station)
       if (count < 2) then
-         call input%complain('beam', 'station', 'needs at least two values, 0 and the length')
+         call input%complain(group, 'station', 'needs at least two values, 0 and the length')
          return
       else if (station(1) > 0.0_wp) then
-         call input%complain('beam', 'station', 'the first must be 0')
+         call input%complain(group, 'station', 'the first must be 0')
          return
       else if (abs(station(count) - length) > tolerance*length) then
-         call input%complain('beam', 'station', 'the last, '//to_text(station(count))//', must be the length, ' &
+         call input%complain(group, 'station', 'the last, '//to_text(station(count))//', must be the length, ' &
             //to_text(length))
          return
       end if
       station(count) = length
       do i = 2, count
          if (station(i) - station(i - 1) > tolerance*length) cycle
-         call input%complain('beam', 'station', 'must be ascending; '//to_text(station(i))//' follows ' &
+         call input%complain(group, 'station', 'must be ascending; '//to_text(station(i))//' follows ' &
             //to_text(station(i - 1)))
          return
       end do
    end subroutine check_stations
 
    !> As many values as stations, none zero except at the tip.
-   subroutine check_column(input, name, station, column, smallest)
+   subroutine check_column(input, group, name, station, column, smallest)
       type(scene_input_t), intent(inout) :: input
+      character(*), intent(in) :: group
       character(*), intent(in) :: name
       real(wp), intent(in) :: station(:)
       !> Values at them
@@ -141,11 +145,11 @@ contains
 
       count = size(column)
       if (count /= size(station)) then
-         call input%complain('beam', name, 'needs as many values as station, '//to_text(size(station))//'; ' &
+         call input%complain(group, name, 'needs as many values as station, '//to_text(size(station))//'; ' &
             //to_text(count)//' given')
       else if (any(column(:count - 1) < smallest) &
          .or. (column(count) > 0.0_wp .and. column(count) < smallest)) then
-         call input%complain('beam', name, 'must be at least '//to_text(smallest) &
+         call input%complain(group, name, 'must be at least '//to_text(smallest) &
             //' everywhere; only at the tip may it be 0')
       end if
    end subroutine check_column
@@ -160,8 +164,15 @@ contains
       !> Ibar
       real(wp), intent(out) :: inertia
 
-      real(wp) :: height
+      real(wp) :: first, height, second
 
+      if (beam%shape == shape_section) then
+         first = mean_of_profile(beam%section, beam%length, beam%section%first)
+         second = mean_of_profile(beam%section, beam%length, beam%section%second)
+         area = area_of_shape(beam%section%shape, first, second)
+         inertia = inertia_of_shape(beam%section%shape, first, second)
+         return
+      end if
       if (beam%shape == shape_section_table) then
          area = mean_of_table(beam%station, beam%area)
          inertia = mean_of_table(beam%station, beam%inertia)

@@ -15,11 +15,13 @@ module scene_resolve
    use scene_input, only: scene_input_t
    use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
    use scene_rules, only: check_rules
+   use scene_section, only: resolve_section
    use scene_stops, only: resolve_stops, resolve_supports
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
-      reference_none, scales_t, scene_t, shape_taper, solver_auto, solver_dsygv, solver_lanczos, solver_names, &
+      reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_lanczos, solver_names, &
       solver_natural
+   use section_shapes, only: is_uniform
    use sweep_resolve, only: resolve_sweep
    use unit_ratios, only: check_units, take_ratio
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text
@@ -61,6 +63,8 @@ contains
       call check_rules(input, table)
       if (input%has_problem()) return
       call check_requests(input, program, scene)
+      if (input%has_problem()) return
+      if (scene%beam%has_section) call resolve_section(input, scene%beam)
       if (input%has_problem()) return
       call resolve_beam(input, physical%beam, scene%beam)
       if (input%has_problem()) return
@@ -241,8 +245,9 @@ contains
          end if
 
          ! A mass at the point of a wedge has no limit
-         has_exact = scene%beam%shape == shape_taper &
-            .and. .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
+         has_exact = scene%beam%shape == shape_taper
+         if (scene%beam%shape == shape_section) has_exact = is_uniform(scene%beam%section)
+         has_exact = has_exact .and. .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
             .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
          if (has_exact) return
          if (.not. input%has('frequencies', 'reference')) then

@@ -153,6 +153,10 @@ contains
          decades = (elements - 1.0_wp) &
             *maxval(abs(log10(values_given(swept(place_of('mesh_ratio', swept)), scene%mesh%ratio))))
       end associate
+      if (size(values) > 0 .and. scene%beam%has_section) then
+         call input%complain('section', '', 'says all of the section: a taper of &beam is not swept beside it')
+         return
+      end if
       mean = 0.5_wp*(scene%beam%height_root + scene%beam%height_tip)/scene%beam%length
       do i = 1, size(values)
          if (values(i) > -2.0_wp*mean .and. abs(values(i)) <= 2.0_wp*mean*(1.0_wp - smallest_tip)) cycle

@@ -8,13 +8,14 @@ module scene_types
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use run_settings, only: name_length, output_settings_t, response_settings_t, stop_settings_t
+   use section_shapes, only: section_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
    public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t, base_group_t, start_group_t
    public :: support_displacement, support_rotation, support_motion_names
    public :: frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
-   public :: shape_taper, shape_height_table, shape_section_table
+   public :: shape_taper, shape_height_table, shape_section_table, shape_section
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
    public :: output_scene, output_dimensionless, output_unit_names
    public :: reference_exact, reference_none, default_mode_count
@@ -28,6 +29,8 @@ module scene_types
    integer, parameter :: shape_height_table = 2
    !> Area and second moment of area given at stations, linear between them.
    integer, parameter :: shape_section_table = 3
+   !> What &section says.
+   integer, parameter :: shape_section = 4
 
    !> LAPACK DSYGV on (K, M), the paper's.
    integer, parameter :: solver_dsygv = 1
@@ -95,6 +98,9 @@ module scene_types
       real(wp), allocatable :: height(:)
       !> Area and second moment of area at the stations, for `shape_section_table`
       real(wp), allocatable :: area(:), inertia(:)
+      !> &section is there; its shape, for `shape_section`
+      logical :: has_section = .false.
+      type(section_settings_t) :: section
    end type beam_settings_t
 
    !> &mesh

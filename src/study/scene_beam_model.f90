@@ -2,7 +2,7 @@
 module scene_beam_model
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, beam_root_t, beam_support_t, make_beam_model, point_mass_t
-   use beam_section, only: height_table_section, section_t, section_table_section, tapered_section
+   use beam_section, only: height_table_section, section_t, section_table_section, shaped_section, tapered_section
    use body_settings, only: root_pinned
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: eta_stop, force_stop, velocity_stop
@@ -12,7 +12,8 @@ module scene_beam_model
    use number_text, only: to_text
    use run_settings, only: run_settings_t, stop_released_from
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
-      shape_section_table, support_displacement
+      shape_section, shape_section_table, support_displacement
+   use section_shapes, only: is_uniform, profile_stepped
    use stop_pairs, only: conflict_of_supports, conflict_with_support
    implicit none (type, external)
    private
@@ -29,6 +30,8 @@ contains
       type(section_t) :: section
 
       select case (settings%shape)
+      case (shape_section)
+         section = shaped_section(settings%section, settings%length)
       case (shape_height_table)
          section = height_table_section(settings%station/settings%length, settings%height)
       case (shape_section_table)
@@ -93,7 +96,7 @@ contains
       if (scene%has_supports) answer = answer .and. mesh%struck_node == mesh%elements .and. tip_mass > 0.0_wp
    end function redistributes
 
-   !> A mesh with nodes at the stops and, after them, at supports and masses.
+   !> A mesh with nodes at the stops and, after them, at supports, masses and steps.
    pure subroutine mesh_of(scene, elements, ratio, mesh, error)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: elements
@@ -103,10 +106,16 @@ contains
       !> Set when it cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: positions(:)
+      real(wp), allocatable :: positions(:), steps(:)
       integer :: stops
 
-      if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports) .or. allocated(scene%masses))) then
+      associate (section => scene%beam%section)
+         allocate (steps(0))
+         if (scene%beam%shape == shape_section .and. section%profile == profile_stepped .and. .not. is_uniform(section)) &
+            steps = section%station(2:)/scene%beam%length
+      end associate
+      if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports) .or. allocated(scene%masses) &
+         .or. size(steps) > 0)) then
          call make_mesh(elements, ratio, scene%stop%position, mesh, error)
          return
       end if
@@ -115,6 +124,7 @@ contains
       stops = size(positions)
       if (allocated(scene%supports)) positions = [positions, scene%supports%position]
       if (allocated(scene%masses)) positions = [positions, scene%masses%position]
+      positions = [positions, steps]
       call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions, stops)
       if (.not. allocated(error) .and. allocated(scene%supports)) call check_supports(scene, mesh, error)
    end subroutine mesh_of

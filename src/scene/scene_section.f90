@@ -1,0 +1,237 @@
+!> &section checked and completed: dimensions of its shape at the stations.
+module scene_section
+   use kinds, only: wp
+   use number_text, only: to_text
+   use scene_beam, only: check_column, check_stations
+   use scene_input, only: scene_input_t
+   use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_taper
+   use section_shapes, only: is_uniform, profile_cubic, profile_linear, profile_stepped, section_settings_t, &
+      shape_general, shape_names, shape_rectangle, shape_round, shape_tube, spline_curvature
+   implicit none (type, external)
+   private
+   public :: resolve_section
+
+   !> What &beam may say of a section.
+   character(*), parameter :: names_of_beam(9) = [character(17) :: 'width', 'height_root', 'height_tip', 'taper', &
+      'mean_height_ratio', 'station', 'height', 'area', 'inertia']
+   !> Least dimension but for 0 at the tip.
+   real(wp), parameter :: smallest = 1.0e-48_wp
+
+contains
+
+   !> Problems go into the input. A rectangle that is one of &beam becomes that: uniform, a taper, a table of heights.
+   subroutine resolve_section(input, beam)
+      type(scene_input_t), intent(inout) :: input
+      !> Its section as read in; complete out
+      type(beam_settings_t), intent(inout) :: beam
+
+      integer :: i
+
+      do i = 1, size(names_of_beam)
+         if (beam%section%shape == shape_rectangle .and. names_of_beam(i) == 'width') cycle
+         if (input%has('beam', trim(names_of_beam(i)))) call input%complain('beam', trim(names_of_beam(i)), &
+            'does not go with &section, which says all of the section')
+      end do
+      if (input%has_problem()) return
+      associate (section => beam%section)
+         if (section%shape == shape_rectangle .and. .not. allocated(section%width)) section%width = [beam%width]
+         call find_dimensions(input, section)
+         if (input%has_problem()) return
+         call fit_to_stations(input, beam%length, section)
+         if (input%has_problem()) return
+         if (section%profile == profile_cubic .and. allocated(section%station)) call check_spline(input, section)
+         if (section%shape == shape_tube) then
+            if (any(2.0_wp*section%second > section%first*(1.0_wp + epsilon(1.0_wp)))) call input%complain('section', &
+               'wall inner_diameter', 'the wall must be at most half the outer diameter')
+         end if
+         beam%shape = shape_section
+         if (section%shape /= shape_rectangle .or. section%profile /= profile_linear) return
+         if (maxval(section%first) > minval(section%first)) return
+         beam%width = section%first(1)
+         if (size(section%second) <= 2) then
+            beam%shape = shape_taper
+            beam%height_root = section%second(1)
+            beam%height_tip = section%second(size(section%second))
+         else
+            beam%shape = shape_height_table
+            beam%station = section%station
+            beam%height = section%second
+         end if
+      end associate
+   end subroutine resolve_section
+
+   !> The two dimensions of the shape from what is given.
+   subroutine find_dimensions(input, section)
+      type(scene_input_t), intent(inout) :: input
+      type(section_settings_t), intent(inout) :: section
+
+      select case (section%shape)
+      case (shape_rectangle)
+         call take('height', section%width, section%height)
+      case (shape_round)
+         call take('diameter', section%diameter, section%diameter)
+      case (shape_tube)
+         if (allocated(section%inner_diameter) .and. allocated(section%outer_diameter)) then
+            if (size(section%inner_diameter) == size(section%outer_diameter) .or. size(section%inner_diameter) == 1) then
+               section%wall = 0.5_wp*(section%outer_diameter - spread_to(section%inner_diameter, &
+                  size(section%outer_diameter)))
+            else
+               section%wall = 0.5_wp*(spread_to(section%outer_diameter, size(section%inner_diameter)) &
+                  - section%inner_diameter)
+            end if
+            if (any(section%wall <= 0.0_wp)) call input%complain('section', 'inner_diameter', &
+               'must be below the outer diameter')
+         end if
+         call take('outer_diameter and wall', section%outer_diameter, section%wall)
+      case (shape_general)
+         call take('area and inertia', section%area, section%inertia)
+      end select
+
+   contains
+
+      subroutine take(names, first, second)
+         !> What is needed
+         character(*), intent(in) :: names
+         real(wp), allocatable, intent(in) :: first(:)
+         real(wp), allocatable, intent(in) :: second(:)
+
+         if (allocated(first) .and. allocated(second)) then
+            section%first = first
+            section%second = second
+         else
+            call input%complain('section', 'shape', "shape = '"//trim(shape_names(section%shape))//"' needs "//names)
+         end if
+      end subroutine take
+
+   end subroutine find_dimensions
+
+   !> As many dimensions as stations, or one, none zero but at the tip.
+   subroutine fit_to_stations(input, length, section)
+      type(scene_input_t), intent(inout) :: input
+      real(wp), intent(in) :: length
+      type(section_settings_t), intent(inout) :: section
+
+      integer :: stations
+
+      if (.not. allocated(section%station)) then
+         if (.not. is_uniform(section)) then
+            call input%complain('section', names_of(section%shape), 'needs station where it has more than one value')
+         else if (any([section%first, section%second] < smallest)) then
+            call input%complain('section', names_of(section%shape), 'must be at least '//to_text(smallest))
+         end if
+         if (allocated(section%outer_fibre) .and. .not. input%has_problem()) then
+            if (size(section%outer_fibre) > 1) call input%complain('section', 'outer_fibre', &
+               'needs station where it has more than one value')
+         end if
+         return
+      end if
+      stations = size(section%station)
+      if (section%profile == profile_stepped) then
+         call check_steps(input, length, section%station)
+      else
+         call check_stations(input, 'section', length, section%station)
+      end if
+      if (input%has_problem()) return
+      section%first = spread_to(section%first, stations)
+      section%second = spread_to(section%second, stations)
+      call check_column(input, 'section', names_of(section%shape), section%station, section%first, smallest)
+      call check_column(input, 'section', names_of(section%shape), section%station, section%second, smallest)
+      if (section%profile /= profile_linear .and. .not. input%has_problem()) then
+         if (any([section%first(stations), section%second(stations)] < smallest)) call input%complain('section', &
+            names_of(section%shape), 'must be at least '//to_text(smallest)//'; 0 at the tip goes with a linear profile')
+      end if
+      if (.not. allocated(section%outer_fibre)) return
+      section%outer_fibre = spread_to(section%outer_fibre, stations)
+      call check_column(input, 'section', 'outer_fibre', section%station, section%outer_fibre, smallest)
+   end subroutine fit_to_stations
+
+   !> Names of the dimensions of a shape, with blanks between them.
+   pure function names_of(shape) result(names)
+      integer, intent(in) :: shape
+      character(:), allocatable :: names
+
+      select case (shape)
+      case (shape_rectangle)
+         names = 'height width'
+      case (shape_round)
+         names = 'diameter'
+      case (shape_tube)
+         names = 'outer_diameter wall inner_diameter'
+      case default
+         names = 'area inertia'
+      end select
+   end function names_of
+
+   !> One value at every station.
+   pure function spread_to(values, count) result(spread_values)
+      real(wp), intent(in) :: values(:)
+      integer, intent(in) :: count
+      real(wp), allocatable :: spread_values(:)
+
+      if (size(values) == 1) then
+         allocate (spread_values(count), source=values(1))
+      else
+         allocate (spread_values, source=values)
+      end if
+   end function spread_to
+
+   !> Steps begin at 0, ascend, and end before the tip.
+   subroutine check_steps(input, length, station)
+      type(scene_input_t), intent(inout) :: input
+      real(wp), intent(in) :: length
+      real(wp), intent(in) :: station(:)
+
+      real(wp), parameter :: nearest = 1.0e-3_wp
+      integer :: i
+
+      if (station(1) > 0.0_wp) then
+         call input%complain('section', 'station', 'the first must be 0')
+         return
+      end if
+      do i = 2, size(station)
+         if (station(i) - station(i - 1) >= nearest*length .and. station(i) <= (1.0_wp - nearest)*length) cycle
+         call input%complain('section', 'station', 'each step must begin at least '//to_text(nearest) &
+            //' of the length after the one before, and as much before the tip; '//to_text(station(i))//' does not')
+         return
+      end do
+   end subroutine check_steps
+
+   !> A spline may not fall to zero between its stations.
+   subroutine check_spline(input, section)
+      type(scene_input_t), intent(inout) :: input
+      type(section_settings_t), intent(in) :: section
+
+      integer, parameter :: places = 64
+      real(wp) :: curvature(size(section%station), 2), share, width
+      integer :: i, k
+
+      curvature(:, 1) = spline_curvature(section%station, section%first)
+      curvature(:, 2) = spline_curvature(section%station, section%second)
+      do i = 1, size(section%station) - 1
+         width = section%station(i + 1) - section%station(i)
+         do k = 1, places - 1
+            share = real(k, wp)/real(places, wp)
+            if (value_of(section%first, curvature(:, 1)) > 0.0_wp .and. &
+               value_of(section%second, curvature(:, 2)) > 0.0_wp) cycle
+            call input%complain('section', names_of(section%shape), "the spline of profile = 'cubic' falls to 0 " &
+               //'between the stations '//to_text(section%station(i))//' and '//to_text(section%station(i + 1)))
+            return
+         end do
+      end do
+
+   contains
+
+      pure function value_of(values, curvatures) result(value)
+         real(wp), intent(in) :: values(:)
+         real(wp), intent(in) :: curvatures(:)
+         real(wp) :: value
+
+         associate (left => 1.0_wp - share, right => share)
+            value = left*values(i) + right*values(i + 1) + ((left**3 - left)*curvatures(i) &
+               + (right**3 - right)*curvatures(i + 1))*width**2/6.0_wp
+         end associate
+      end function value_of
+
+   end subroutine check_spline
+
+end module scene_section

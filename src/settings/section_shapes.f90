@@ -1,0 +1,164 @@
+!> Shapes of sections: area, second moment of area and outer fibre from two dimensions.
+module section_shapes
+   use kinds, only: pi, wp
+   use run_settings, only: name_length
+   implicit none (type, external)
+   private
+   public :: section_settings_t, area_of_shape, inertia_of_shape, fibre_of_shape, is_uniform, mean_of_profile
+   public :: spline_curvature
+   public :: shape_rectangle, shape_round, shape_tube, shape_general, shape_names
+   public :: profile_linear, profile_stepped, profile_cubic, profile_names
+
+   !> Dimensions: width and height
+   integer, parameter :: shape_rectangle = 1
+   !> Diameter
+   integer, parameter :: shape_round = 2
+   !> Outer diameter and wall
+   integer, parameter :: shape_tube = 3
+   !> Area and second moment of area
+   integer, parameter :: shape_general = 4
+
+   !> Dimensions are linear between stations, the same from one to the next, or a natural cubic spline.
+   integer, parameter :: profile_linear = 1
+   integer, parameter :: profile_stepped = 2
+   integer, parameter :: profile_cubic = 3
+
+   character(*), parameter :: shape_names(4) = [character(name_length) :: 'rectangle', 'round', 'tube', 'general']
+   character(*), parameter :: profile_names(3) = [character(name_length) :: 'linear', 'stepped', 'cubic']
+
+   !> &section, in the user's units
+   type :: section_settings_t
+      !> One of the `shape_` and of the `profile_` constants
+      integer :: shape = shape_rectangle
+      integer :: profile = profile_linear
+      !> From 0 to L, ascending; of steps their beginnings. Unallocated: it is uniform
+      real(wp), allocatable :: station(:)
+      !> As they are given, at the stations, or one
+      real(wp), allocatable :: width(:), height(:), diameter(:), outer_diameter(:), wall(:), inner_diameter(:)
+      real(wp), allocatable :: area(:), inertia(:)
+      !> The two dimensions of its shape, as many as stations, or one each
+      real(wp), allocatable :: first(:)
+      real(wp), allocatable :: second(:)
+      !> Distance of the outer fibre from the axis, of a general section; unallocated: not known
+      real(wp), allocatable :: outer_fibre(:)
+   end type section_settings_t
+
+contains
+
+   elemental function area_of_shape(shape, first, second) result(area)
+      !> One of the `shape_` constants
+      integer, intent(in) :: shape
+      !> Its dimensions
+      real(wp), intent(in) :: first
+      real(wp), intent(in) :: second
+      real(wp) :: area
+
+      select case (shape)
+      case (shape_rectangle)
+         area = first*second
+      case (shape_round)
+         area = 0.25_wp*pi*first**2
+      case (shape_tube)
+         area = pi*second*(first - second)
+      case default
+         area = first
+      end select
+   end function area_of_shape
+
+   elemental function inertia_of_shape(shape, first, second) result(inertia)
+      !> One of the `shape_` constants
+      integer, intent(in) :: shape
+      !> Its dimensions
+      real(wp), intent(in) :: first
+      real(wp), intent(in) :: second
+      real(wp) :: inertia
+
+      select case (shape)
+      case (shape_rectangle)
+         inertia = first*second**3/12.0_wp
+      case (shape_round)
+         inertia = pi*first**4/64.0_wp
+      case (shape_tube)
+         associate (inner => first - 2.0_wp*second)
+            inertia = pi*second*(first - second)*(first**2 + inner**2)/16.0_wp
+         end associate
+      case default
+         inertia = second
+      end select
+   end function inertia_of_shape
+
+   !> Distance of the outer fibre from the axis; 0: not known.
+   elemental function fibre_of_shape(shape, first, second) result(fibre)
+      !> One of the `shape_` constants
+      integer, intent(in) :: shape
+      !> Its dimensions
+      real(wp), intent(in) :: first
+      real(wp), intent(in) :: second
+      real(wp) :: fibre
+
+      fibre = 0.5_wp*first
+      if (shape == shape_rectangle) fibre = 0.5_wp*second
+      if (shape == shape_general) fibre = 0.0_wp
+   end function fibre_of_shape
+
+   !> Is it the same all along?
+   pure function is_uniform(section) result(uniform)
+      type(section_settings_t), intent(in) :: section
+      logical :: uniform
+
+      uniform = size(section%first) == 1 .and. size(section%second) == 1
+   end function is_uniform
+
+   !> Mean over the length of a dimension.
+   pure function mean_of_profile(section, length, values) result(mean)
+      type(section_settings_t), intent(in) :: section
+      real(wp), intent(in) :: length
+      !> At the stations, or one
+      real(wp), intent(in) :: values(:)
+      real(wp) :: mean
+
+      real(wp), allocatable :: width(:)
+      integer :: count
+
+      count = size(values)
+      mean = values(1)
+      if (count == 1) return
+      if (section%profile == profile_stepped) then
+         mean = sum(values*([section%station(2:), length] - section%station))/length
+         return
+      end if
+      width = section%station(2:) - section%station(:count - 1)
+      mean = sum(0.5_wp*(values(2:) + values(:count - 1))*width)/length
+      if (section%profile == profile_linear) return
+      associate (curvature => spline_curvature(section%station, values))
+         mean = mean - sum((curvature(2:) + curvature(:count - 1))*width**3)/(24.0_wp*length)
+      end associate
+   end function mean_of_profile
+
+   !> Second derivatives at its points of the cubic spline that is straight at both ends.
+   pure function spline_curvature(x, y) result(curvature)
+      !> Ascending
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: y(:)
+      real(wp) :: curvature(size(x))
+
+      real(wp) :: diagonal(size(x)), factor
+      integer :: i, n
+
+      n = size(x)
+      curvature = 0.0_wp
+      diagonal = 1.0_wp
+      do i = 2, n - 1
+         diagonal(i) = (x(i + 1) - x(i - 1))/3.0_wp
+         curvature(i) = (y(i + 1) - y(i))/(x(i + 1) - x(i)) - (y(i) - y(i - 1))/(x(i) - x(i - 1))
+         if (i == 2) cycle
+         factor = (x(i) - x(i - 1))/(6.0_wp*diagonal(i - 1))
+         diagonal(i) = diagonal(i) - factor*(x(i) - x(i - 1))/6.0_wp
+         curvature(i) = curvature(i) - factor*curvature(i - 1)
+      end do
+      do i = n - 1, 2, -1
+         curvature(i) = (curvature(i) - (x(i + 1) - x(i))/6.0_wp*curvature(i + 1))/diagonal(i)
+      end do
+   end function spline_curvature
+
+end module section_shapes
