@@ -115,6 +115,7 @@ contains
       call draw_group(names, 'tip_mass', 0.4_wp, draft)
       call draw_beam(names, draft)
       if (chance(0.3_wp)) call draw_body(names, draft)
+      if (chance(0.15_wp)) call draw_section(draft)
       choice = number()
       if (choice < 0.95_wp) then
          call put(draft, 'stop', '', '')
@@ -184,6 +185,63 @@ contains
          if (k > 1) call drop(draft, group, 'rotary_inertia')
       end do
    end subroutine draw_body
+
+   !> A section of any shape, instead of that of &beam.
+   subroutine draw_section(draft)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: of_beam(10) = [character(17) :: 'length', 'width', 'height_root', 'height_tip', 'taper', &
+         'mean_height_ratio', 'station', 'height', 'area', 'inertia']
+      character(*), parameter :: shapes(4) = [character(9) :: 'rectangle', 'round', 'tube', 'general']
+      integer :: i, profile, shape
+
+      do i = 1, size(of_beam)
+         if (has_name(draft, 'beam', trim(of_beam(i)))) call drop(draft, 'beam', trim(of_beam(i)))
+      end do
+      shape = 1 + int(4.0_wp*number())
+      profile = int(4.0_wp*number())
+      call put(draft, 'section', 'shape', ''''//trim(shapes(shape))//'''')
+      if (profile == 1) call put(draft, 'section', 'profile', '''linear''')
+      if (profile == 2) call put(draft, 'section', 'profile', '''stepped''')
+      if (profile == 3) call put(draft, 'section', 'profile', '''cubic''')
+      if (profile > 0) call put(draft, 'section', 'station', trim(merge('0, 0.4   ', '0, 0.4, 1', profile == 2)))
+      select case (shape)
+      case (1)
+         call put(draft, 'section', 'height', sizes(0.05_wp))
+         if (chance(0.5_wp)) call put(draft, 'section', 'width', sizes(0.05_wp))
+      case (2)
+         call put(draft, 'section', 'diameter', sizes(0.05_wp))
+      case (3)
+         call put(draft, 'section', 'outer_diameter', sizes(0.05_wp))
+         if (chance(0.5_wp)) then
+            call put(draft, 'section', 'wall', sizes(0.005_wp))
+         else
+            call put(draft, 'section', 'inner_diameter', sizes(0.02_wp))
+         end if
+      case default
+         call put(draft, 'section', 'area', sizes(1.0_wp))
+         call put(draft, 'section', 'inertia', sizes(1.0e-4_wp))
+         if (chance(0.5_wp)) call put(draft, 'section', 'outer_fibre', sizes(0.02_wp))
+      end select
+
+   contains
+
+      !> One value, or one for each station, within a factor of two.
+      function sizes(least) result(text)
+         real(wp), intent(in) :: least
+         character(:), allocatable :: text
+
+         integer :: k
+
+         text = to_text(least*(1.0_wp + number()))
+         if (profile == 0 .or. chance(0.3_wp)) return
+         do k = 2, merge(2, 3, profile == 2)
+            text = text//', '//to_text(least*(1.0_wp + number()))
+         end do
+      end function sizes
+
+   end subroutine draw_section
 
    !> Further stops, most of which the beam can start between, and supports.
    subroutine draw_others(names, draft)
