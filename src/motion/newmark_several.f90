@@ -146,7 +146,7 @@ contains
       if (.not. allocated(error)) call make_several_start(model, held, settings, surfaces, &
          acting(surfaces, model%stop_dofs(surfaces%stop)), run, error)
       if (allocated(error)) then
-         call blame_mesh(error)
+         if (error%status /= status_bad_input) call blame_mesh(error)
          return
       end if
       call check_mesh(held, error)
