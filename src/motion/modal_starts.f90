@@ -11,7 +11,7 @@ module modal_starts
    use several_state, only: several_t
    implicit none (type, external)
    private
-   public :: find_modal_start
+   public :: find_modal_start, interpolated
 
 contains
 

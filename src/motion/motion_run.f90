@@ -6,7 +6,7 @@ module motion_run
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use load_settings, only: start_pull, start_table
+   use load_settings, only: start_pull
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
    use newmark_several, only: check_several_newmark, several_newmark_response
@@ -87,10 +87,6 @@ contains
       missing = ''
       if (settings%response%method == method_exact) then
          if (allocated(settings%mode_ratios)) missing = 'mode_ratios'
-      else
-         if (settings%response%mode_count > 0) missing = 'modes'
-         if (settings%start%kind == start_table) missing = 'a start by a table'
-         if (.not. settings%has_stop) missing = 'a beam without stops'
       end if
       if (missing /= '') call fail(error, status_bad_input, 'not computed yet by this method: '//missing)
    end subroutine check_computed

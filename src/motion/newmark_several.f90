@@ -22,7 +22,7 @@ module newmark_several
    use newmark_stepper, only: deepest_level, make_newmark_stepper
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
-   use response_types, only: miss_of_energies, response_t
+   use response_types, only: miss_of_energies, response_t, run_measures_t
    use run_measures, only: gather_measures, no_rest, open_tally
    use run_recorder, only: keep_sample, sample_t
    use run_settings, only: impulse_nodal, law_spring_damper, run_settings_t
@@ -132,14 +132,16 @@ contains
       if (allocated(error)) return
       run%pulled = findloc(surfaces%is_pulled, .true., dim=1)
       held = hold_supports(model)
-      held%stop_dof = model%stop_dofs(surfaces(run%pulled)%stop)
+      if (run%pulled > 0) then
+         held%stop_dof = model%stop_dofs(surfaces(run%pulled)%stop)
+         run%height = surfaces(run%pulled)%sign*surfaces(run%pulled)%height
+      end if
       call divide_step(held, settings%zeta, settings%response, run%parts, error)
       if (allocated(error)) return
       call prepare_loads(held, settings, run)
       call further_damping(settings, held, damping, error)
       if (allocated(error)) return
-      associate (scheme => settings%response, pulled => surfaces(run%pulled))
-         run%height = pulled%sign*pulled%height
+      associate (scheme => settings%response)
          call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
             scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
       end associate
@@ -434,6 +436,8 @@ contains
          if (allocated(error)) return
       end if
       forces(acting_ones) = forces(:size(acting_ones))
+      if (run%pulled == 0) call open_tally(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
+         run%measurer%tally)
       do k = 1, size(run%surfaces)
          if (run%surfaces(k)%status == is_idle) forces(k) = 0.0_wp
          associate (met => run%surfaces(k))
@@ -451,6 +455,7 @@ contains
       !> Gets the measures
       type(response_t), intent(inout) :: response
 
+      type(run_measures_t) :: free
       integer :: k
 
       associate (ledger => run%ledger)
@@ -461,7 +466,13 @@ contains
                run%surfaces(k)%measures, response, run%surfaces(k)%surface%number)
          end do
       end associate
-      call gather_measures(response, run%surfaces(run%pulled)%surface%number)
+      if (run%pulled > 0) then
+         call gather_measures(response, run%surfaces(run%pulled)%surface%number)
+      else
+         free%final_energy = energy_left(run)
+         call finish_steps(run%measurer, instant_of(run), [run%ledger%dissipated_beam, 0.0_wp, 0.0_wp], &
+            run%ledger%created, most_peaks, free, response)
+      end if
    end subroutine finish_measures
 
 end module newmark_several

@@ -87,9 +87,11 @@ module newmark_several_run
    type :: several_run_t
       type(newmark_stepper_t) :: stepper
       type(met_surface_t), allocatable :: surfaces(:)
-      !> Place of the surface from which the beam was released, and d there
+      !> Place of the surface at which histories are taken, from which a beam is released, and d there; 0: there are no
+      !> surfaces, and the run measures with a measurer of its own
       integer :: pulled = 1
       real(wp) :: height = 0.0_wp
+      type(step_measurer_t) :: measurer
       !> Made when first needed, [0:deepest_level]
       type(several_factors_t) :: factors(0:deepest_level)
       !> M*^-1 e of each stop point, [order, points], and s_j s_l e_j' M*^-1 e_l, [surfaces, surfaces]

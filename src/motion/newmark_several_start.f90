@@ -1,13 +1,14 @@
 !> How a Newmark run among several surfaces begins.
 module newmark_several_start
-   use beam_loads, only: base_mass_vector, base_rotation_vector
+   use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_motion
    use beam_model, only: beam_model_t
    use complementarity, only: solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
    use load_settings, only: field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
-      start_settings_t, start_velocity
+      start_settings_t, start_table, start_velocity
+   use modal_starts, only: interpolated
    use newmark_loads, only: load_at
    use newmark_several_contacts, only: event_here, keep_event, settle
    use newmark_several_events, only: meet_and_leave
@@ -64,7 +65,7 @@ contains
             call carry(model, held, surfaces, acts, displacement, run%states(1)%force, error)
             if (allocated(error)) return
             beam%displacement(1:n) = displacement
-         case (start_velocity, start_drop, start_mode)
+         case (start_velocity, start_drop, start_mode, start_table)
             call set_in_motion(model, held, start, beam%displacement(1:n), beam%velocity(1:n), error)
             if (allocated(error)) return
          end select
@@ -116,7 +117,7 @@ contains
       forces(place) = push
    end subroutine carry
 
-   !> Velocities that the clamp allows: M^-1 M_b v. Of a mode both.
+   !> Velocities that the clamp allows, M^-1 M_b v; of a mode and of a table displacements too.
    subroutine set_in_motion(model, held, start, displacement, velocity, error)
       type(beam_model_t), intent(in) :: model
       !> Its rigid supports held
@@ -132,7 +133,10 @@ contains
       type(skyline_t) :: factors
       integer :: i
 
-      if (start%kind == start_drop .or. start%field == field_uniform .and. start%kind == start_velocity) then
+      if (start%kind == start_table) then
+         if (allocated(start%displacements)) displacement = inertia_of(start%displacements)
+         if (allocated(start%velocities)) velocity = inertia_of(start%velocities)
+      else if (start%kind == start_drop .or. start%field == field_uniform .and. start%kind == start_velocity) then
          velocity = start%velocity*base_mass_vector(model)
          if (start%kind == start_drop) velocity = -velocity
       else if (start%field == field_rotation .and. start%kind == start_velocity) then
@@ -147,11 +151,29 @@ contains
          return
       end if
       do i = 1, size(model%supports)
-         if (model%supports(i)%stiffness <= 0.0_wp) velocity(model%supports(i)%dof) = 0.0_wp
+         if (model%supports(i)%stiffness > 0.0_wp) cycle
+         displacement(model%supports(i)%dof) = 0.0_wp
+         velocity(model%supports(i)%dof) = 0.0_wp
       end do
       factors = held%mass
       call factorise(factors, error)
-      if (.not. allocated(error)) call solve_factorised(factors, velocity)
+      if (allocated(error)) return
+      call solve_factorised(factors, displacement)
+      call solve_factorised(factors, velocity)
+
+   contains
+
+      !> M times what a table says.
+      function inertia_of(values) result(vector)
+         real(wp), intent(in) :: values(:)
+         real(wp), allocatable :: vector(:)
+
+         integer :: node
+
+         allocate (vector, source=inertia_of_motion(model, [(interpolated(start%position, values, &
+            model%mesh%position(node)), node=0, model%mesh%elements)]))
+      end function inertia_of
+
    end subroutine set_in_motion
 
    !> Is a surface in the way that does not carry the beam?

@@ -326,7 +326,11 @@ contains
                end if
             end associate
          end do
-         call measure_energy(run%surfaces(run%pulled)%measurer, from, step, energy)
+         if (run%pulled > 0) then
+            call measure_energy(run%surfaces(run%pulled)%measurer, from, step, energy)
+         else
+            call measure_energy(run%measurer, from, step, energy)
+         end if
       end associate
    end subroutine measure_step
 

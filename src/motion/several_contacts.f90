@@ -203,7 +203,11 @@ contains
                sample%history(eta_tip) = (held%static_tip - sign*now%beam%height(k)) + sum(held%tip_value*z)
             end associate
          end do
-         if (now%pulled == 0) sample%history(eta_tip) = held%static_tip + sum(held%tip_value*z)
+         if (now%pulled == 0) then
+            ! without a stop its place is the tip
+            sample%history([eta_stop, eta_tip]) = held%static_tip + sum(held%tip_value*z)
+            sample%history(velocity_stop) = sum(held%tip_value*v)
+         end if
          sample%history(force_stop) = total
          if (asked%energy) call sample_energy(self, time, z, v, term, sample)
       end associate
