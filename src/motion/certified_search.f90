@@ -296,7 +296,10 @@ contains
       type(local_t), intent(in) :: here
       logical :: certain
 
-      certain = here%slope < 0.0_wp .and. here%value > 0.0_wp
+      ! below this squares underflow, and with them bounds
+      real(wp), parameter :: least_slope = 1.0e-140_wp
+
+      certain = here%slope < -least_slope .and. here%value > 0.0_wp
       if (certain) certain = here%slope**2 > 4.0_wp*upper_bound(here)*here%value
    end function falls_to_zero
 

@@ -171,7 +171,7 @@ contains
          i = i + 1
       end do
       ! nothing settles: the coarsest mesh from which a finer one differs hardly more than any does from the next
-      i = findloc(check(:last)%difference <= 2.0_wp*least, .true., 1)
+      i = findloc(0.5_wp*check(:last)%difference <= least, .true., 1)
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
    end subroutine settle
