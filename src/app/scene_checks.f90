@@ -6,7 +6,7 @@ module scene_checks
    use number_text, only: to_text
    use run_settings, only: method_newmark
    use scene_beam_model, only: motion_model_of, run_of
-   use scene_reader, only: complain_of_scene, set_parameter
+   use scene_reader, only: complain_of_scene, set_parameters
    use scene_types, only: mass_redistributed, scene_t
    use stop_surfaces, only: is_plain
    use sweep_settings, only: is_swept, parameter_t
@@ -25,6 +25,7 @@ contains
 
       type(beam_model_t) :: model
       type(scene_t) :: one
+      character(:), allocatable :: problem
       integer :: i
       logical :: is_plain_scene
 
@@ -44,7 +45,12 @@ contains
       associate (parameter => scene%cases%parameter)
          do i = 1, size(scene%cases%values)
             if (i > 1 .and. .not. changes_start(parameter, is_plain_scene)) return
-            call set_parameter(one, parameter, scene%cases%values(i))
+            call set_parameters(one, [parameter], [scene%cases%values(i)], problem)
+            if (allocated(problem)) then
+               call complain_of_scene(scene, 'cases', 'values', trim(parameter%name)//' = ' &
+                  //to_text(scene%cases%values(i))//': '//problem, error)
+               return
+            end if
             call check_run(scene, one, trim(parameter%name)//' = '//to_text(scene%cases%values(i))//': ', &
                i == 1 .or. parameter%is_of_beam, model, error)
             if (allocated(error)) return

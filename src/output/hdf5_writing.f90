@@ -31,8 +31,7 @@ module hdf5_writing
       !> A new group in this one
       procedure :: group
       !> A dataset: name, values, units, long name; the dimension scale of this group that it goes along, or none, or
-      !> that
-      !> it is one itself; what one unit is in the units of the scene, 0 if that is not known
+      !> that it is one itself; what one unit is in the units of the scene, 0 if that is not known
       generic :: add => add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
       !> A list that is filled later
       procedure :: column

@@ -29,9 +29,10 @@ module quantity_groups
       procedure :: put_column
       !> An attribute that is a number
       procedure :: put_attribute
-      !> What a dataset is called here, and a text about it
+      !> What a dataset is called here, a text about it, and the unit of what is in the units of the scene anyhow
       procedure :: named
       procedure :: worded
+      procedure :: given_unit
       procedure, private :: put_real, put_reals, put_table, put_integer, put_integers, find, tell_unit
    end type quantity_group_t
 
@@ -48,9 +49,12 @@ contains
       made%tells_symbols = self%tells_symbols
    end function part
 
-   !> Of values that are of several scenes, whose scales may differ, only units tell what they are in.
-   function as_they_are(self) result(same)
+   !> Values of several scenes: where they are dimensionless, or their scales differ, only their units tell what they
+   !> are in.
+   function as_they_are(self, varied) result(same)
       class(quantity_group_t), intent(in) :: self
+      !> Quantities that differ from scene to scene
+      character(*), intent(in), optional :: varied(:)
       type(quantity_group_t) :: same
 
       same%hdf5_group_t = self%hdf5_group_t
@@ -58,6 +62,9 @@ contains
       same%multiplies = .false.
       same%tells_symbols = self%tells_symbols
       if (.not. same%units%are_of_scene) same%units%factor = 0.0_wp
+      if (.not. present(varied)) return
+      ! a height of the stop from which the beam is released changes the unit of displacement
+      if (any(varied == 'displacement')) same%units%factor = 0.0_wp
    end function as_they_are
 
    subroutine put_real(self, name, value, quantity, meaning)
@@ -196,6 +203,16 @@ contains
 
       worded = words_in(self%units, trim(text))
    end function worded
+
+   pure function given_unit(self, quantity) result(unit)
+      class(quantity_group_t), intent(in) :: self
+      !> Empty: a number
+      character(*), intent(in) :: quantity
+      character(:), allocatable :: unit
+
+      unit = '1'
+      if (quantity /= '') unit = unit_of(quantity_named(quantity), self%units)
+   end function given_unit
 
    !> What a quantity is here.
    pure subroutine find(self, quantity, unit, factor, known)

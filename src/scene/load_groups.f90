@@ -123,7 +123,7 @@ contains
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
          default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
       call table%bind(physical%amplitude, name_t('amplitude', 'force up, a line load over length; factor of a table ' &
-         //'in units', signed_range, instead_of='amplitude_ratio'))
+         //'in units', signed_range, instead_of='amplitude_ratio', quantity='load'))
       call list_course(table, force%course, physical, first_parameter)
    end subroutine list_force
 
@@ -140,7 +140,8 @@ contains
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true.)))
       call table%bind(physical%frequency, name_t('frequency', 'periods over time', &
-         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), harmonic, instead_of='frequency_ratio'))
+         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), harmonic, instead_of='frequency_ratio', &
+         quantity='frequency'))
       degrees = course%phase/degree
       before = degrees
       call table%bind(degrees, name_t('phase', 'phase of the sine, degrees', range_t(-360.0_wp, 360.0_wp), harmonic, &
@@ -150,18 +151,19 @@ contains
       call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &
          instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
       call table%bind(physical%start_time, name_t('start_time', 'the same in time', physical_range, &
-         instead_of='start'))
+         instead_of='start', quantity='time'))
       last = 0.0_wp
       if (course%end < huge(course%end)) last = course%end
       call table%bind(last, name_t('end', 'instant at which it ceases, tau', duration_range, lasting, &
          default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)))
       if (last > 0.0_wp) course%end = last
       call table%bind(physical%end_time, name_t('end_time', 'the same in time', physical_range, lasting, &
-         instead_of='end'))
+         instead_of='end', quantity='time'))
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
          sweep=sweep_t(first + 5, is_in_cases=.true.)))
       call table%bind(physical%duration_time, name_t('duration_time', 'length of the pulse, time', &
-         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), pulse, instead_of='duration'))
+         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), pulse, instead_of='duration', &
+         quantity='time'))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
       call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
@@ -205,7 +207,7 @@ contains
       call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
          //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), sweep=sweep_t(first_parameter + 6, is_in_cases=.true.)))
       call table%bind(physical%gravity, name_t('gravity', 'gravity, length over time squared', physical_range, &
-         instead_of='gravity_ratio'))
+         instead_of='gravity_ratio', quantity='acceleration'))
       call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
          //'gravity'), base_names)
       call table%bind(base%course%kind, name_t('kind', 'how it goes on in time'), course_names)
@@ -213,7 +215,7 @@ contains
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &
          default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
       call table%bind(physical%course%amplitude, name_t('amplitude', 'acceleration or displacement up; factor of a ' &
-         //'table in units', signed_range, instead_of='amplitude_ratio'))
+         //'table in units', signed_range, instead_of='amplitude_ratio', quantity='acceleration'))
       call list_course(table, base%course, physical%course, first_parameter)
    end subroutine list_base
 
@@ -234,16 +236,16 @@ contains
          //'after a drop that of the fall down, over D omega1', load_range, moving, &
          sweep=sweep_t(50, is_in_cases=.true., name='start_velocity_ratio')))
       call table%bind(physical%velocity, name_t('velocity', 'the same, length over time', signed_range, moving, &
-         instead_of='velocity_ratio'))
+         instead_of='velocity_ratio', quantity='velocity', sweep=sweep_t(name='start_velocity')))
       call table%bind(start%displacement, name_t('displacement_ratio', 'displacement of the tip up over D', &
          load_range, modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')))
       call table%bind(physical%displacement, name_t('displacement', 'the same, length', signed_range, modal, &
-         instead_of='displacement_ratio'))
+         instead_of='displacement_ratio', quantity='displacement', sweep=sweep_t(name='start_displacement')))
       call table%bind(start%height_ratio, name_t('height_ratio', 'height of the fall over D', positive_range, fallen, &
          default='none: velocity as given', is_optional=.true., &
          sweep=sweep_t(52, is_in_cases=.true., name='start_height_ratio')))
       call table%bind(physical%height, name_t('height', 'height of the fall, length', physical_range, fallen, &
-         instead_of='height_ratio'))
+         instead_of='height_ratio', quantity='displacement', sweep=sweep_t(name='start_height')))
       call table%bind(start%position, name_t('position', 'points of the table over length, ascending', place_range, &
          tabulated, is_optional=.true.))
       call table%bind(start%displacements, name_t('displacement_ratios', 'displacements there over D, linear between', &

@@ -1,13 +1,15 @@
 !> Names of a table that a sweep, or several cases, may vary.
 module name_parameters
    use kinds, only: wp
+   use load_settings, only: base_displacement
    use name_table, only: table_t
    use name_types, only: kind_whole, sweep_t
+   use scene_types, only: support_rotation
    use sorting, only: ascending_order
    use sweep_settings, only: parameter_t
    implicit none (type, external)
    private
-   public :: list_parameters, parameter_of, chosen_parameter
+   public :: list_parameters, parameter_of, chosen_parameter, sweep_of
 
    !> Above the number of any parameter.
    integer, parameter :: beyond_all = 100
@@ -19,10 +21,12 @@ contains
       class(table_t), intent(in) :: table
       integer, allocatable, intent(out) :: places(:)
 
+      type(sweep_t) :: sweeps(table%entry_count)
       integer :: i
 
-      places = pack([(i, i=1, table%entry_count)], table%entries(:table%entry_count)%name%sweep%order > 0)
-      places = places(ascending_order([(grid_order(table%entries(places(i))%name%sweep), i=1, size(places))]))
+      sweeps = [(sweep_of(table, i), i=1, table%entry_count)]
+      places = pack([(i, i=1, table%entry_count)], sweeps%order > 0)
+      places = places(ascending_order(grid_order(sweeps(places))))
    end subroutine list_parameters
 
    !> The later, the faster it varies in a grid.
@@ -30,8 +34,32 @@ contains
       type(sweep_t), intent(in) :: sweep
       real(wp) :: order
 
-      order = real(sweep%order + merge(0, beyond_all, sweep%is_of_beam), wp)
+      order = real(sweep%order, wp) + merge(0.0_wp, real(huge(1), wp), sweep%is_of_beam)
    end function grid_order
+
+   !> What a sweep makes of an entry: of one in units the same as of the ratio that it stands for.
+   pure function sweep_of(table, place) result(sweep)
+      class(table_t), intent(in) :: table
+      integer, intent(in) :: place
+      type(sweep_t) :: sweep
+
+      ! random numbers of names in units start elsewhere
+      integer, parameter :: beyond_ratios = 1000000
+      integer :: i
+
+      associate (entry => table%entries(place), name => table%entries(place)%name)
+         sweep = name%sweep
+         if (name%quantity == '' .or. name%instead_of == '') return
+         i = table%find(entry%group, name%instead_of)
+         sweep = table%entries(i)%name%sweep
+         sweep%name = name%sweep%name
+         sweep%meaning = ''
+         if (sweep%order == 0) return
+         do i = table%groups(entry%group)%first_entry, place
+            if (table%entries(i)%name%instead_of == name%instead_of) sweep%order = sweep%order + beyond_ratios
+         end do
+      end associate
+   end function sweep_of
 
    !> What a sweep must know of an entry.
    pure function parameter_of(table, place) result(parameter)
@@ -39,18 +67,54 @@ contains
       integer, intent(in) :: place
       type(parameter_t) :: parameter
 
-      associate (entry => table%entries(place), sweep => table%entries(place)%name%sweep)
+      type(sweep_t) :: sweep
+
+      sweep = sweep_of(table, place)
+      associate (entry => table%entries(place))
          parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, &
             group=table%groups(entry%group)%name, occurrence=table%groups(entry%group)%occurrence, &
-            name_in_group=entry%name%name, is_of_beam=sweep%is_of_beam, is_whole=entry%kind == kind_whole)
+            name_in_group=entry%name%name, is_of_beam=sweep%is_of_beam, is_whole=entry%kind == kind_whole, &
+            quantity=entry%name%quantity)
          parameter%order = sweep%order + beyond_all*(parameter%occurrence - 1)
          if (sweep%name /= '') parameter%name = sweep%name
          associate (group => table%groups(entry%group))
             if (group%label /= group%name) parameter%name = trim(group%label)//'_'//parameter%name
          end associate
          if (sweep%meaning /= '') parameter%meaning = sweep%meaning
+         if (parameter%quantity /= '') parameter%quantity = quantity_of(table, place)
       end associate
    end function parameter_of
+
+   !> What an entry in units is: of some names that depends on others of their group.
+   pure function quantity_of(table, place) result(quantity)
+      class(table_t), intent(in) :: table
+      integer, intent(in) :: place
+      character(:), allocatable :: quantity
+
+      integer :: group
+
+      group = table%entries(place)%group
+      quantity = trim(table%entries(place)%name%quantity)
+      select case (trim(table%groups(group)%name)//' '//trim(table%entries(place)%name%name))
+      case ('support stiffness')
+         if (is('motion', support_rotation)) quantity = 'rotational_stiffness'
+      case ('base amplitude')
+         if (is('quantity', base_displacement)) quantity = 'displacement'
+      case ('force amplitude')
+         if (table%entries(table%find(group, 'stretch'))%is_given) quantity = 'line_load'
+      end select
+
+   contains
+
+      !> Is this the word of a name?
+      pure logical function is(name, word)
+         character(*), intent(in) :: name
+         integer, intent(in) :: word
+
+         is = nint(table%entries(table%find(group, name))%value) == word
+      end function is
+
+   end function quantity_of
 
    !> Place of the entry that another one chooses by its word; 0: none is chosen.
    pure function chosen_parameter(table, group, name) result(place)

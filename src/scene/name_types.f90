@@ -60,6 +60,8 @@ module name_types
       type(condition_t) :: needs = condition_t()
       !> Another name of its group for the same quantity: never both in one file; the other is echoed
       character(name_room) :: instead_of = ''
+      !> What it is, as in `quantity_table`, in the units of the scene: a sweep may vary it if it may the other
+      character(name_room) :: quantity = ''
       !> Its default in words, where that is no fixed value
       character(phrase_room) :: default = ''
       !> It counts only where it is given

@@ -7,8 +7,8 @@ module scene_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
    use load_groups, only: list_bases, list_forces, list_start, physical_base_t, physical_course_t, physical_start_t
-   use measure_list, only: measure_status, measure_table
-   use name_parameters, only: list_parameters, parameter_of
+   use measure_list, only: measure_count, measure_named, measure_status, measure_table
+   use name_parameters, only: list_parameters, parameter_of, sweep_of
    use name_table, only: table_t
    use name_types, only: group_t, name_t, condition_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
@@ -141,7 +141,8 @@ contains
          call table%bind(scene%tip_mass_ratio, name_t('ratio', 'mu = tip mass over mass of the beam', &
             range_t(0.0_wp, 1.0e6_wp), &
             sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
-         call table%bind(physical%mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio'))
+         call table%bind(physical%mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio', &
+            quantity='mass', sweep=sweep_t(name='tip_mass')))
       case ('stop')
          call list_stops(table, scene, physical%stops)
       case ('support')
@@ -191,11 +192,11 @@ contains
       call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
          rayleigh, sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
       call table%bind(physical%stiffness_coefficient, name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
-         physical_range, rayleigh, instead_of='zeta'))
+         physical_range, rayleigh, instead_of='zeta', quantity='stiffness_damping'))
       call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &
          range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true.)))
       call table%bind(physical%mass_coefficient, name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
-         physical_range, rayleigh, instead_of='zeta_mass'))
+         physical_range, rayleigh, instead_of='zeta_mass', quantity='mass_damping'))
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
          //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
          without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
@@ -228,7 +229,7 @@ contains
       call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
          sweep=sweep_t(6, meaning='length of the run, tau')))
       call table%bind(physical%duration_time, name_t('duration_time', 'length of the run, time', physical_range, &
-         instead_of='duration'))
+         instead_of='duration', quantity='time'))
       call table%bind(response%step, name_t('step', "distance of the samples, and Newmark's step, d tau", &
          range_t(1.0e-9_wp, 1.0e9_wp)))
       call table%bind(physical%step_time, name_t('step_time', 'the same in time', physical_range, instead_of='step'))
@@ -357,13 +358,18 @@ contains
 
       integer :: chosen
 
+      ! as results in units call some
+      character(*), parameter :: in_units(3) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time']
+      character(*), parameter :: without(3) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau']
+
       ! whether a case failed is nothing to compare
       chosen = best%measure - measure_status
       call table%bind(chosen, name_t('measure', &
          'measure by which cases are compared; with restitution greatest_force ' &
          //'is the mean over the first 0.1 of tau of an episode, as the peak has no limit in the mesh'), &
-         measure_table(measure_status + 1:)%name)
+         [measure_table(measure_status + 1:)%name, in_units])
       best%measure = chosen + measure_status
+      if (best%measure > measure_count) best%measure = measure_named(without(best%measure - measure_count))
       call table%bind(best%goal, name_t('goal', 'which of its values is the best'), goal_names)
       call table%bind(best%count, name_t('count', 'cases in the table of the best', range_t(1, 10000)))
       call table%bind(best%refine, name_t('refine', 'seek better ones between the swept values, from the best case'))
@@ -383,7 +389,7 @@ contains
       integer :: k, chosen
 
       call list_parameters(table, places)
-      places = pack(places, table%entries(places)%name%sweep%is_in_cases)
+      places = pack(places, [(is_in_cases(table, places(k)), k=1, size(places))])
       allocate (names(size(places)))
       chosen = 0
       do k = 1, size(places)
@@ -396,6 +402,18 @@ contains
       call table%bind(cases%values, name_t('values', 'its values, one case each', range_t(-1.0e6_wp, 1.0e12_wp), &
          default='none: give some', range_of='parameter'))
    end subroutine list_cases
+
+   !> May &cases vary it?
+   pure function is_in_cases(table, place)
+      class(table_t), intent(in) :: table
+      integer, intent(in) :: place
+      logical :: is_in_cases
+
+      type(sweep_t) :: sweep
+
+      sweep = sweep_of(table, place)
+      is_in_cases = sweep%is_in_cases
+   end function is_in_cases
 
    subroutine list_statements(table, statements)
       class(table_t), intent(inout) :: table

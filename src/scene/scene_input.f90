@@ -30,12 +30,15 @@ module scene_input
       !> Where in the text the first problem is, and what it is
       integer :: problem_position = huge(1)
       character(:), allocatable :: problem
+      !> What counts as given besides, such as 'stop 2 stiffness'
+      character(name_length), allocatable :: added(:)
    contains
       procedure :: start
       procedure :: announce
       procedure :: read_table
       procedure :: has_group
       procedure :: has
+      procedure :: add
       procedure :: complain
       procedure :: has_problem
       procedure :: get_problem
@@ -370,10 +373,28 @@ contains
 
       integer :: place
 
+      integer :: which
+
       place = find_group(input%namelist, group, occurrence)
       has = .false.
       if (place > 0) has = find_item(input%namelist, place, name) > 0
+      if (has .or. .not. allocated(input%added)) return
+      which = 1
+      if (present(occurrence)) which = occurrence
+      has = any(input%added == group//' '//to_text(which)//' '//name)
    end function has
+
+   !> A name counts as given hereafter.
+   pure subroutine add(input, group, name, occurrence)
+      class(scene_input_t), intent(inout) :: input
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of the groups of this name
+      integer, intent(in) :: occurrence
+
+      if (.not. allocated(input%added)) allocate (input%added(0))
+      input%added = [character(name_length) :: input%added, group//' '//to_text(occurrence)//' '//name]
+   end subroutine add
 
    !> Report a problem with a name, or with its group or the whole file where that is absent.
    !>

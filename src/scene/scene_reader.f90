@@ -12,11 +12,18 @@ module scene_reader
    use scene_input, only: scene_input_t
    use scene_resolve, only: resolve_scene
    use scene_types, only: scene_t
-   use sweep_settings, only: parameter_t
+   use sweep_settings, only: is_swept, parameter_t, place_of, values_given
    use text_file, only: load_text
    implicit none (type, external)
    private
-   public :: read_scene, parse_scene, complain_of_scene, set_parameter
+   public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters
+
+   !> What a file gives, before it is a scene.
+   type :: draft_t
+      type(scene_input_t) :: input
+      type(table_t) :: table
+      type(physical_t) :: physical
+   end type draft_t
 
 contains
 
@@ -52,36 +59,54 @@ contains
       !> The program that reads it, one of the `program_` constants; absent: any
       integer, intent(in), optional :: program
 
-      type(scene_input_t) :: input
-      type(table_t) :: table
-      type(physical_t) :: physical
-      type(namelist_t) :: namelist
+      type(draft_t) :: draft
       character(:), allocatable :: problem
-      integer :: line, reader
+      integer :: reader
 
       reader = program_any
       if (present(program)) reader = program
+      call read_draft(text, file, reader, draft, scene, problem)
+      if (.not. allocated(problem)) then
+         if (.not. draft%input%has_problem()) call resolve_scene(draft%input, draft%table, reader, draft%physical, &
+            scene)
+         if (.not. allocated(scene%title)) scene%title = scene%name
+         if (.not. draft%input%has_problem()) call check_values_in_units(draft%input, scene)
+         if (.not. draft%input%has_problem()) call make_echo(draft%table, scene)
+         call draft%input%get_problem(problem)
+      end if
+      if (allocated(problem)) call fail(error, status_bad_input, problem)
+   end subroutine parse_scene
+
+   !> A scene as it stands in a text.
+   subroutine read_draft(text, file, program, draft, scene, problem)
+      character(*), intent(in) :: text
+      character(*), intent(in) :: file
+      !> One of the `program_` constants, or a sum of them
+      integer, intent(in) :: program
+      type(draft_t), intent(out) :: draft
+      !> Not resolved
+      type(scene_t), intent(inout) :: scene
+      !> The text is none of groups and names
+      character(:), allocatable, intent(out) :: problem
+
+      type(namelist_t) :: namelist
+      integer :: line
+
       scene%file = file
       scene%text = text
       scene%name = name_of_file(file)
       call parse_namelist(text, namelist, line, problem)
       if (allocated(problem)) then
-         call fail(error, status_bad_input, file//':'//to_text(line)//': '//problem)
+         problem = file//':'//to_text(line)//': '//problem
          return
       end if
-
-      call input%start(file, namelist)
-      call input%announce(table)
-      call list_scene(table, scene, physical)
-      call input%read_table(table, reader)
-      call table%give_values()
-      call list_scene(table, scene, physical)
-      if (.not. input%has_problem()) call resolve_scene(input, table, reader, physical, scene)
-      if (.not. allocated(scene%title)) scene%title = scene%name
-      if (.not. input%has_problem()) call make_echo(table, scene)
-      call input%get_problem(problem)
-      if (allocated(problem)) call fail(error, status_bad_input, problem)
-   end subroutine parse_scene
+      call draft%input%start(file, namelist)
+      call draft%input%announce(draft%table)
+      call list_scene(draft%table, scene, draft%physical)
+      call draft%input%read_table(draft%table, program)
+      call draft%table%give_values()
+      call list_scene(draft%table, scene, draft%physical)
+   end subroutine read_draft
 
    !> A problem of a scene that was read without one, told where it stands in the file.
    subroutine complain_of_scene(scene, group, name, problem, error)
@@ -105,7 +130,25 @@ contains
       call fail(error, status_bad_input, message)
    end subroutine complain_of_scene
 
-   !> Give a scene that has been read another value of a parameter.
+   !> Give a scene that has been read other values of parameters.
+   subroutine set_parameters(scene, parameters, values, problem)
+      type(scene_t), intent(inout) :: scene
+      !> All that have other values than in the file
+      type(parameter_t), intent(in) :: parameters(:)
+      real(wp), intent(in) :: values(:)
+      !> Why these values cannot be; unallocated: they can
+      character(:), allocatable, intent(out) :: problem
+
+      integer :: k
+
+      if (any(parameters%quantity /= '')) call set_units(scene, parameters, values, problem)
+      if (allocated(problem)) return
+      do k = 1, size(parameters)
+         if (parameters(k)%quantity == '') call set_parameter(scene, parameters(k), values(k))
+      end do
+   end subroutine set_parameters
+
+   !> Give a scene that has been read another value of a ratio or a number.
    subroutine set_parameter(scene, parameter, value)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameter
@@ -118,6 +161,96 @@ contains
       call list_group(trim(parameter%group), table, scene, physical)
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter
+
+   !> Resolve a scene anew as if its file gave these values of quantities in units: one may change the ratios of all.
+   subroutine set_units(scene, parameters, values, problem)
+      type(scene_t), intent(inout) :: scene
+      type(parameter_t), intent(in) :: parameters(:)
+      real(wp), intent(in) :: values(:)
+      character(:), allocatable, intent(out) :: problem
+
+      type(draft_t) :: draft
+      type(scene_t) :: made
+      type(table_t) :: one
+      integer :: k, place
+
+      call read_draft(scene%text, scene%file, program_any, draft, made, problem)
+      do k = 1, size(parameters)
+         if (parameters(k)%quantity == '') cycle
+         associate (parameter => parameters(k), table => draft%table)
+            call one%give_one(parameter%occurrence, trim(parameter%name_in_group), values(k))
+            call list_group(trim(parameter%group), one, made, draft%physical)
+            deallocate (one%groups, one%entries)
+            call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
+            place = table%find(table%find_group(parameter%group, parameter%occurrence), parameter%name_in_group)
+            table%entries(place)%is_given = .true.
+         end associate
+      end do
+      made%wants_sweep = .false.
+      made%wants_cases = .false.
+      call resolve_scene(draft%input, draft%table, program_any, draft%physical, made)
+      call draft%input%get_problem(problem)
+      if (allocated(problem)) then
+         ! its line says nothing of a value that stands elsewhere
+         problem = problem(len(scene%file) + 2:)
+         problem = problem(index(problem, ': ') + 2:)
+         return
+      end if
+      made%title = scene%title
+      made%output = scene%output
+      made%wants_sweep = scene%wants_sweep
+      made%wants_cases = scene%wants_cases
+      if (allocated(scene%echo)) made%echo = scene%echo
+      scene = made
+   end subroutine set_units
+
+   !> The least and the greatest values in units of a sweep or of cases make scenes; problems go into the input.
+   subroutine check_values_in_units(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Resolved
+      type(scene_t), intent(in) :: scene
+
+      ! of more, a case that cannot be fails
+      integer, parameter :: most_checked = 6
+      type(parameter_t), allocatable :: parameters(:)
+      type(scene_t) :: one
+      character(:), allocatable :: given, problem
+      real(wp), allocatable :: ends(:, :), values(:)
+      integer :: corner, k
+
+      if (scene%wants_sweep) then
+         associate (swept => scene%sweep%swept)
+            parameters = pack(swept%parameter, is_swept(swept) .and. swept%parameter%quantity /= '')
+            allocate (ends(2, size(parameters)))
+            do k = 1, size(parameters)
+               associate (all => values_given(swept(place_of(trim(parameters(k)%name), swept))))
+                  ends(:, k) = [minval(all), maxval(all)]
+               end associate
+            end do
+         end associate
+      else if (scene%wants_cases .and. scene%cases%parameter%quantity /= '') then
+         parameters = [scene%cases%parameter]
+         ends = reshape([minval(scene%cases%values), maxval(scene%cases%values)], [2, 1])
+      else
+         return
+      end if
+      if (size(parameters) == 0 .or. size(parameters) > most_checked) return
+      allocate (values(size(parameters)))
+      do corner = 0, 2**size(parameters) - 1
+         given = ''
+         do k = 1, size(parameters)
+            values(k) = ends(1 + ibits(corner, k - 1, 1), k)
+            given = given//trim(parameters(k)%name)//' = '//to_text(values(k))//', '
+         end do
+         one = scene
+         call set_parameters(one, parameters, values, problem)
+         if (.not. allocated(problem)) cycle
+         call input%complain(trim(merge('sweep', 'cases', scene%wants_sweep)), trim(parameters(1)%name) &
+            //' '//trim(parameters(1)%name)//'_range '//trim(parameters(1)%name)//'_log_range values', &
+            given(:len(given) - 2)//': '//problem)
+         return
+      end do
+   end subroutine check_values_in_units
 
    !> Name of a file without folders and ending.
    pure function name_of_file(file) result(name)

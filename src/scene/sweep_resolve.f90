@@ -37,6 +37,7 @@ contains
             'varies nothing; give a parameter a list or a range, such as zeta = 0.01, 0.02')
          return
       end if
+      call check_twice(input, table, scene%sweep%swept)
       do k = 1, size(scene%sweep%swept)
          associate (swept => scene%sweep%swept(k))
             if (is_swept(swept)) call refuse_lost_units(input, table, place_in(table, swept%parameter), &
@@ -50,6 +51,29 @@ contains
       call check_beams(input, scene)
       call check_duration(input, scene)
    end subroutine resolve_sweep
+
+   !> No parameter is varied both as a ratio and in units.
+   subroutine check_twice(input, table, swept)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      type(swept_t), intent(in) :: swept(:)
+
+      integer :: i, k
+
+      do k = 1, size(swept)
+         if (swept(k)%parameter%quantity == '' .or. .not. is_swept(swept(k))) cycle
+         associate (in_units => swept(k)%parameter, entry => table%entries(place_in(table, swept(k)%parameter)))
+            do i = 1, size(swept)
+               if (.not. is_swept(swept(i)) .or. swept(i)%parameter%group /= in_units%group) cycle
+               if (swept(i)%parameter%occurrence /= in_units%occurrence) cycle
+               if (swept(i)%parameter%name_in_group /= entry%name%instead_of) cycle
+               call input%complain('sweep', given_name(swept(k)), 'give '//trim(in_units%name)//' or ' &
+                  //trim(swept(i)%parameter%name)//', not both')
+            end do
+         end associate
+      end do
+   end subroutine check_twice
 
    !> The values of one parameter.
    subroutine check_values(input, design, swept)

@@ -33,7 +33,8 @@ module measure_list
       .false., 'first impact', 'at {tau~t} =', is_of_surface=.true.), &
       measure_t('first_impact_velocity', 'first_impact_velocity', &
       '{d eta/d tau~velocity} at the stop point before it', 'velocity', .false., 'velocity before it', &
-      is_of_surface=.true.), measure_t('greatest_force', 'greatest_force', &
+      is_of_surface=.true.), &
+      measure_t('greatest_force', 'greatest_force', &
       'greatest contact force{ Pbar}; with restitution its mean over the first 0.1 {of tau~/ omega1} of an episode', &
       'force', &
       .false., is_of_surface=.true.), &

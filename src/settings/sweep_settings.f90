@@ -25,6 +25,8 @@ module sweep_settings
       !> Another value makes another beam or mesh
       logical :: is_of_beam = .false.
       logical :: is_whole = .false.
+      !> What it is, as in `quantity_table`, in the units of the scene; empty: a ratio, or a number
+      character(name_room) :: quantity = ''
    end type parameter_t
 
    !> Every combination of the values.

@@ -1,13 +1,14 @@
 !> One scene, run for several values of one parameter: a figure of several curves.
 module case_runs
    use case_beam, only: case_beam_t
-   use failures, only: failure_t
+   use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use mesh_choice, only: find_case_beam
    use motion_run, only: run_motion, set_store_t
+   use number_text, only: to_text
    use response_types, only: response_t
    use scene_beam_model, only: run_of
-   use scene_reader, only: set_parameter
+   use scene_reader, only: set_parameters
    use scene_types, only: scene_t
    implicit none (type, external)
    private
@@ -34,21 +35,27 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
+      character(:), allocatable :: problem
       type(set_store_t) :: sets
       type(scene_t), allocatable :: extremes(:)
       integer :: i
 
       if (scene%mesh%tolerance > 0.0_wp) then
          allocate (extremes(2), source=scene)
-         call set_parameter(extremes(1), scene%cases%parameter, minval(scene%cases%values))
-         call set_parameter(extremes(2), scene%cases%parameter, maxval(scene%cases%values))
+         call set_parameters(extremes(1), [scene%cases%parameter], [minval(scene%cases%values)], problem)
+         call set_parameters(extremes(2), [scene%cases%parameter], [maxval(scene%cases%values)], problem)
       end if
       allocate (cases(size(scene%cases%values)))
       do i = 1, size(cases)
          cases(i)%scene = scene
          cases(i)%value = scene%cases%values(i)
          cases(i)%scene%output%measures = .true.
-         call set_parameter(cases(i)%scene, scene%cases%parameter, cases(i)%value)
+         call set_parameters(cases(i)%scene, [scene%cases%parameter], [cases(i)%value], problem)
+         if (allocated(problem)) then
+            call fail(error, status_run_failed, trim(scene%cases%parameter%name)//' = '//to_text(cases(i)%value)//': ' &
+               //problem)
+            return
+         end if
          if (allocated(extremes) .and. scene%cases%parameter%is_of_beam) extremes(:) = cases(i)%scene
          call find_case_beam(cases(i)%scene, [cases(i)%value], [scene%cases%parameter%is_of_beam], beam, &
             extremes)

@@ -14,7 +14,7 @@ module cases_study
    use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
-   use quantities, only: units_t, words_in
+   use quantities, only: quantity_named, unit_of, units_t, words_in
    use quantity_groups, only: quantity_group_t
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
@@ -81,10 +81,11 @@ contains
       name = trim(scene%cases%parameter%name)
       call begin_results(root, expected_bytes, scene)
       group = root%part('cases')
-      group = group%as_they_are()
+      group = group%as_they_are([scene%cases%parameter%quantity])
       call group%attribute('parameter', name)
       call group%attribute('meaning', trim(scene%cases%parameter%meaning))
-      call group%add(name, cases%value, '1', trim(scene%cases%parameter%meaning), is_scale=.true.)
+      call group%add(name, cases%value, group%given_unit(scene%cases%parameter%quantity), &
+         trim(scene%cases%parameter%meaning), is_scale=.true.)
       do i = 1, size(cases)
          rows(:, i) = row_in(units_in(cases(i)%scene), row_of(cases(i)%response%measures))
       end do
@@ -115,6 +116,8 @@ contains
       write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
          trim(scene%cases%parameter%name)
       headings(1) = scene%cases%parameter%name(:width)
+      if (scene%cases%parameter%quantity /= '') headings(1) = trim(headings(1))//', ' &
+         //unit_of(quantity_named(scene%cases%parameter%quantity), units)
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)
          associate (own => units_in(cases(i)%scene), measures => cases(i)%response%measures)

@@ -120,6 +120,7 @@ contains
       call write_head(root, scene)
       root%tells_symbols = .true.
       sweep = root%part('sweep')
+      if (any(plan%axes%parameter%quantity == 'displacement')) sweep = sweep%as_they_are(plan%axes%parameter%quantity)
       call write_group(sweep, scene, plan, survey)
       if (scene%wants_best) call write_best(root%part('best'), scene, plan, survey%best, refined)
       if (present(errors)) then
@@ -164,7 +165,7 @@ contains
          axes = group%part('axes')
          do k = 1, size(plan%axes)
             associate (axis => plan%axes(k))
-               call axes%add(trim(axis%parameter%name), axis%values, '1', &
+               call axes%add(trim(axis%parameter%name), axis%values, group%given_unit(axis%parameter%quantity), &
                   trim(axis%parameter%meaning), is_scale=.true.)
             end associate
          end do
@@ -215,10 +216,10 @@ contains
 
       do k = 1, size(plan%axes)
          column = values(k, :)
-         call group%add(trim(plan%axes(k)%parameter%name), column, '1', &
+         call group%add(trim(plan%axes(k)%parameter%name), column, group%given_unit(plan%axes(k)%parameter%quantity), &
             trim(plan%axes(k)%parameter%meaning), along=along)
       end do
-      call write_measures_of_cases(group%as_they_are(), measure_table%name, rows, along)
+      call write_measures_of_cases(group%as_they_are(plan%axes%parameter%quantity), measure_table%name, rows, along)
    end subroutine write_columns
 
    !> The columns of /sweep, part by part, so many rows at a time.
@@ -294,7 +295,8 @@ contains
       cases = group%column('case', plan%cases, '1', 'number of the case', .true., is_scale=.true.)
       do k = 1, size(parameters)
          associate (parameter => plan%axes(k)%parameter)
-            parameters(k) = group%column(trim(parameter%name), plan%cases, '1', trim(parameter%meaning), &
+            parameters(k) = group%column(trim(parameter%name), plan%cases, group%given_unit(parameter%quantity), &
+               trim(parameter%meaning), &
                parameter%is_whole, 'case')
          end associate
       end do

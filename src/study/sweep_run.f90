@@ -15,7 +15,7 @@ module sweep_run
    use run_measures, only: row_of
    use run_settings, only: output_settings_t
    use scene_beam_model, only: run_of
-   use scene_reader, only: set_parameter
+   use scene_reader, only: set_parameters
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
@@ -211,14 +211,12 @@ contains
       integer, intent(in) :: number
       type(scene_t), intent(out) :: one
 
+      character(:), allocatable :: problem
       real(wp) :: values(size(plan%axes))
-      integer :: k
 
       one = scene
       call case_values(plan, number, values)
-      do k = 1, size(values)
-         call set_parameter(one, plan%axes(k)%parameter, values(k))
-      end do
+      call set_parameters(one, plan%axes%parameter, values, problem)
    end subroutine scene_of_case
 
    !> Prepare a runner.
@@ -244,21 +242,20 @@ contains
 
       type(response_t) :: response
       type(failure_t), allocatable :: error
-      integer :: k
 
-      do k = 1, size(values)
-         call set_parameter(runner%scene, plan%axes(k)%parameter, values(k))
-         if (.not. allocated(runner%extremes)) cycle
-         associate (axis => plan%axes(k))
-            call set_parameter(runner%extremes(1), axis%parameter, merge(values(k), axis%least, &
-               axis%parameter%is_of_beam))
-            call set_parameter(runner%extremes(2), axis%parameter, merge(values(k), axis%most, &
-               axis%parameter%is_of_beam))
-         end associate
-      end do
-      call find_case_beam(runner%scene, values, plan%axes%parameter%is_of_beam, runner%beam, runner%extremes)
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
       row(measure_status) = 1.0_wp
+      call set_parameters(runner%scene, plan%axes%parameter, values, reason)
+      if (allocated(runner%extremes) .and. .not. allocated(reason)) then
+         associate (parameters => plan%axes%parameter)
+            call set_parameters(runner%extremes(1), parameters, merge(values, plan%axes%least, parameters%is_of_beam), &
+               reason)
+            if (.not. allocated(reason)) call set_parameters(runner%extremes(2), parameters, merge(values, &
+               plan%axes%most, parameters%is_of_beam), reason)
+         end associate
+      end if
+      if (allocated(reason)) return
+      call find_case_beam(runner%scene, values, plan%axes%parameter%is_of_beam, runner%beam, runner%extremes)
       if (allocated(runner%beam%trouble)) then
          reason = runner%beam%trouble%message
          return

@@ -1,9 +1,13 @@
 !> What a sweep says on standard output: its size, how it went, its best cases.
 module sweep_tables
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use measure_list, only: measure_table
    use number_text, only: rounded, to_text
+   use printable_text, only: character_count
+   use quantities, only: name_in, quantity_named, unit_of, units_t
+   use reader_units, only: find_prefix, reading
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    use sweep_best, only: best_t, refined_t
    use sweep_file, only: survey_t
    use sweep_plan, only: plan_t
@@ -31,12 +35,18 @@ contains
       !> Threads and processes in words
       character(*), intent(in) :: workers
 
+      type(units_t) :: units
       integer :: k
 
+      units = units_in(scene)
       write (unit, '(a)') scene%name//': '//scene%title
       do k = 1, size(plan%axes)
          associate (axis => plan%axes(k))
-            write (unit, '(2x, a20, a)') axis%parameter%name, values_in_words(k)
+            if (axis%parameter%name(20:) == '') then
+               write (unit, '(2x, a20, a)') axis%parameter%name, values_in_words(k)
+            else
+               write (unit, '(2x, a)') trim(axis%parameter%name)//' '//values_in_words(k)
+            end if
          end associate
       end do
       write (unit, '(2x, a20, a)') 'cases               ', to_text(plan%cases)//failed_in_words()
@@ -60,7 +70,8 @@ contains
          character(:), allocatable :: words
 
          associate (it => plan%axes(axis))
-            words = rounded(it%least)//' to '//rounded(it%most)
+            words = value_in_words(it%least, it%parameter%quantity, units)//' to ' &
+               //value_in_words(it%most, it%parameter%quantity, units)
             if (plan%is_grid) words = words//', '//to_text(size(it%values))//' values'
             if (it%is_logarithmic) words = words//' evenly in the logarithm'
          end associate
@@ -83,19 +94,23 @@ contains
       type(plan_t), intent(in) :: plan
       type(best_t), intent(in) :: best
 
+      real(wp) :: factors(size(plan%axes) + 1)
+      character(:), allocatable :: heading
       integer :: i, k
 
       associate (column => scene%best%measure)
-         write (unit, '(/, 2x, a)') trim(goal_names(scene%best%goal))//' '//trim(measure_table(column)%name)
+         write (unit, '(/, 2x, a)') trim(goal_names(scene%best%goal))//' ' &
+            //name_in(units_in(scene), measure_table(column)%name)
          if (best%count == 0) then
             write (unit, '(2x, a)') 'no case has one'
             return
          end if
-         write (unit, '(2x, *(a))') cell('case'), (cell(trim(plan%axes(k)%parameter%name)), k=1, size(plan%axes)), &
-            cell(trim(measure_table(column)%name))
+         call find_columns(scene, plan, best%values(:, :best%count), best%rows(column, :best%count), factors, heading)
+         write (unit, '(2x, *(a))') cell('case'), heading
          do i = 1, best%count
             write (unit, '(2x, *(a))') cell(to_text(best%case(i))), &
-               (cell(rounded(best%values(k, i))), k=1, size(plan%axes)), cell(rounded(best%rows(column, i)))
+               (cell(rounded(best%values(k, i)*factors(k))), k=1, size(plan%axes)), &
+               cell(rounded(best%rows(column, i)*factors(size(factors))))
          end do
       end associate
    end subroutine print_best
@@ -108,26 +123,94 @@ contains
       !> What was found
       type(refined_t), intent(in) :: refined
 
+      character(:), allocatable :: heading
+      real(wp) :: factors(size(plan%axes) + 1)
       integer :: k
 
       associate (column => scene%best%measure, last => refined%count)
-         write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
-            //trim(measure_table(column)%name)//' from '//rounded(refined%rows(column, 1))//' to ' &
-            //rounded(refined%rows(column, last))
-         write (unit, '(2x, *(a))') cell(''), (cell(trim(plan%axes(k)%parameter%name)), k=1, size(plan%axes)), &
-            cell(trim(measure_table(column)%name))
-         write (unit, '(2x, *(a))') cell('best'), (cell(rounded(refined%values(k, last))), k=1, size(plan%axes)), &
-            cell(rounded(refined%rows(column, last)))
+         call find_columns(scene, plan, refined%values(:, :last), refined%rows(column, :last), factors, heading)
+         associate (measure => name_in(units_in(scene), measure_table(column)%name), factor => factors(size(factors)))
+            write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
+               //measure//' from '//rounded(refined%rows(column, 1)*factor)//' to ' &
+               //rounded(refined%rows(column, last)*factor)
+         end associate
+         write (unit, '(2x, *(a))') cell(''), heading
+         write (unit, '(2x, *(a))') cell('best'), (cell(rounded(refined%values(k, last)*factors(k))), &
+            k=1, size(plan%axes)), cell(rounded(refined%rows(column, last)*factors(size(factors))))
       end associate
    end subroutine print_refined
+
+   !> What stands over the columns of parameters and a measure, and what makes its numbers easy to read.
+   subroutine find_columns(scene, plan, values, measured, factors, heading)
+      type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
+      !> Parameters [axes, lines], and the measure [lines]
+      real(wp), intent(in) :: values(:, :)
+      real(wp), intent(in) :: measured(:)
+      !> Of all columns, [axes + 1]
+      real(wp), intent(out) :: factors(:)
+      character(:), allocatable, intent(out) :: heading
+
+      type(units_t) :: units
+      integer :: k
+
+      units = units_in(scene)
+      heading = ''
+      do k = 1, size(plan%axes)
+         associate (parameter => plan%axes(k)%parameter)
+            call add_heading(trim(parameter%name), parameter%quantity, maxval(abs(values(k, :))), factors(k))
+         end associate
+      end do
+      associate (measure => measure_table(scene%best%measure))
+         if (units%are_of_scene) then
+            call add_heading(name_in(units, measure%name), trim(measure%quantity), maxval(abs(measured)), &
+               factors(size(factors)))
+         else
+            call add_heading(trim(measure%name), '', 0.0_wp, factors(size(factors)))
+         end if
+      end associate
+
+   contains
+
+      subroutine add_heading(name, quantity, greatest, factor)
+         character(*), intent(in) :: name
+         !> Empty, or 'number': without unit
+         character(*), intent(in) :: quantity
+         !> Of the sizes of the numbers
+         real(wp), intent(in) :: greatest
+         real(wp), intent(out) :: factor
+
+         character(:), allocatable :: read_unit
+
+         factor = 1.0_wp
+         if (quantity == '' .or. quantity == 'number') then
+            heading = heading//cell(name)
+            return
+         end if
+         call find_prefix(greatest, unit_of(quantity_named(quantity), units), factor, read_unit)
+         heading = heading//cell(name//', '//read_unit)
+      end subroutine add_heading
+
+   end subroutine find_columns
+
+   !> A value of a parameter, with its unit if it has one.
+   pure function value_in_words(value, quantity, units) result(words)
+      real(wp), intent(in) :: value
+      !> Empty: a number
+      character(*), intent(in) :: quantity
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      words = rounded(value)
+      if (quantity /= '') words = reading(value, unit_of(quantity_named(quantity), units))
+   end function value_in_words
 
    !> A text at the right of a column.
    pure function cell(text) result(padded)
       character(*), intent(in) :: text
-      character(max(width, len(text)) + 2) :: padded
+      character(:), allocatable :: padded
 
-      padded = text
-      padded = adjustr(padded)
+      padded = repeat(' ', int(max(width - character_count(text), 0) + 2, i8))//text
    end function cell
 
    !> Such as '0.32 s' and '12 s'.
