@@ -1,13 +1,16 @@
 !> What a scene of the program `impactbeam` needs of the machine.
 module scene_needs
    use auto_solver, only: lanczos_is_faster
+   use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use measure_list, only: measure_count
    use memory_needs, only: add_modes, add_need, bytes_of_number, need_t, overhead, so_many
    use mesh_choice, only: most_elements_found
    use number_text, only: to_text
-   use run_settings, only: method_exact
+   use run_settings, only: method_exact, run_settings_t
+   use scene_beam_model, only: run_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
+   use stop_surfaces, only: is_plain, surfaces_of
    use sweep_settings, only: is_swept, place_of, values_given
    use sweep_study, only: cases_of, threads_for
    implicit none (type, external)
@@ -110,7 +113,7 @@ contains
 
       real(wp), parameter :: copies = 3.0_wp
       real(wp) :: samples, shapes, runs
-      integer :: histories
+      integer :: histories, surfaces
 
       runs = 1.0_wp
       if (scene%wants_cases) runs = real(max(size(scene%cases%values), 1), wp)
@@ -120,6 +123,10 @@ contains
          ! the ledger has an axis of its own
          if (output%energy) histories = histories + 8
          if (histories > 0) histories = histories + 1
+         surfaces = surfaces_recorded(scene)
+         histories = histories + surfaces*count(output%history([eta_stop, velocity_stop, force_stop]))
+         ! of each what it holds and what it took
+         if (output%energy) histories = histories + 2*surfaces
          samples = scene%response%duration/scene%response%step
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
             //so_many(runs*samples)//' samples', &
@@ -131,6 +138,19 @@ contains
             'the whole beam at '//so_many(shapes)//' instants', 'give &output a longer shape_step')
       end associate
    end subroutine add_response
+
+   !> Surfaces with histories of their own.
+   pure function surfaces_recorded(scene) result(number)
+      type(scene_t), intent(in) :: scene
+      integer :: number
+
+      type(run_settings_t) :: settings
+
+      number = 0
+      settings = run_of(scene)
+      if (is_plain(settings) .and. .not. allocated(scene%supports)) return
+      number = size(surfaces_of(settings))
+   end function surfaces_recorded
 
    !> Elements of the largest mesh.
    pure function elements_of(scene, given) result(elements)
