@@ -282,7 +282,8 @@ contains
             values(0) = 1.0_wp
             values(1) = x
             do degree = 2, points
-               values(degree) = (real(2*degree - 1, wp)*x*values(degree - 1) - real(degree - 1, wp)*values(degree - 2)) &
+               values(degree) = (real(2*degree - 1, wp)*x*values(degree - 1) - real(degree - 1, &
+                  wp)*values(degree - 2)) &
                   /real(degree, wp)
             end do
             slope = real(points, wp)*(x*values(points) - values(points - 1))/(x**2 - 1.0_wp)

@@ -4,7 +4,8 @@
 !> a point the section is then exact to the last digit.
 module beam_section
    use kinds, only: wp
-   use section_shapes, only: area_of_shape, fibre_of_shape, inertia_of_shape, is_uniform, mean_of_profile, profile_cubic, &
+   use section_shapes, only: area_of_shape, fibre_of_shape, inertia_of_shape, is_uniform, mean_of_profile, &
+      profile_cubic, &
       profile_linear, profile_stepped, section_settings_t, shape_general, spline_curvature
    implicit none (type, external)
    private

@@ -90,19 +90,25 @@ contains
          call table%bind(section%shape, name_t('shape', 'what the section is'), shape_names)
          call table%bind(section%profile, name_t('profile', 'dimensions between stations: linear, the same from each ' &
             //'to the next, or a natural cubic spline'), profile_names)
-         call table%bind(section%station, name_t('station', 'positions of the dimensions, ascending from 0, to length or, ' &
+         call table%bind(section%station, name_t('station', &
+            'positions of the dimensions, ascending from 0, to length or, ' &
             //'of steps, where each begins', height_range, default='none: uniform', is_optional=.true.))
          call table%bind(section%width, name_t('width', 'width, one value or one a station', length_range, rectangle, &
             default='width of &beam', is_optional=.true.))
-         call table%bind(section%height, name_t('height', 'height, one value or one a station', height_range, rectangle, &
+         call table%bind(section%height, name_t('height', 'height, one value or one a station', height_range, &
+            rectangle, &
             default='none: give some', is_optional=.true.))
-         call table%bind(section%diameter, name_t('diameter', 'diameter, one value or one a station', height_range, round, &
+         call table%bind(section%diameter, name_t('diameter', 'diameter, one value or one a station', height_range, &
+            round, &
             default='none: give some', is_optional=.true.))
-         call table%bind(section%outer_diameter, name_t('outer_diameter', 'outer diameter, one value or one a station', &
+         call table%bind(section%outer_diameter, name_t('outer_diameter', &
+            'outer diameter, one value or one a station', &
             height_range, tube, default='none: give some', is_optional=.true.))
-         call table%bind(section%wall, name_t('wall', 'thickness of the wall, one value or one a station', height_range, &
+         call table%bind(section%wall, name_t('wall', 'thickness of the wall, one value or one a station', &
+            height_range, &
             tube, default='none: give it or inner_diameter', is_optional=.true.))
-         call table%bind(section%inner_diameter, name_t('inner_diameter', 'inner diameter, one value or one a station', &
+         call table%bind(section%inner_diameter, name_t('inner_diameter', &
+            'inner diameter, one value or one a station', &
             height_range, condition_t(name='shape', words='tube', without='wall'), default='that of wall', &
             is_optional=.true.))
          call table%bind(section%area, name_t('area', 'area, one value or one a station', range_t(0.0_wp, 1.0e24_wp), &

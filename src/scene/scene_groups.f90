@@ -3,7 +3,8 @@
 !>
 !> What a name needs stands before it, in its own group or an earlier one.
 module scene_groups
-   use body_groups, only: list_beam, list_masses, list_root, list_section, physical_beam_t, physical_mass_t, physical_root_t
+   use body_groups, only: list_beam, list_masses, list_root, list_section, physical_beam_t, physical_mass_t, &
+      physical_root_t
    use history_list, only: history_count, history_table
    use kinds, only: wp
    use load_groups, only: list_bases, list_forces, list_start, physical_base_t, physical_course_t, physical_start_t
@@ -61,7 +62,8 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(21) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', 'mesh', &
+   character(*), parameter :: group_names(21) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
+      'mesh', &
       'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'frequencies', 'precision', &
       'sweep', 'best', 'cases', 'statements', 'output']
 

@@ -19,7 +19,8 @@ module scene_resolve
    use scene_stops, only: resolve_stops, resolve_supports
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
-      reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_lanczos, solver_names, &
+      reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_lanczos, &
+      solver_names, &
       solver_natural
    use section_shapes, only: is_uniform
    use sweep_resolve, only: resolve_sweep

@@ -32,8 +32,8 @@ module scene_rules
    ! They come first: what else such a scene has would need things that it cannot have
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
-      'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision sweep '// &
-      'best cases output', &
+      'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision '// &
+      'sweep best cases output', &
       ', which has beams, stops and runs of its own'), &
       exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
       exclusion_t('precision', 'force base start', ', which measures beams released from rest'), &

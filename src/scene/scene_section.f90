@@ -72,7 +72,7 @@ contains
          call take('diameter', section%diameter, section%diameter)
       case (shape_tube)
          if (allocated(section%inner_diameter) .and. allocated(section%outer_diameter)) then
-            if (size(section%inner_diameter) == size(section%outer_diameter) .or. size(section%inner_diameter) == 1) then
+            if (any(size(section%inner_diameter) == [1, size(section%outer_diameter)])) then
                section%wall = 0.5_wp*(section%outer_diameter - spread_to(section%inner_diameter, &
                   size(section%outer_diameter)))
             else
@@ -138,7 +138,8 @@ contains
       call check_column(input, 'section', names_of(section%shape), section%station, section%second, smallest)
       if (section%profile /= profile_linear .and. .not. input%has_problem()) then
          if (any([section%first(stations), section%second(stations)] < smallest)) call input%complain('section', &
-            names_of(section%shape), 'must be at least '//to_text(smallest)//'; 0 at the tip goes with a linear profile')
+            names_of(section%shape), &
+            'must be at least '//to_text(smallest)//'; 0 at the tip goes with a linear profile')
       end if
       if (.not. allocated(section%outer_fibre)) return
       section%outer_fibre = spread_to(section%outer_fibre, stations)

@@ -111,8 +111,9 @@ contains
 
       associate (section => scene%beam%section)
          allocate (steps(0))
-         if (scene%beam%shape == shape_section .and. section%profile == profile_stepped .and. .not. is_uniform(section)) &
-            steps = section%station(2:)/scene%beam%length
+         if (scene%beam%shape == shape_section .and. section%profile == profile_stepped) then
+            if (.not. is_uniform(section)) steps = section%station(2:)/scene%beam%length
+         end if
       end associate
       if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports) .or. allocated(scene%masses) &
          .or. size(steps) > 0)) then
