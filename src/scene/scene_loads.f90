@@ -8,6 +8,7 @@ module scene_loads
    use load_table, only: read_load_table
    use name_table, only: is_among, table_t
    use number_text, only: to_text
+   use run_settings, only: impulse_nodal, law_restitution
    use scene_groups, only: physical_t
    use scene_input, only: scene_input_t
    use scene_types, only: scales_t, scene_t, start_group_t
@@ -107,6 +108,10 @@ contains
       character(:), allocatable :: folder
       integer :: k, lacking
 
+      if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal .and. &
+         (scene%has_forces .or. scene%has_bases .or. scene%start%kind /= start_pull .or. scene%zeta_mass > 0.0_wp .or. &
+         allocated(scene%mode_ratios))) call input%complain('stop', 'impulse', "goes with a beam that is pulled away " &
+         //"and left alone, damped in proportion to its stiffness; else take 'momentum'")
       lacking = first_in_units(table)
       if (lacking > 0 .and. scene%scales%displacement <= 0.0_wp) then
          associate (group => table%groups(table%entries(lacking)%group))

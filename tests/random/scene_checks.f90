@@ -6,8 +6,9 @@ module scene_checks
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
-   use history_list, only: eta_stop, force_stop, history_count
+   use history_list, only: eta_stop, eta_tip, force_stop, history_count
    use kinds, only: lambda1, wp
+   use load_settings, only: start_pull
    use measure_list, only: measure_count, measure_table
    use newmark_motion, only: rounding_of_energy
    use newmark_stability, only: highest_frequency
@@ -301,6 +302,12 @@ contains
       real(wp) :: unit
 
       unit = max(response%initial_energy, tiny(1.0_wp)) + maxval(response%energy%created)
+      if (.not. allocated(response%energy%work)) return
+      ! all that goes in and out
+      associate (work => response%energy%work)
+         unit = unit + sum(abs(work(2:) - work(:size(work) - 1))) + maxval(response%energy%kinetic &
+            + response%energy%strain + response%energy%stop)
+      end associate
    end function energy_scale
 
    !> How far the beam moves, which a nodal impulse can raise with the energy that it creates.
@@ -311,6 +318,10 @@ contains
       type(response_t), intent(in) :: response
       real(wp) :: unit
 
+      if (scene%start%kind /= start_pull .or. allocated(response%energy%work)) then
+         unit = 1.0_wp + greatest_preload(scene) + maxval(abs(response%history(eta_tip)%values))
+         return
+      end if
       unit = (1.0_wp + greatest_preload(scene)) &
          *sqrt(energy_scale(response)/max(response%initial_energy, tiny(1.0_wp)))
    end function length_scale
@@ -419,6 +430,7 @@ contains
          complaint = complaint//'not finite; '
       associate (e => response%energy)
          at_work = e%kinetic + e%strain + e%stop
+         if (allocated(e%work)) at_work = at_work - e%work
          total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
          unit = energy_scale(response)
          share = rounding
