@@ -3,7 +3,7 @@ module several_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
-   use damped_oscillators, only: make_oscillators
+   use damped_oscillators, only: make_oscillators, oscillators_t
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use held_sets, only: free_beam_t
@@ -59,6 +59,8 @@ contains
       associate (beam => phase%now%beam, now => phase%now)
          now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
          call make_beam(model, modes, settings, surfaces, beam)
+         call check_damping(beam%oscillators, error)
+         if (allocated(error)) return
          if (has_loads(settings)) then
             call take_loads(model, modes, settings, now)
             rest_energy = no_rest
@@ -102,6 +104,21 @@ contains
          call meet_at_start(now, settings%response%hop_tolerance, motion, response)
       end associate
    end subroutine start_several
+
+   !> Modes beyond critical damping are taken to be the fastest ones.
+   subroutine check_damping(oscillators, error)
+      type(oscillators_t), intent(in) :: oscillators
+      !> Set when a slow mode creeps while a faster one swings
+      type(failure_t), allocatable, intent(inout) :: error
+
+      associate (swinging => oscillators%oscillating)
+         if (all(0.5_wp*(oscillators%two_zeta*oscillators%square(:swinging) + oscillators%mass_rate) &
+            < oscillators%frequency(:swinging))) return
+      end associate
+      call fail(error, status_bad_input, "not computed yet by method = 'exact': damping by mass that is beyond critical " &
+         //"in the slowest mode while faster ones swing (method = 'newmark' does); zeta_mass must be below " &
+         //to_text(oscillators%frequency(1)))
+   end subroutine check_damping
 
    !> What acts on the beam, in its free modes.
    subroutine take_loads(model, modes, settings, now)

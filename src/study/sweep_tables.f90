@@ -129,9 +129,9 @@ contains
 
       associate (column => scene%best%measure, last => refined%count)
          call find_columns(scene, plan, refined%values(:, :last), refined%rows(column, :last), factors, heading)
-         associate (measure => name_in(units_in(scene), measure_table(column)%name), factor => factors(size(factors)))
+         associate (factor => factors(size(factors)))
             write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
-               //measure//' from '//rounded(refined%rows(column, 1)*factor)//' to ' &
+               //name_in(units_in(scene), measure_table(column)%name)//' from '//rounded(refined%rows(column, 1)*factor)//' to ' &
                //rounded(refined%rows(column, last)*factor)
          end associate
          write (unit, '(2x, *(a))') cell(''), heading
