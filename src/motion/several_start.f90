@@ -115,8 +115,8 @@ contains
          if (all(0.5_wp*(oscillators%two_zeta*oscillators%square(:swinging) + oscillators%mass_rate) &
             < oscillators%frequency(:swinging))) return
       end associate
-      call fail(error, status_bad_input, "not computed yet by method = 'exact': damping by mass that is beyond critical " &
-         //"in the slowest mode while faster ones swing (method = 'newmark' does); zeta_mass must be below " &
+      call fail(error, status_bad_input, "not computed yet by method = 'exact': damping by mass that is beyond " &
+         //"critical in the slowest mode while faster ones swing (method = 'newmark' does); zeta_mass must be below " &
          //to_text(oscillators%frequency(1)))
    end subroutine check_damping
 
