@@ -131,8 +131,8 @@ contains
          call find_columns(scene, plan, refined%values(:, :last), refined%rows(column, :last), factors, heading)
          associate (factor => factors(size(factors)))
             write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
-               //name_in(units_in(scene), measure_table(column)%name)//' from '//rounded(refined%rows(column, 1)*factor) &
-               //' to '//rounded(refined%rows(column, last)*factor)
+               //name_in(units_in(scene), measure_table(column)%name)//' from ' &
+               //rounded(refined%rows(column, 1)*factor)//' to '//rounded(refined%rows(column, last)*factor)
          end associate
          write (unit, '(2x, *(a))') cell(''), heading
          write (unit, '(2x, *(a))') cell('best'), (cell(rounded(refined%values(k, last)*factors(k))), &
