@@ -401,6 +401,8 @@ contains
       integer :: i
 
       share = 0.0_wp
+      ! a node without mass has no highest frequency
+      if (any(model%mass%values(model%mass%diagonal) <= 0.0_wp)) return
       call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
       if (allocated(error) .or. response%event_count == 0) return
       associate (events => response%events(:response%event_count))
