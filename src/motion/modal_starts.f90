@@ -67,13 +67,14 @@ contains
          real(wp), intent(in) :: values(:)
          real(wp) :: modal(size(modes%square))
 
-         real(wp) :: at_node(0:model%mesh%elements)
+         real(wp) :: at_node(0:model%mesh%elements), inertia(model%mass%order)
          integer :: node
 
          do node = 0, model%mesh%elements
             at_node(node) = interpolated(start%position, values, model%mesh%position(node))
          end do
-         modal = matmul(inertia_of_motion(model, at_node), modes%mode)
+         inertia = inertia_of_motion(model, at_node)
+         modal = matmul(inertia, modes%mode)
       end function in_modes
    end subroutine find_modal_start
 
