@@ -33,8 +33,6 @@ module sweep_run
       !> The scene with the parameters of the present case; it keeps measures only
       type(scene_t) :: scene
       type(case_beam_t) :: beam
-      !> What its runs among several stops share
-      type(set_store_t) :: sets
       !> The cases with the least and with the greatest values of what makes no other beam, [2]; unallocated: the mesh
       !> is given
       type(scene_t), allocatable :: extremes(:)
@@ -139,6 +137,8 @@ contains
       type(shared_t), intent(inout) :: shared
 
       type(runner_t) :: runner
+      ! apart from the runner, whose other components a compiler forgets where one is finalized
+      type(set_store_t), target :: sets
       type(part_rows_t) :: part
       type(failure_t), allocatable :: trouble
       integer :: number
@@ -150,7 +150,7 @@ contains
          if (.not. allocated(shared%error)) call next_of_deal(shared%deal, number)
          !$omp end critical (sweep_deal)
          if (number == 0) exit
-         call run_part(runner, plan, number, part, shared)
+         call run_part(runner, sets, plan, number, part, shared)
          !$omp critical (sweep_disk)
          call write_part(path, plan, text, number, part, trouble)
          !$omp end critical (sweep_disk)
@@ -163,9 +163,10 @@ contains
    end subroutine take_parts
 
    !> The rows of one part.
-   subroutine run_part(runner, plan, number, part, shared)
-      !> The thread's runner
+   subroutine run_part(runner, sets, plan, number, part, shared)
+      !> The thread's runner, and what its runs among several stops share
       type(runner_t), intent(inout) :: runner
+      type(set_store_t), target, intent(inout) :: sets
       type(plan_t), intent(in) :: plan
       integer, intent(in) :: number
       type(part_rows_t), intent(out) :: part
@@ -183,7 +184,7 @@ contains
       failures = 0
       do case = 1, cases
          call case_values(plan, first + case - 1, part%values(:, case))
-         call run_case(runner, plan, part%values(:, case), part%rows(:, case), reason)
+         call run_case(runner, plan, part%values(:, case), part%rows(:, case), reason, sets)
          if (allocated(reason)) then
             failures = failures + 1
             failed(failures) = first + case - 1
@@ -230,7 +231,7 @@ contains
    end subroutine start_runner
 
    !> Run a case.
-   subroutine run_case(runner, plan, values, row, reason)
+   subroutine run_case(runner, plan, values, row, reason, sets)
       type(runner_t), intent(inout) :: runner
       type(plan_t), intent(in) :: plan
       !> Parameters of the case, in the order of the axes
@@ -239,6 +240,8 @@ contains
       real(wp), intent(out) :: row(:)
       !> Why it failed; unallocated: it did not
       character(:), allocatable, intent(out) :: reason
+      !> What runs among several stops share; absent: nothing
+      type(set_store_t), target, intent(inout), optional :: sets
 
       type(response_t) :: response
       type(failure_t), allocatable :: error
@@ -260,7 +263,7 @@ contains
          reason = runner%beam%trouble%message
          return
       end if
-      call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes, runner%sets)
+      call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes, sets)
       if (allocated(error)) then
          reason = error%message
          return
@@ -295,13 +298,14 @@ contains
       real(wp), intent(inout) :: rows(:, :)
 
       type(runner_t) :: runner
+      type(set_store_t), target :: sets
       character(:), allocatable :: reason
       integer :: i
 
       call start_runner(scene, runner)
       !$omp do schedule(dynamic)
       do i = 1, size(values, 2)
-         call run_case(runner, plan, values(:, i), rows(:, i), reason)
+         call run_case(runner, plan, values(:, i), rows(:, i), reason, sets)
       end do
       !$omp end do
    end subroutine take_cases
