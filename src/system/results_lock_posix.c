@@ -1,11 +1,13 @@
 /* A lock that its owner loses by ending, however it ends, and that says who has it.
  * Fortran's side is results_claim.f90. */
+#define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/types.h>
+#include <time.h>
 #include <unistd.h>
 
 /* Explained in process_posix.c. */
@@ -31,7 +33,13 @@ static int take(int file, const char *path, char *owner, size_t size)
    if (fstat(file, &here) != 0) return errno;
    if (!S_ISREG(here.st_mode)) return is_foreign;
    code = fcntl(file, F_SETLK, &lock) == 0 ? 0 : errno;
-   const ssize_t length = pread(file, content, sizeof content - 1, 0);
+   ssize_t length = pread(file, content, sizeof content - 1, 0);
+   /* who has it may be about to say so */
+   const struct timespec moment = {.tv_nsec = 10000000};
+   for (int look = 0; look < 50 && length == 0 && (code == EACCES || code == EAGAIN); ++look) {
+      nanosleep(&moment, NULL);
+      length = pread(file, content, sizeof content - 1, 0);
+   }
    if (length < 0) return errno;
    content[length] = '\0';
    content[strcspn(content, "\n")] = '\0';
