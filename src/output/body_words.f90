@@ -2,7 +2,8 @@
 module body_words
    use body_settings, only: mass_settings_t, root_pinned, root_settings_t
    use kinds, only: wp
-   use number_text, only: rounded
+   use quantities, only: units_t, words_in
+   use reader_units, only: reading_in
    use scene_types, only: beam_settings_t, shape_section
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names
    implicit none (type, external)
@@ -29,30 +30,33 @@ contains
    end function section_in_words
 
    !> What holds the root.
-   pure function root_in_words(root) result(words)
+   pure function root_in_words(root, units) result(words)
       type(root_settings_t), intent(in) :: root
+      !> What results are in
+      type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
       words = ''
-      if (root%rotation_stiffness_ratio > 0.0_wp) then
-         words = ', spring against rotation of '//rounded(root%rotation_stiffness_ratio)
-      end if
-      if (root%translation_stiffness_ratio > 0.0_wp) then
-         words = words//', spring against displacement of '//rounded(root%translation_stiffness_ratio)
-      end if
+      if (root%rotation_stiffness_ratio > 0.0_wp) words = ', spring against rotation of ' &
+         //reading_in(units, 'rotational_stiffness', root%rotation_stiffness_ratio)
+      if (root%translation_stiffness_ratio > 0.0_wp) words = words//', spring against displacement of ' &
+         //reading_in(units, 'stiffness', root%translation_stiffness_ratio)
       if (words == '') words = ', clamped'
       if (root%kind == root_pinned) words = ', pinned'
       words = words(3:)
    end function root_in_words
 
    !> A mass on the beam.
-   pure function mass_in_words(mass) result(words)
+   pure function mass_in_words(mass, units) result(words)
       type(mass_settings_t), intent(in) :: mass
+      !> What results are in
+      type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
-      words = rounded(mass%mass_ratio)//' of the beam'
-      if (mass%rotary_inertia_ratio > 0.0_wp) words = words//', J = '//rounded(mass%rotary_inertia_ratio)
-      words = words//', at x/L = '//rounded(mass%position)
+      words = reading_in(units, 'mass', mass%mass_ratio)//words_in(units, '{ of the beam~}')
+      if (mass%rotary_inertia_ratio > 0.0_wp) words = words//', J = ' &
+         //reading_in(units, 'rotary_inertia', mass%rotary_inertia_ratio)
+      words = words//words_in(units, ', at {x/L~x} = ')//reading_in(units, 'length', mass%position)
    end function mass_in_words
 
 end module body_words

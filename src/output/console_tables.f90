@@ -44,10 +44,10 @@ contains
       end if
       write (unit, '(a)') heading
       call print_line(unit, 'beam', beam_in_words(scene))
-      if (scene%has_root) call print_line(unit, 'root', root_in_words(scene%root))
+      if (scene%has_root) call print_line(unit, 'root', root_in_words(scene%root, units_in(scene)))
       if (allocated(scene%masses)) then
          do i = 1, size(scene%masses)
-            call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i)))
+            call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i), units_in(scene)))
          end do
       end if
       if (scene%wants_response) then

@@ -22,7 +22,7 @@ module reader_units
    type(prefix_t), parameter :: prefixes(*) = [prefix_t('G', 9), prefix_t('M', 6), prefix_t('k', 3), prefix_t('', 0), &
       prefix_t('m', -3), prefix_t(char(194)//char(181), -6), prefix_t('n', -9)]
    character(*), parameter :: letters = 'GMk-mun'
-   type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-mun'), symbol_t('m', '-mun'), symbol_t('g', 'kmun'), &
+   type(symbol_t), parameter :: symbols(*) = [symbol_t('s', '-mun'), symbol_t('m', '-mun'), symbol_t('g', 'k-mun'), &
       symbol_t('N', 'GMk-mun'), symbol_t('J', 'k-mun'), symbol_t('Pa', 'M'), symbol_t('Hz', 'Mk-')]
 
 contains
