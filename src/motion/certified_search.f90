@@ -155,13 +155,8 @@ contains
          end if
          if (t > 0.0_wp .and. here%value <= here%rounding) then
             ! at zero as far as rounding can tell
-            if (order > 0 .or. (signal%start_order > 0 .and. here%signal <= here%signal_rounding .and. &
-               search%greatest <= 4.0_wp*here%signal_rounding)) then
-               search%outcome = found_never_left
-               search%time = t
-               return
-            else if (here%slope <= 0.0_wp) then
-               search%outcome = found_zero
+            if (order > 0 .or. here%slope <= 0.0_wp) then
+               search%outcome = merge(found_never_left, found_zero, order > 0 .or. is_still_there())
                search%time = t
                return
             end if
@@ -179,8 +174,7 @@ contains
          end if
          if (.not. t + step > t) then
             ! no room left between the instants that can be told apart
-            search%outcome = merge(found_never_left, found_zero, order > 0 .or. &
-               (signal%start_order > 0 .and. search%greatest <= 0.0_wp))
+            search%outcome = merge(found_never_left, found_zero, order > 0 .or. is_still_there())
             search%time = t
             return
          end if
@@ -189,6 +183,16 @@ contains
          call signal%look(t, order, here)
          search%evaluations = search%evaluations + 1_i8
       end do
+
+   contains
+
+      !> From its start at zero the signal did not get beyond its rounding error.
+      pure function is_still_there() result(is)
+         logical :: is
+
+         is = signal%start_order > 0 .and. here%signal <= here%signal_rounding .and. &
+            search%greatest <= 4.0_wp*here%signal_rounding
+      end function is_still_there
    end subroutine first_zero
 
    !> From a zero the search marches on the derivative that is positive there: while it is, so is all below it.

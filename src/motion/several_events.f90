@@ -67,7 +67,8 @@ contains
             end if
             captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
-            if (search%outcome == found_taken_back) then
+            if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
+               velocity_of(self, k, motion) > 0.0_wp)) then
                call bring_to_rest(self, k, captures, motion)
                call settle(self, captures, motion, response)
                call check_dampers(self, motion, response)
