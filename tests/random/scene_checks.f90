@@ -293,7 +293,7 @@ contains
          read_reals(file, 'measures/lost_impact'), -read_reals(file, 'measures/created'), &
          read_reals(file, 'measures/left')]
       associate (above => response%measures%start_energy - response%measures%rest_energy)
-         if (above > 0.0_wp) call limit('shares of the energy miss 1 by', abs(sum(shares) - 1.0_wp), &
+         if (above > rounding*energy_scale(response)) call limit('shares of the energy miss 1 by', abs(sum(shares) - 1.0_wp), &
             rounding*energy_scale(response)/above, complaint)
       end associate
    end subroutine check_shares

@@ -90,13 +90,15 @@ module scene_drawing
 contains
 
    !> Scene number `seed`, not yet read: what contradicts itself the reader will say.
-   subroutine draw_scene(names, seed, draft)
+   subroutine draw_scene(names, seed, draft, swept)
       !> The table of names
       type(name_t), intent(in) :: names(:)
       !> Which scene
       integer, intent(in) :: seed
       !> The scene
       type(draft_t), intent(out) :: draft
+      !> Place of a name of &sweep that it shall have; missing: any scene
+      integer, intent(in), optional :: swept
 
       real(wp) :: choice
 
@@ -117,6 +119,7 @@ contains
       if (chance(0.3_wp)) call draw_body(names, draft)
       if (chance(0.15_wp)) call draw_section(draft)
       choice = number()
+      if (present(swept)) choice = 0.7_wp
       if (choice < 0.95_wp) then
          call put(draft, 'stop', '', '')
          call draw_group(names, 'stop', 0.6_wp, draft)
@@ -136,7 +139,7 @@ contains
       else if (choice < 0.85_wp) then
          ! a case by itself may find another mesh than all that share its beam
          call drop(draft, 'mesh', 'tolerance')
-         call draw_sweep(names, draft)
+         call draw_sweep(names, draft, swept)
       else if (choice < 0.95_wp) then
          call drop(draft, 'mesh', 'tolerance')
          call draw_cases(names, draft)
@@ -673,17 +676,29 @@ contains
    end subroutine draw_large_meshes
 
    !> A sweep of a few cases.
-   subroutine draw_sweep(names, draft)
+   subroutine draw_sweep(names, draft, swept)
       !> The table of names
       type(name_t), intent(in) :: names(:)
       !> The scene
       type(draft_t), intent(inout) :: draft
+      !> Place of a name that it shall have; missing: any
+      integer, intent(in), optional :: swept
 
       character(:), allocatable :: group, name, parameter
-      integer :: i, count, length, wanted, design
+      integer :: i, count, first, length, wanted, design
 
       call put(draft, 'sweep', '', '')
       design = int(3.0_wp*number())
+      first = 0
+      if (present(swept)) then
+         first = swept
+         count = index(names(swept)%name, '_points')
+         if (count > 0) then
+            ! they go with a range
+            design = 0
+            first = findloc(names%name == names(swept)%name(:count - 1)//'_range', .true., dim=1)
+         end if
+      end if
       if (design == 1) call put(draft, 'sweep', 'design', '''paired''')
       if (design == 2) call put(draft, 'sweep', 'design', '''latin_hypercube''')
       call draw_group(names(pack([(i, i=1, size(names))], names%name == 'part_cases' .or. names%name == 'count' &
@@ -694,6 +709,7 @@ contains
       count = 0
       do while (count < wanted)
          i = 1 + int(number()*real(size(names), wp))
+         if (count == 0 .and. first > 0) i = first
          if (names(i)%group /= 'sweep' .or. .not. names(i)%is_list) cycle
          parameter = names(i)%name(:base_length(names(i)%name))
          call place_of_parameter(names, parameter, group, name)
