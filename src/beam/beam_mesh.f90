@@ -1,4 +1,4 @@
-!> The partition of the beam into elements: geometric, with one node at the stop (docs/theory.md, section 3).
+!> The partition of the beam into elements: geometric or as given, with a node at the stop (docs/theory.md, section 3).
 module beam_mesh
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -42,7 +42,7 @@ contains
    !> The tip never moves: a stop too near to it (`nearest_to_tip`) is at the tip.
    !>
    !> Fails when an element vanishes in working precision.
-   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, more_positions, more_stops)
+   pure subroutine make_mesh(elements, ratio, stop_position, mesh, error, more_positions, more_stops, nodes)
       !> Number of elements, >= 1
       integer, intent(in) :: elements
       !> Ratio of neighbouring lengths, > 0; above 1 the long element is at the clamp
@@ -56,23 +56,15 @@ contains
       real(wp), intent(in), optional :: more_positions(:)
       !> So many of them are stops; default all
       integer, intent(in), optional :: more_stops
+      !> x/L of nodes that are given instead of the ratio, ascending from 0 to 1; elements divide what is between them
+      real(wp), intent(in), optional :: nodes(:)
 
-      real(wp), allocatable :: relative(:)
-      real(wp) :: step
-      integer :: i
-
-      allocate (relative(elements))
-      ! the longest element is 1, so that nothing overflows
-      step = min(ratio, 1.0_wp/ratio)
-      do i = 1, elements
-         if (ratio >= 1.0_wp) then
-            relative(i) = step**(i - 1)
-         else
-            relative(i) = step**(elements - i)
-         end if
-      end do
       mesh%elements = elements
-      mesh%length = relative/sum(relative)
+      if (present(nodes)) then
+         mesh%length = divided(nodes, elements/(size(nodes) - 1))
+      else
+         mesh%length = geometric(elements, ratio)
+      end if
       if (minval(mesh%length) < tiny(1.0_wp)/epsilon(1.0_wp)) then
          call fail(error, status_bad_input, 'the smallest element of this mesh vanishes in double precision')
          return
@@ -92,6 +84,41 @@ contains
       end if
       mesh%struck_node = mesh%stop_node
    end subroutine make_mesh
+
+   !> Lengths in geometric progression.
+   pure function geometric(elements, ratio) result(length)
+      integer, intent(in) :: elements
+      !> Of neighbours
+      real(wp), intent(in) :: ratio
+      !> Of sum 1, [elements]
+      real(wp) :: length(elements)
+
+      real(wp) :: step
+      integer :: i
+
+      ! the longest element is 1, so that nothing overflows
+      step = min(ratio, 1.0_wp/ratio)
+      do i = 1, elements
+         if (ratio >= 1.0_wp) then
+            length(i) = step**(i - 1)
+         else
+            length(i) = step**(elements - i)
+         end if
+      end do
+      length = length/sum(length)
+   end function geometric
+
+   !> Lengths between nodes, each divided into equal parts.
+   pure function divided(nodes, parts) result(length)
+      !> x/L, ascending from 0 to 1
+      real(wp), intent(in) :: nodes(:)
+      integer, intent(in) :: parts
+      real(wp) :: length((size(nodes) - 1)*parts)
+
+      integer :: i
+
+      length = [((nodes(1 + (i + parts - 1)/parts) - nodes((i + parts - 1)/parts))/real(parts, wp), i=1, size(length))]
+   end function divided
 
    !> Positions and distances to the tip from the lengths.
    pure subroutine place_nodes(mesh)

@@ -8,7 +8,7 @@ module frequency_types
    type :: frequency_column_t
       !> Name of the solver as users write it
       character(:), allocatable :: solver
-      !> Elements and ratio of the mesh
+      !> Elements and ratio of the mesh; 0: its nodes are given
       integer :: elements = 0
       real(wp) :: ratio = 1.0_wp
       !> lambda_i, [modes found]

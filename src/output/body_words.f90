@@ -2,13 +2,14 @@
 module body_words
    use body_settings, only: mass_settings_t, root_pinned, root_settings_t
    use kinds, only: wp
+   use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
    use reader_units, only: reading_in
    use scene_types, only: beam_settings_t, shape_section
    use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names
    implicit none (type, external)
    private
-   public :: section_in_words, root_in_words, mass_in_words
+   public :: section_in_words, root_in_words, mass_in_words, mesh_in_words
 
 contains
 
@@ -58,5 +59,20 @@ contains
          //reading_in(units, 'rotary_inertia', mass%rotary_inertia_ratio)
       words = words//words_in(units, ', at {x/L~x} = ')//reading_in(units, 'length', mass%position)
    end function mass_in_words
+
+   !> Elements and their lengths.
+   pure function mesh_in_words(elements, ratio) result(words)
+      integer, intent(in) :: elements
+      !> l_i/l_(i+1); 0: the nodes are given
+      real(wp), intent(in) :: ratio
+      character(:), allocatable :: words
+
+      words = to_text(elements)//' elements'
+      if (ratio > 0.0_wp) then
+         words = words//', l_i/l_(i+1) = '//rounded(ratio)
+      else
+         words = words//' between nodes that are given'
+      end if
+   end function mesh_in_words
 
 end module body_words

@@ -1,7 +1,7 @@
 !> Short tables of results for people to read.
 module console_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use body_words, only: mass_in_words, root_in_words, section_in_words
+   use body_words, only: mass_in_words, mesh_in_words, root_in_words, section_in_words
    use kinds, only: wp
    use load_settings, only: start_pull
    use measure_list, only: measure_count, measure_named, measure_table
@@ -55,8 +55,8 @@ contains
             call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &
                //rounded(scene%mesh%tolerance))
          else
-            call print_line(unit, 'mesh', to_text(scene%mesh%elements)//' elements, l_i/l_(i+1) = ' &
-               //to_text(scene%mesh%ratio))
+            call print_line(unit, 'mesh', mesh_in_words(scene%mesh%elements, merge(0.0_wp, scene%mesh%ratio, &
+               allocated(scene%mesh%nodes))))
          end if
          call print_stops(unit, scene, node_position)
          call print_line(unit, 'motion', motion_in_words(scene))

@@ -37,7 +37,7 @@ contains
          failure(column) = ''
          if (allocated(table%columns(column)%failure)) failure(column) = table%columns(column)%failure
          elements(column) = table%columns(column)%elements
-         ratio(column) = table%columns(column)%ratio
+         ratio(column) = merge(table%columns(column)%ratio, nan, table%columns(column)%ratio > 0.0_wp)
          modes = size(table%columns(column)%lambda)
          lambda(column, :modes) = table%columns(column)%lambda
          omega(column, :modes) = (table%columns(column)%lambda/lambda1)**2
@@ -50,7 +50,8 @@ contains
       call group%add('column', [(i, i=1, columns)], '1', 'column of the table: a solver on a mesh', is_scale=.true.)
       call group%add('column_solver', solver, 'none', 'solver', along='column')
       call group%add('column_elements', elements, '1', 'number of elements n', along='column')
-      call group%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1)', along='column')
+      call group%add('column_ratio', ratio, '1', 'ratio of neighbouring lengths l_i/l_(i+1); NaN: nodes as given', &
+         along='column')
       call group%add('column_failure', failure, 'none', 'why the solver gave no values; empty: it gave some', &
          along='column')
       call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', &

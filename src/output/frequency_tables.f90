@@ -1,5 +1,6 @@
 !> Tables of frequencies for people to read.
 module frequency_tables
+   use body_words, only: mesh_in_words
    use frequency_types, only: frequency_column_t, frequency_table_t
    use kinds, only: lambda1, wp
    use number_text, only: rounded, to_text
@@ -55,8 +56,8 @@ contains
          table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
       do i = 1, size(table%columns)
          associate (column => table%columns(i))
-            if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for n = '//to_text(column%elements) &
-               //', l_i/l_(i+1) = '//rounded(column%ratio)//', '//column%solver//': '//column%failure
+            if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for ' &
+               //mesh_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure
          end associate
       end do
    end subroutine print_frequency_table
@@ -93,8 +94,7 @@ contains
 
       has_exact = allocated(table%exact)
       associate (column => table%columns(1))
-         write (unit, '(/, 2x, a)') 'lambda, '//to_text(column%elements)//' elements, l_i/l_(i+1) = ' &
-            //rounded(column%ratio)//', solver '//column%solver
+         write (unit, '(/, 2x, a)') 'lambda, '//mesh_in_words(column%elements, column%ratio)//', solver '//column%solver
          cells(:) = ''
          cells(1) = adjust_right('lambda')
          if (has_exact) cells(2:3) = [adjust_right('exact'), adjust_right('error %')]
@@ -186,7 +186,8 @@ contains
       call print_cells(unit, 'elements n', cells)
       cells(size(cells)) = ''
       do i = 1, size(columns)
-         cells(i) = adjust_right(rounded(columns(i)%ratio))
+         cells(i) = adjust_right('given')
+         if (columns(i)%ratio > 0.0_wp) cells(i) = adjust_right(rounded(columns(i)%ratio))
       end do
       call print_cells(unit, 'l_i/l_(i+1)', cells)
       do i = 1, size(columns)

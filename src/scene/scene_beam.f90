@@ -35,7 +35,7 @@ contains
       case (shape_taper)
          call resolve_taper(input, physical, beam)
       case (shape_height_table)
-         call check_stations(input, 'beam', beam%length, beam%station)
+         call check_stations(input, 'beam', 'station', beam%length, beam%station)
          call check_column(input, 'beam', 'height', beam%station, beam%height, smallest_height)
       case (shape_section_table)
          if (.not. allocated(beam%station) .and. size(beam%area) == 1 .and. size(beam%inertia) == 1) then
@@ -46,7 +46,7 @@ contains
             call input%complain('beam', 'area', 'needs station where area or inertia has more than one value')
             return
          end if
-         call check_stations(input, 'beam', beam%length, beam%station)
+         call check_stations(input, 'beam', 'station', beam%length, beam%station)
          call check_column(input, 'beam', 'area', beam%station, beam%area, smallest_area)
          call check_column(input, 'beam', 'inertia', beam%station, beam%inertia, smallest_inertia)
       end select
@@ -99,9 +99,11 @@ contains
    end subroutine set_taper
 
    !> Stations must run from 0 to the length, ascending; the last is made the length exactly.
-   subroutine check_stations(input, group, length, station)
+   subroutine check_stations(input, group, name, length, station)
       type(scene_input_t), intent(inout) :: input
+      !> Where they stand
       character(*), intent(in) :: group
+      character(*), intent(in) :: name
       real(wp), intent(in) :: length
       !> Positions
       real(wp), intent(inout) :: station(:)
@@ -111,20 +113,20 @@ contains
 
       count = size(station)
       if (count < 2) then
-         call input%complain(group, 'station', 'needs at least two values, 0 and the length')
+         call input%complain(group, name, 'needs at least two values, 0 and the length')
          return
       else if (station(1) > 0.0_wp) then
-         call input%complain(group, 'station', 'the first must be 0')
+         call input%complain(group, name, 'the first must be 0')
          return
       else if (abs(station(count) - length) > tolerance*length) then
-         call input%complain(group, 'station', 'the last, '//to_text(station(count))//', must be the length, ' &
+         call input%complain(group, name, 'the last, '//to_text(station(count))//', must be the length, ' &
             //to_text(length))
          return
       end if
       station(count) = length
       do i = 2, count
          if (station(i) - station(i - 1) > tolerance*length) cycle
-         call input%complain(group, 'station', 'must be ascending; '//to_text(station(i))//' follows ' &
+         call input%complain(group, name, 'must be ascending; '//to_text(station(i))//' follows ' &
             //to_text(station(i - 1)))
          return
       end do

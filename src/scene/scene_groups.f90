@@ -210,14 +210,19 @@ contains
       type(mesh_settings_t), intent(inout) :: mesh
 
       call table%open(group_t('mesh', in_motion_and_benchmark))
+      call table%bind(mesh%nodes, name_t('nodes', &
+         'positions of the nodes, ascending from 0 to length; the nearest moves to what needs one', &
+         range_t(0.0_wp, length_range%most), default='elements of one ratio', is_optional=.true.))
       call table%bind(mesh%tolerance, name_t('tolerance', &
          'find the elements: eta of stop and tip, tau of first impact and quiet settle within this', &
-         range_t(1.0e-10_wp, 0.1_wp), default='elements as given', is_optional=.true.))
+         range_t(1.0e-10_wp, 0.1_wp), condition_t(without='nodes', phrase='a mesh that is sought, not with nodes'), &
+         default='elements as given', is_optional=.true.))
       call table%bind(mesh%elements, name_t('elements', 'number of elements', elements_range, &
-         condition_t(without='tolerance', phrase='a mesh that is given, not with tolerance'), &
+         condition_t(without='tolerance nodes', phrase='a given number, not with tolerance or nodes'), &
          sweep=sweep_t(1, is_of_beam=.true.)))
       call table%bind(mesh%ratio, name_t('ratio', 'length of an element over that of the next towards the tip', &
-         ratio_range, sweep=sweep_t(2, is_of_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
+         ratio_range, condition_t(without='nodes', phrase='elements of one ratio, not with nodes'), &
+         sweep=sweep_t(2, is_of_beam=.true., name='mesh_ratio', meaning='ratio of neighbouring elements')))
       call table%bind(mesh%mass, name_t('mass', 'mass matrix of motion; redistributed: impacts act on point masses', &
          default="'consistent'; 'auto' with a tolerance"), mass_names)
       call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))

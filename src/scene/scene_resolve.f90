@@ -9,7 +9,7 @@ module scene_resolve
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use run_settings, only: response_settings_t
-   use scene_beam, only: mean_section, resolve_beam
+   use scene_beam, only: check_stations, mean_section, resolve_beam
    use scene_body, only: resolve_masses, resolve_root
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
@@ -71,6 +71,8 @@ contains
       if (input%has_problem()) return
       call find_scales(input, scene%beam, scene%scales)
       if (input%has_problem()) return
+      if (allocated(scene%mesh%nodes)) call resolve_nodes(input, scene)
+      if (input%has_problem()) return
       ! The mesh serves the frequencies too: a problem is told where it stands
       call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
       if (input%has_problem()) return
@@ -117,6 +119,22 @@ contains
             'must be letters, digits, . _ - and begin with a letter or a digit')
       end if
    end subroutine check_name
+
+   !> A mesh whose nodes are given.
+   subroutine resolve_nodes(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its length in; the number of its elements out
+      type(scene_t), intent(inout) :: scene
+
+      call check_stations(input, 'mesh', 'nodes', scene%beam%length, scene%mesh%nodes)
+      scene%mesh%elements = size(scene%mesh%nodes) - 1
+      if (scene%wants_precision) call input%complain('mesh', 'nodes', &
+         'does not go with &precision, which refines meshes')
+      if (allocated(scene%frequencies%mesh_elements) .or. allocated(scene%frequencies%mesh_ratios)) then
+         call input%complain('frequencies', 'mesh_elements mesh_ratios', &
+            'does not go with nodes of &mesh, which say all of the mesh')
+      end if
+   end subroutine resolve_nodes
 
    !> A mesh that is to be found.
    subroutine resolve_mesh(input, scene)

@@ -129,7 +129,7 @@ contains
       if (section%profile == profile_stepped) then
          call check_steps(input, length, section%station)
       else
-         call check_stations(input, 'section', length, section%station)
+         call check_stations(input, 'section', 'station', length, section%station)
       end if
       if (input%has_problem()) return
       section%first = spread_to(section%first, stations)

@@ -109,6 +109,8 @@ module scene_types
       integer :: elements = 8
       !> Ratio of neighbouring lengths l_i / l_(i+1); > 1 puts the long element at the clamp
       real(wp) :: ratio = 1.0_wp
+      !> Instead of these two: the nodes, ascending from 0 to L; unallocated: not given
+      real(wp), allocatable :: nodes(:)
       !> One of the `mass_` constants: the mass matrix of motion
       integer :: mass = mass_consistent
       !> Instead of a number of elements: that of the coarsest mesh whose motion settles within this; 0: not asked for

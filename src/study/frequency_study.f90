@@ -43,7 +43,7 @@ contains
             do j = 1, size(asked%solver)
                column = column + 1
                call fill_column(model, asked%solver(j), merge(asked%count, default_mode_count, asked%count > 0), &
-                  asked%mesh_ratios(i), table%columns(column), trouble)
+                  merge(0.0_wp, asked%mesh_ratios(i), allocated(scene%mesh%nodes)), table%columns(column), trouble)
                rows = max(rows, size(table%columns(column)%lambda))
             end do
             if (i == 1 .and. scene%output%mode_shapes > 0) then

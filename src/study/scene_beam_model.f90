@@ -106,8 +106,11 @@ contains
       !> Set when it cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: positions(:), steps(:)
+      ! what is not allocated is not present
+      real(wp), allocatable :: nodes(:), positions(:), steps(:)
       integer :: stops
+
+      if (allocated(scene%mesh%nodes)) nodes = scene%mesh%nodes/scene%beam%length
 
       associate (section => scene%beam%section)
          allocate (steps(0))
@@ -117,7 +120,7 @@ contains
       end associate
       if (.not. (allocated(scene%more_stops) .or. allocated(scene%supports) .or. allocated(scene%masses) &
          .or. size(steps) > 0)) then
-         call make_mesh(elements, ratio, scene%stop%position, mesh, error)
+         call make_mesh(elements, ratio, scene%stop%position, mesh, error, nodes=nodes)
          return
       end if
       allocate (positions(0))
@@ -126,7 +129,7 @@ contains
       if (allocated(scene%supports)) positions = [positions, scene%supports%position]
       if (allocated(scene%masses)) positions = [positions, scene%masses%position]
       positions = [positions, steps]
-      call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions, stops)
+      call make_mesh(elements, ratio, scene%stop%position, mesh, error, positions, stops, nodes)
       if (.not. allocated(error) .and. allocated(scene%supports)) call check_supports(scene, mesh, error)
    end subroutine mesh_of
 

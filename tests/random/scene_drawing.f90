@@ -116,6 +116,8 @@ contains
       call draw_group(names, 'damping', 0.7_wp, draft)
       call draw_group(names, 'tip_mass', 0.4_wp, draft)
       call draw_beam(names, draft)
+      call drop(draft, 'mesh', 'nodes')
+      if (chance(0.1_wp)) call draw_nodes(draft)
       if (chance(0.3_wp)) call draw_body(names, draft)
       if (chance(0.15_wp)) call draw_section(draft)
       choice = number()
@@ -163,6 +165,25 @@ contains
          call draw_group(names, 'statements', 1.0_wp, draft)
       end if
    end subroutine draw_scene
+
+   !> A mesh of given nodes.
+   subroutine draw_nodes(draft)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: others(3) = [character(9) :: 'elements', 'ratio', 'tolerance']
+      real(wp) :: length, step(8)
+      integer :: count, i
+
+      do i = 1, size(others)
+         call drop(draft, 'mesh', trim(others(i)))
+      end do
+      length = 1.0_wp
+      if (has_name(draft, 'beam', 'length')) length = number_of(draft, 'beam', 'length')
+      count = 1 + int(8.0_wp*number())
+      step(:count) = [(0.05_wp + number(), i=1, count)]
+      call put(draft, 'mesh', 'nodes', list([(length*sum(step(:i))/sum(step(:count)), i=0, count - 1), length]))
+   end subroutine draw_nodes
 
    !> What holds the root, and masses.
    subroutine draw_body(names, draft)
