@@ -43,7 +43,7 @@ contains
 
    !> Modes with the point held, or on a spring. A mode with a node there (b_i vanishes) stays as it is.
    pure subroutine constrain(square, value, flexibility, new_square, mode, reaction)
-      !> W_i^2, ascending, [modes]
+      !> W_i^2, in any order, [modes]
       real(wp), intent(in) :: square(:)
       !> b_i, [modes]
       real(wp), intent(in) :: value(:)
@@ -67,6 +67,7 @@ contains
       allocate (mode(n, modes), reaction(modes), roots(modes))
       mode = 0.0_wp
       allocate (active, source=pack([(i, i=1, n)], abs(value) > 1.0e-14_wp*maxval(abs(value))))
+      active = active(ascending_order(square(active)))
       j = 0
       do i = 1, n
          if (any(active == i)) cycle

@@ -76,14 +76,14 @@ contains
       !> Them, and 1 + 2 zeta pole, [2 modes at least]
       complex(wp), intent(inout) :: pole(:)
       complex(wp), intent(inout) :: relative(:)
-      !> alpha, of damping proportional to mass; default 0
-      real(wp), intent(in), optional :: mass_rate
+      !> alpha, [modes]; default 0
+      real(wp), intent(in), optional :: mass_rate(:)
 
       integer :: i
       real(wp) :: damping, square
 
       if (present(mass_rate)) then
-         if (mass_rate > 0.0_wp) then
+         if (any(mass_rate > 0.0_wp)) then
             call find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
             return
          end if
@@ -107,12 +107,13 @@ contains
       end do
    end subroutine find_mode_poles
 
-   !> The same with damping proportional to mass: s^2 + (2 zeta W^2 + alpha) s + W^2 = 0, so that
+   !> The same with damping proportional to mass, or of each mode alone: s^2 + (2 zeta W^2 + alpha) s + W^2 = 0, so that
    !> 1 + 2 zeta s = -s (s + alpha)/W^2.
    pure subroutine find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
       real(wp), intent(in) :: squares(:)
       real(wp), intent(in) :: zeta
-      real(wp), intent(in) :: mass_rate
+      !> alpha, [modes]
+      real(wp), intent(in) :: mass_rate(:)
       complex(wp), intent(inout) :: pole(:)
       complex(wp), intent(inout) :: relative(:)
 
@@ -120,13 +121,13 @@ contains
       integer :: i
 
       do i = 1, size(squares)
-         decay = zeta*squares(i) + 0.5_wp*mass_rate
+         decay = zeta*squares(i) + 0.5_wp*mass_rate(i)
          frequency = sqrt(squares(i))
          associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
             if (decay > frequency) then
                spread = sqrt((decay - frequency)*(decay + frequency))
                p = -cmplx([squares(i)/(decay + spread), decay + spread], 0.0_wp, wp)
-               e = -p*(p + mass_rate)/squares(i)
+               e = -p*(p + mass_rate(i))/squares(i)
             else
                p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)
                p(2) = conjg(p(1))

@@ -1,5 +1,6 @@
 !> A set of closed surfaces, and the motion of a beam on it in closed form: rigid ones hold it, those that yield press
-!> on it (docs/theory.md, section 17). Made at first use and kept.
+!> on it (docs/theory.md, section 17). Where each mode has a damping ratio of its own those that hold press as well, on
+!> the free modes (section 18). Made at first use and kept.
 module contact_sets
    use contact_losses, only: integral
    use damped_oscillators, only: propagate, sampler_t
@@ -8,27 +9,27 @@ module contact_sets
    use joint_modes, only: joint_modes_t, make_joint_modes
    use kinds, only: wp
    use phase_drives, only: set_drive_t
+   use small_equations, only: solve_small
    use sorting, only: ascending_order
-   use yielding_stop, only: impedance_t
+   use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, state_in, ready_for_losses
+   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, state_in, ready_for_losses, moved_by
 
    type :: contact_set_t
       !> The run of its store for which it is ready
       integer :: run = 0
       !> Which surfaces are closed, [surfaces]
       logical, allocatable :: is_closed(:)
-      !> The beam held at the rigid ones
+      !> The beam held at the rigid ones, if modes swing alone then
       type(held_set_t) :: held
-      !> Those that yield, and the terms of the motion on them
+      !> All others, and the terms of the motion on them
       integer, allocatable :: pressed(:)
       type(joint_modes_t) :: joint
-      !> Terms of gaps, reactions and tip per unit of amplitude, [surfaces, count], [held, count], [count]
-      complex(wp), allocatable :: gap(:, :), reaction(:, :), tip(:)
-      !> At rest: modes of the held beam, forces on those that yield, gaps, reactions, tip
+      !> Terms of gaps and reactions per unit of amplitude, [surfaces, count], [held, count]
+      complex(wp), allocatable :: gap(:, :), reaction(:, :)
+      !> At rest: modes of the held beam, forces of those that are pressed, gaps, reactions
       real(wp), allocatable :: rest(:), rest_force(:), rest_gap(:), rest_reaction(:)
-      real(wp) :: rest_tip = 0.0_wp
       !> Places of the terms, the fastest last
       integer, allocatable :: place(:)
       !> Goes through the samples of phases without terms
@@ -104,8 +105,9 @@ contains
          all(is_equal(spring%viscosity, store%spring%viscosity))
       if (.not. answer) return
       associate (old => store%beam)
-         answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
-            is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate) .and. &
+         answer = (beam%has_own_rates .eqv. old%has_own_rates) .and. &
+            is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
+            all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
             all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
             all(is_equal(beam%oscillators%decay, old%oscillators%decay)) .and. &
             all(is_equal(beam%value, old%value)) .and. all(is_equal(beam%tip_value, old%tip_value)) .and. &
@@ -215,29 +217,30 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: i, m
+      logical :: is_held(size(is_closed))
 
       allocate (set%is_closed, source=is_closed)
-      call make_held_set(beam, pack([(i, i=1, size(is_closed))], is_closed .and. is_rigid), set%held)
-      allocate (set%pressed, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_rigid))
+      is_held = is_closed .and. is_rigid .and. .not. beam%has_own_rates
+      call make_held_set(beam, pack([(i, i=1, size(is_closed))], is_held), set%held)
+      allocate (set%pressed, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_held))
       if (size(set%pressed) == 0) return
       call make_joint_modes(set%held%oscillators, set%held%value(:, set%pressed), spring(set%pressed), set%joint, error)
       if (allocated(error)) return
       associate (held => set%held, joint => set%joint, n => set%joint%count)
-         allocate (set%gap(size(is_closed), n), set%reaction(size(held%held), n), set%tip(n))
+         allocate (set%gap(size(is_closed), n), set%reaction(size(held%held), n))
          do m = 1, n
             set%gap(:, m) = matmul(joint%shape(:, m), held%value)
             set%gap(set%pressed, m) = -joint%indentation(:, m)
             set%gap(held%held, m) = 0.0_wp
             set%reaction(:, m) = matmul(held%reaction, joint%shape(:, m))*joint%viscous(m) &
                - matmul(held%share(:, set%pressed), joint%force(:, m))
-            set%tip(m) = sum(held%tip_value*joint%shape(:, m))
          end do
          allocate (set%place, source=ascending_order(abs(joint%exponent)))
       end associate
       call find_rest(set)
    end subroutine make_set
 
-   !> Where the beam is at rest on surfaces that yield, from where it is held.
+   !> Where the beam is at rest on surfaces that are pressed, from where it is held.
    pure subroutine find_rest(set)
       type(contact_set_t), intent(inout) :: set
 
@@ -251,11 +254,42 @@ contains
          set%rest_gap = held%static_gap + matmul(set%rest, held%value)
          set%rest_reaction = held%static_force + matmul(held%reaction, set%rest) &
             - matmul(held%share(:, set%pressed), set%rest_force)
-         set%rest_tip = held%static_tip + sum(held%tip_value*set%rest)
       end associate
    end subroutine find_rest
 
-   !> State of the held beam's modes on surfaces that yield.
+   !> What a force at a surface does to the set's modes, each divided by a number of its own (1: velocities by an
+   !> impulse, W^2: displacements): rigid surfaces that are pressed stay where they are.
+   pure function moved_by(set, k, divisor) result(shape)
+      type(contact_set_t), intent(in) :: set
+      !> The surface
+      integer, intent(in) :: k
+      !> [modes]
+      real(wp), intent(in) :: divisor(:)
+      real(wp) :: shape(size(divisor))
+
+      complex(wp), allocatable :: matrix(:, :), force(:, :)
+      integer, allocatable :: rigid(:)
+      integer :: i, j
+
+      associate (value => set%held%value)
+         shape = value(:, k)/divisor
+         if (size(set%pressed) == 0) return
+         allocate (rigid, source=pack(set%pressed, holds(set%joint%spring)))
+         allocate (matrix(size(rigid), size(rigid)), force(size(rigid), 1))
+         do j = 1, size(rigid)
+            force(j, 1) = -sum(value(:, rigid(j))*shape)
+            do i = 1, size(rigid)
+               matrix(i, j) = sum(value(:, rigid(i))*value(:, rigid(j))/divisor)
+            end do
+         end do
+         force = solve_small(matrix, force)
+         do j = 1, size(rigid)
+            shape = shape + real(force(j, 1), wp)*value(:, rigid(j))/divisor
+         end do
+      end associate
+   end function moved_by
+
+   !> State of the held beam's modes on surfaces that are pressed.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
       type(contact_set_t), intent(in) :: set
       !> With the weight, [count]
@@ -297,7 +331,7 @@ contains
          allocate (set%plain(k, k, 1 + size(set%pressed)), set%conjugate(k, k, 1 + size(set%pressed)))
          allocate (rate(set%held%count, k), stop_rate(size(set%pressed), k))
          do m = 1, k
-            rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + set%held%oscillators%mass_rate) &
+            rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + joint%mass_rate) &
                *joint%exponent(m)*joint%shape(:, m)
             do j = 1, size(set%pressed)
                associate (spring => joint%spring(j))

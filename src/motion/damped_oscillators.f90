@@ -1,22 +1,20 @@
 !> A family of damped oscillators z'' + (2 zeta W^2 + alpha) z' + W^2 z = 0, the modes of a beam whose damping is
-!> proportional to its stiffness and its mass, each propagated in closed form: under-, critically and over-damped
-!> without cancellation near critical damping.
+!> proportional to its stiffness and its mass, or of each mode alone, each propagated in closed form: under-, critically
+!> and over-damped without cancellation near critical damping.
 module damped_oscillators
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
    public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent, elastic_and_viscous
-   public :: sampler_t, next_sample, modal_energy
+   public :: sampler_t, next_sample, modal_energy, damping_order
 
    type :: oscillators_t
       !> Number of oscillators
       integer :: count = 0
       !> 2 zeta
       real(wp) :: two_zeta = 0.0_wp
-      !> alpha, of damping proportional to mass
-      real(wp) :: mass_rate = 0.0_wp
-      !> W^2, ascending, [count]
+      !> W^2, those of the underdamped first, then the blended ones, [count]
       real(wp), allocatable :: square(:)
       !> W, [count]
       real(wp), allocatable :: frequency(:)
@@ -29,6 +27,8 @@ module damped_oscillators
       real(wp), allocatable :: decay(:)
       !> Underdamped: W sqrt(1 - xi^2); else s = W sqrt(xi^2 - 1), with xi = zeta W, [as decay]
       real(wp), allocatable :: spread(:)
+      !> alpha, of damping proportional to mass, or 2 xi W of each mode's own; zeros follow, [as decay]
+      real(wp), allocatable :: mass_rate(:)
       !> W^2, 1/W^2, and 1/spread, finite at critical damping, [as decay]
       real(wp), allocatable :: lane_square(:)
       real(wp), allocatable :: inverse_square(:)
@@ -69,13 +69,13 @@ contains
 
    !> Prepare the closed forms.
    pure subroutine make_oscillators(square, zeta, oscillators, mass_rate)
-      !> W^2 in units of omega1^2, > 0, ascending
+      !> W^2 in units of omega1^2, > 0, in the order of `damping_order`
       real(wp), intent(in) :: square(:)
       !> zeta = gamma omega1/2, >= 0
       real(wp), intent(in) :: zeta
       type(oscillators_t), intent(out) :: oscillators
-      !> alpha/omega1, small enough that slow modes are not beyond critical damping before fast ones are; default 0
-      real(wp), intent(in), optional :: mass_rate
+      !> alpha/omega1, [modes]; default 0
+      real(wp), intent(in), optional :: mass_rate(:)
 
       integer :: i
       real(wp) :: xi
@@ -83,30 +83,64 @@ contains
       associate (n => size(square))
          oscillators%count = n
          oscillators%two_zeta = 2.0_wp*zeta
-         if (present(mass_rate)) oscillators%mass_rate = mass_rate
          allocate (oscillators%square, source=square)
          allocate (oscillators%frequency, source=sqrt(square))
          allocate (oscillators%decay(padded(n)), oscillators%spread(padded(n)), source=1.0_wp)
          allocate (oscillators%lane_square(padded(n)), oscillators%inverse_square(padded(n)), &
             oscillators%inverse_spread(padded(n)), source=1.0_wp)
+         allocate (oscillators%mass_rate(padded(n)), source=0.0_wp)
+         if (present(mass_rate)) oscillators%mass_rate(:n) = mass_rate
          oscillators%lane_square(:n) = square
          oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
-            xi = zeta*oscillators%frequency(i)
-            if (oscillators%mass_rate > 0.0_wp) xi = xi + 0.5_wp*oscillators%mass_rate/oscillators%frequency(i)
+            xi = damping_ratio(zeta, oscillators%mass_rate(i), oscillators%frequency(i))
             if (xi < least_separated) oscillators%blended = i
             if (xi < 1.0_wp) then
                oscillators%oscillating = i
-               oscillators%decay(i) = zeta*square(i) + 0.5_wp*oscillators%mass_rate
+               oscillators%decay(i) = zeta*square(i) + 0.5_wp*oscillators%mass_rate(i)
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((1.0_wp - xi)*(1.0_wp + xi))
             else
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((xi - 1.0_wp)*(xi + 1.0_wp))
-               oscillators%decay(i) = square(i)/(zeta*square(i) + 0.5_wp*oscillators%mass_rate + oscillators%spread(i))
+               oscillators%decay(i) = square(i)/(zeta*square(i) + 0.5_wp*oscillators%mass_rate(i) &
+                  + oscillators%spread(i))
             end if
             oscillators%inverse_spread(i) = 1.0_wp/max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
          end do
       end associate
    end subroutine make_oscillators
+
+   !> Of critical damping.
+   elemental function damping_ratio(zeta, mass_rate, frequency) result(ratio)
+      real(wp), intent(in) :: zeta
+      !> alpha
+      real(wp), intent(in) :: mass_rate
+      !> W
+      real(wp), intent(in) :: frequency
+      real(wp) :: ratio
+
+      ratio = zeta*frequency
+      if (mass_rate > 0.0_wp) ratio = ratio + 0.5_wp*mass_rate/frequency
+   end function damping_ratio
+
+   !> Places of modes in the order that their closed forms need: those that swing, those about critical damping, those
+   !> far beyond it, each as they stand.
+   pure function damping_order(square, zeta, mass_rate) result(order)
+      !> W^2
+      real(wp), intent(in) :: square(:)
+      real(wp), intent(in) :: zeta
+      !> alpha, [modes]
+      real(wp), intent(in) :: mass_rate(:)
+      integer :: order(size(square))
+
+      real(wp) :: ratio(size(square))
+      integer :: i
+
+      ratio = damping_ratio(zeta, mass_rate, sqrt(square))
+      associate (swings => ratio < 1.0_wp, is_blended => ratio < least_separated)
+         order = [pack([(i, i=1, size(square))], swings), pack([(i, i=1, size(square))], &
+            is_blended .and. .not. swings), pack([(i, i=1, size(square))], .not. is_blended)]
+      end associate
+   end function damping_order
 
    !> State after a time t.
    pure subroutine propagate(oscillators, t, z0, v0, z, v)
@@ -280,8 +314,8 @@ contains
          fast_part = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + slow*z0(i))
          ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
          value(i) = -oscillators%inverse_square(i)* &
-            ((z0(i) - fast_part)*(slow*(slow - oscillators%mass_rate))*exp(-min(slow*t, greatest_exponent)) &
-            + fast_part*(fast*(fast - oscillators%mass_rate))*exp(-min(fast*t, greatest_exponent)))
+            ((z0(i) - fast_part)*(slow*(slow - oscillators%mass_rate(i)))*exp(-min(slow*t, greatest_exponent)) &
+            + fast_part*(fast*(fast - oscillators%mass_rate(i)))*exp(-min(fast*t, greatest_exponent)))
       end do
    end function elastic_and_viscous
 
@@ -293,7 +327,7 @@ contains
       real(wp), intent(in) :: v(:)
       real(wp) :: a(oscillators%count)
 
-      a = -oscillators%square*(z + oscillators%two_zeta*v) - oscillators%mass_rate*v
+      a = -oscillators%square*(z + oscillators%two_zeta*v) - oscillators%mass_rate(:oscillators%count)*v
    end function acceleration
 
    !> The 2 x 2 matrices of one step of length h.

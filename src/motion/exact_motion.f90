@@ -9,7 +9,7 @@ module exact_motion
    use held_contact, only: held_contact_t, make_held_contact
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
-   use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, trial_settings
+   use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, take_modes, trial_settings
    use motion_phases, only: contact_t, motion_t
    use phase_measures, only: finish_measures, start_measures
    use response_records, only: count_samples, open_records
@@ -75,18 +75,19 @@ contains
 
       type(mode_check_t) :: check
       type(free_modes_t) :: few
+      type(run_settings_t) :: ours
 
       check%kept = size(modes%lambda)
       if (settings%response%mode_count > 0) check%kept = min(check%kept, settings%response%mode_count)
       if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
-         if (check%kept == size(modes%lambda)) then
+         if (check%kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
+            settings%zeta_mass <= 0.0_wp) then
             call run_among_surfaces(model, modes, settings, sets, response, error)
          else
             few = modes
-            few%lambda = modes%lambda(:check%kept)
-            few%square = modes%square(:check%kept)
-            few%mode = modes%mode(:, :check%kept)
-            call run_among_surfaces(model, few, settings, sets, response, error)
+            ours = settings
+            call take_modes(check%kept, few, ours)
+            call run_among_surfaces(model, few, ours, sets, response, error)
          end if
          return
       end if

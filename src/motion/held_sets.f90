@@ -3,7 +3,7 @@
 module held_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
-   use damped_oscillators, only: make_oscillators, oscillators_t
+   use damped_oscillators, only: damping_order, make_oscillators, oscillators_t
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
    implicit none (type, external)
@@ -13,6 +13,8 @@ module held_sets
    !> The beam in its free modes, and the surfaces.
    type :: free_beam_t
       type(oscillators_t) :: oscillators
+      !> Each mode has a damping ratio of its own: held modes swing together then
+      logical :: has_own_rates = .false.
       !> s b_i: mode i at each surface, with its sign, [modes, surfaces]
       real(wp), allocatable :: value(:, :)
       !> Mode i at the tip, [modes]
@@ -60,6 +62,7 @@ contains
       type(held_set_t), target, intent(out) :: set
 
       real(wp), allocatable :: square(:), change(:, :), row(:), new(:), fixed(:), reaction(:, :)
+      integer, allocatable :: order(:)
       integer :: i, k
 
       set%held = held
@@ -92,7 +95,17 @@ contains
          square = new
       end do
       set%count = size(square)
-      call make_oscillators(square, 0.5_wp*beam%oscillators%two_zeta, set%oscillators, beam%oscillators%mass_rate)
+      associate (zeta => 0.5_wp*beam%oscillators%two_zeta, mass_rate => beam%oscillators%mass_rate(:set%count))
+         if (size(held) > 0) then
+            order = damping_order(square, zeta, mass_rate)
+            square = square(order)
+            set%mode = set%mode(:, order)
+            set%reaction = set%reaction(:, order)
+            set%value = set%value(order, :)
+            set%tip_value = set%tip_value(order)
+         end if
+         call make_oscillators(square, zeta, set%oscillators, mass_rate)
+      end associate
       ! held exactly, not to rounding
       set%value(:, held) = 0.0_wp
       do k = 1, size(held)
@@ -193,7 +206,7 @@ contains
       rate = matmul(v, set%mode)
       moved = q - set%static
       p = matmul(moved, set%mode)
-      if (set%oscillators%square(set%count) < least_stiff) return
+      if (maxval(set%oscillators%square) < least_stiff) return
       forces = beam%oscillators%square*moved
       do j = 1, set%count
          if (sum(abs(set%mode(:, j)*forces)) < set%oscillators%square(j)*sum(abs(set%mode(:, j)*moved))) then
@@ -224,7 +237,7 @@ contains
       end if
       v = matmul(set%mode, rate)
       q = matmul(set%mode, p)
-      if (set%oscillators%square(set%count) >= least_stiff) then
+      if (maxval(set%oscillators%square) >= least_stiff) then
          forces = set%oscillators%square*p
          reaction = matmul(set%reaction, p)
          magnitude = matmul(abs(set%reaction), abs(p))

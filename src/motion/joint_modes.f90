@@ -1,4 +1,4 @@
-!> A beam that presses on several stops that yield, in closed form (docs/theory.md, section 17).
+!> A beam that presses on several stops, in closed form (docs/theory.md, sections 17 and 18).
 !>
 !> Everything that moves is a sum of exp(s t) over the roots s of `joint_secular`, its amplitudes the residues of the
 !> Laplace transform. The beam is given in any modes of it, free or held elsewhere.
@@ -7,10 +7,10 @@ module joint_modes
    use damped_oscillators, only: oscillators_t
    use failures, only: fail, failure_t, status_run_failed
    use joint_secular, only: find_joint_roots
-   use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, vectors_at
+   use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
    use kinds, only: wp
    use small_equations, only: solve_small
-   use yielding_stop, only: impedance_t
+   use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: joint_modes_t, make_joint_modes, joint_amplitudes
@@ -19,14 +19,15 @@ module joint_modes
    real(wp), parameter :: least_coupling = 1.0e-100_wp
 
    !> Above this condition two exponents are taken together, by so many points of a circle around both.
-   real(wp), parameter :: greatest_condition = 1.0e3_wp
+   real(wp), parameter :: greatest_condition = 10.0_wp
    integer, parameter :: circle_points = 48
 
    type :: joint_modes_t
       !> The stops
       type(impedance_t), allocatable :: spring(:)
       real(wp) :: two_zeta = 0.0_wp
-      real(wp) :: mass_rate = 0.0_wp
+      !> alpha, [modes of the beam]
+      real(wp), allocatable :: mass_rate(:)
       !> Number of terms; of a conjugate pair only the one with Im s > 0 is kept
       integer :: count = 0
       !> Exponents s, and 1 for a real one, 2 for a pair, [count]
@@ -70,7 +71,7 @@ contains
       allocate (active, source=pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest))
       modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
       call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, &
-         oscillators%mass_rate, spring, problem)
+         oscillators%mass_rate(active), spring, problem)
       n = problem%roots
       allocate (near(n), offset(n))
       call find_joint_roots(problem, near, offset, converged)
@@ -82,7 +83,7 @@ contains
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
-      modes%mass_rate = oscillators%mass_rate
+      modes%mass_rate = oscillators%mass_rate(:oscillators%count)
       call make_room(modes, oscillators%count, size(spring), size(keep))
       call add_terms(problem, active, near, offset, s, keep, modes)
       call cut_to_size(modes)
@@ -106,7 +107,7 @@ contains
          do j = 1, size(spring)
             compliance(j, k) = sum(value(:, j)*value(:, k)/square)
          end do
-         compliance(k, k) = compliance(k, k) + 1.0_wp/spring(k)%stiffness
+         if (.not. holds(spring(k))) compliance(k, k) = compliance(k, k) + 1.0_wp/spring(k)%stiffness
          unit(k, k) = 1.0_wp
       end do
       modes%static_force = real(solve_small(compliance, unit), wp)
@@ -241,19 +242,13 @@ contains
 
       complex(wp) :: distance(problem%poles), s, h
       complex(wp), dimension(size(problem%spring), size(problem%spring)) :: matrix, unit, columns
-      complex(wp), dimension(size(problem%spring)) :: n, m
+      complex(wp), dimension(size(problem%spring)) :: n, m, n_slope, m_slope
       integer :: i, j, near
 
       s = center + arm
       near = minloc(abs(problem%pole - s), dim=1)
       call distances(problem%secular_t, near, s - problem%pole(near), distance)
-      do j = 1, size(n)
-         associate (spring => problem%spring(j))
-            n(j) = 1.0_wp
-            if (problem%branch_pole(j) > 0) n(j) = distance(problem%branch_pole(j))
-            m(j) = n(j)*(spring%stiffness + spring%viscosity*s) + spring%branch_stiffness*s
-         end associate
-      end do
+      call numerators(problem, s, distance, n, m, n_slope, m_slope)
       matrix = 0.0_wp
       unit = 0.0_wp
       do j = 1, size(n)
@@ -305,6 +300,7 @@ contains
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
             branch => modes%branch(j, place))
+            if (holds(spring)) cycle
             terms = problem%value(:, j)*modes%shape(active, place)
             u = -sum(terms)
             relaxed = 1.0_wp
@@ -423,10 +419,10 @@ contains
             forces = sum(shape*(square*z))
             force_scale = sum(size_of(shape)*abs(square*z))
             places = sum(size_of(shape)*abs(z))
-            as_is = sum(modes%of_height(:, m)*height)/s - (s + modes%mass_rate)*sum(shape*z) &
+            as_is = sum(modes%of_height(:, m)*height)/s - (s*sum(shape*z) + sum(shape*(modes%mass_rate*z))) &
                - modes%two_zeta*forces
-            scale = sum(size_of(modes%of_height(:, m))*abs(height))/size_of(s) + (size_of(s) + modes%mass_rate)*places &
-               + modes%two_zeta*force_scale
+            scale = sum(size_of(modes%of_height(:, m))*abs(height))/size_of(s) + size_of(s)*places &
+               + sum(size_of(shape)*abs(modes%mass_rate*z)) + modes%two_zeta*force_scale
             other = (sum(modes%of_height(:, m)*indentation) + forces)/s
             other_scale = (sum(size_of(modes%of_height(:, m))*abs(indentation)) + force_scale)/size_of(s)
             if (other_scale < scale) as_is = other

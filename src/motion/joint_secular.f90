@@ -1,10 +1,11 @@
-!> The exponents of a beam that presses on several stops that yield: the roots of `joint_vectors`, all found at once by
+!> The exponents of a beam that presses on several stops: the roots of `joint_vectors`, all found at once by
 !> the Ehrlich-Aberth iteration (docs/theory.md, section 17).
 module joint_secular
    use constrained_modes, only: constrain
    use contact_secular, only: distances, root_distances, size_of, sum_of_inverses
    use joint_vectors, only: joint_secular_t, joint_vectors_t, vectors_at
    use kinds, only: wp
+   use yielding_stop, only: holds
    implicit none (type, external)
    private
    public :: find_joint_roots
@@ -63,7 +64,7 @@ contains
       allocate (search%done(size(near)), source=.false.)
       allocate (search%last_step(size(near)), source=huge(1.0_wp))
       leads = .false.
-      do m = 1, 2*problem%modes - 1, 2
+      do m = 1, size(near) - count(problem%branch_pole > 0) - 1, 2
          s = problem%pole(m) + search%offset(m)
          leads(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
             size_of(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
@@ -210,23 +211,27 @@ contains
       complex(wp), intent(out) :: offset(:)
 
       complex(wp) :: s(size(near))
-      real(wp), allocatable :: square(:), value(:, :), new(:), change(:, :), reaction(:)
-      real(wp) :: damping, root, stiff, fastest
-      integer :: j, k
+      real(wp), allocatable :: square(:), value(:, :), rate(:), new(:), change(:, :), reaction(:)
+      real(wp) :: damping, root, stiff, fastest, flexibility
+      integer :: j, k, last
 
       allocate (square, source=problem%square)
       allocate (value, source=problem%value)
+      allocate (rate, source=problem%mass_rate)
       fastest = sqrt(maxval([0.0_wp, square]))
       do k = 1, size(problem%spring)
          stiff = problem%spring(k)%stiffness
          ! the branch is stiff for what is faster than it relaxes
          if (fastest > problem%spring(k)%relaxation_rate) stiff = stiff + problem%spring(k)%branch_stiffness
-         call constrain(square, value(:, k), 1.0_wp/stiff, new, change, reaction)
+         flexibility = 0.0_wp
+         if (.not. holds(problem%spring(k))) flexibility = 1.0_wp/stiff
+         call constrain(square, value(:, k), flexibility, new, change, reaction)
          square = new
          value = matmul(transpose(change), value)
+         rate = matmul(rate, change**2)
       end do
-      do j = 1, problem%modes
-         damping = 0.5_wp*problem%two_zeta*problem%square(j)
+      do j = 1, size(square)
+         damping = 0.5_wp*(problem%two_zeta*problem%square(j) + rate(j))
          do k = 1, size(problem%spring)
             associate (spring => problem%spring(k))
                damping = damping + 0.5_wp*spring%viscosity*value(j, k)**2
@@ -244,19 +249,23 @@ contains
             s(2*j) = -root
          end if
       end do
-      do k = 1, size(problem%spring)
-         if (problem%branch_pole(k) > 0) s(problem%branch_pole(k)) = 0.9_wp*problem%pole(problem%branch_pole(k))
-      end do
       near = [(j, j=1, size(near))]
-      offset = s - problem%pole
+      last = 2*size(square)
+      do k = 1, size(problem%spring)
+         if (problem%branch_pole(k) == 0) cycle
+         last = last + 1
+         near(last) = problem%branch_pole(k)
+         s(last) = 0.9_wp*problem%pole(near(last))
+      end do
+      offset = s - problem%pole(near)
       do j = 1, size(s)
-         if (problem%crowded(j)) then
-            offset(j) = 0.05_wp*problem%relative(j)/problem%two_zeta
-         else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(j))) then
-            offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(j))
+         if (problem%crowded(near(j))) then
+            offset(j) = 0.05_wp*problem%relative(near(j))/problem%two_zeta
+         else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(near(j)))) then
+            offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(near(j)))
          end if
          ! off the real axis, from where the iteration could not reach conjugate pairs
-         if (.not. abs(aimag(problem%pole(j) + offset(j))) > 0.0_wp) then
+         if (.not. abs(aimag(problem%pole(near(j)) + offset(j))) > 0.0_wp) then
             offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
          end if
       end do

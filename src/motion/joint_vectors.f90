@@ -1,22 +1,25 @@
-!> The equation of a beam that presses on several stops that yield, at any s (docs/theory.md, section 17).
+!> The equation of a beam that presses on several stops, at any s (docs/theory.md, sections 17 and 18).
 !>
 !> With the modes b_i at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s), H(s) = sum b_i b_i'/D_i and, stop by stop,
-!> N = s + nu (1 where there is no branch) and M = N Z, Z the impedance, it is det (N + M H) prod D_i = 0. One mode is
-!> always taken apart: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), T_i without that mode, so that nothing
-!> cancels next to its pole.
+!> N = s + nu (1 where there is no branch) and M = N Z, Z the impedance (N = 0, M = 1: it holds), it is
+!> det (N + M H) prod D_i = 0. One mode is always taken apart:
+!> det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), T_i without that mode, so that nothing cancels next to its
+!> pole.
 module joint_vectors
    use contact_secular, only: find_mode_poles, secular_t, size_of
    use kinds, only: wp
    use small_equations, only: eliminate
-   use yielding_stop, only: impedance_t
+   use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: joint_secular_t, make_joint_secular, joint_vectors_t, vectors_at
+   public :: joint_secular_t, make_joint_secular, joint_vectors_t, vectors_at, numerators
 
    !> `secular_t` has the poles, those of the branches last.
    type, extends(secular_t) :: joint_secular_t
       !> b_i at the stops, [modes, stops]
       real(wp), allocatable :: value(:, :)
+      !> alpha of each mode, [modes]
+      real(wp), allocatable :: mass_rate(:)
       !> The stops, [stops], and the pole of the branch of each; 0: it has none
       type(impedance_t), allocatable :: spring(:)
       integer, allocatable :: branch_pole(:)
@@ -55,8 +58,8 @@ contains
       !> b_i, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       real(wp), intent(in) :: zeta
-      !> alpha
-      real(wp), intent(in) :: mass_rate
+      !> alpha, [modes]
+      real(wp), intent(in) :: mass_rate(:)
       !> [stops]
       type(impedance_t), intent(in) :: spring(:)
       type(joint_secular_t), intent(out) :: problem
@@ -66,10 +69,12 @@ contains
       problem%modes = size(square)
       problem%two_zeta = 2.0_wp*zeta
       problem%poles = 2*size(square) + count(spring%branch_stiffness > 0.0_wp)
-      problem%roots = problem%poles
+      ! what holds takes a mode away
+      problem%roots = problem%poles - 2*count(holds(spring))
       problem%spring = spring
       allocate (problem%square, source=square)
       allocate (problem%value, source=value)
+      allocate (problem%mass_rate, source=mass_rate)
       allocate (problem%pole(problem%poles), problem%relative(problem%poles))
       allocate (problem%branch_pole(size(spring)), source=0)
       call find_mode_poles(square, zeta, problem%pole, problem%relative, mass_rate)
@@ -277,7 +282,12 @@ contains
 
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j))
-            if (problem%branch_pole(j) > 0) then
+            if (holds(spring)) then
+               n(j) = 0.0_wp
+               n_slope(j) = 0.0_wp
+               m(j) = 1.0_wp
+               m_slope(j) = 0.0_wp
+            else if (problem%branch_pole(j) > 0) then
                n(j) = distance(problem%branch_pole(j))
                n_slope(j) = 1.0_wp
                m(j) = spring%stiffness*n(j) + spring%branch_stiffness*s

@@ -53,7 +53,7 @@ contains
       associate (set => self%set, oscillators => self%set%held%oscillators, drive => self%drive, &
          square => self%set%held%oscillators%square(modes))
          change = z(modes) - self%z(modes)
-         damping = oscillators%two_zeta*square + oscillators%mass_rate
+         damping = oscillators%two_zeta*square + oscillators%mass_rate(modes)
          do g = 1, self%loads%count
             associate (load => set%drive%load(modes, g), piece => drive%piece(g))
                work = work + piece%constant*sum(load*change) + piece%slope*sum(load*(time*z(modes) &

@@ -168,7 +168,8 @@ contains
 
       is_short = .false.
       n = self%oscillators%count
-      if (abs(self%surface) > 0.0_wp .or. self%oscillators%blended < n .or. self%oscillators%mass_rate > 0.0_wp) return
+      if (abs(self%surface) > 0.0_wp .or. self%oscillators%blended < n .or. &
+         any(self%oscillators%mass_rate > 0.0_wp)) return
       associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
          two_zeta => self%oscillators%two_zeta)
          low(n + 1:) = 0.0_wp
@@ -275,7 +276,8 @@ contains
          here%value = here%signal
          here%rounding = here%signal_rounding
          do k = 1, order
-            a(:last) = -square(:last)*(z(:last) + oscillators%two_zeta*v(:last)) - oscillators%mass_rate*v(:last)
+            a(:last) = -square(:last)*(z(:last) + oscillators%two_zeta*v(:last)) &
+               - oscillators%mass_rate(:last)*v(:last)
             z(:last) = v(:last)
             v(:last) = a(:last)
             if (separates) then

@@ -1,12 +1,14 @@
 !> Which modes of the beam a run can do without, and how far that may be trusted (docs/theory.md, section 13).
 module mode_choice
+   use damped_oscillators, only: damping_order
+   use free_modes, only: free_modes_t
    use history_list, only: eta_stop, eta_tip, history_table
    use kinds, only: lambda1, pi, wp
    use response_types, only: mode_check_t, quiet_level, response_t
    use run_settings, only: output_settings_t, run_settings_t
    implicit none (type, external)
    private
-   public :: agreement, compare_runs, modes_that_matter, next_count, trial_settings
+   public :: agreement, compare_runs, modes_that_matter, next_count, trial_settings, rates_of_modes, take_modes
 
    !> Two runs that differ by no more than this share of the mode tolerance agree: the rest is for what more modes yet
    !> would change, which falls with their number.
@@ -68,6 +70,43 @@ contains
          if (sum(stop_value(more + 1:)**2/square(more + 1:)) <= growth*tail) return
       end do
    end function next_count
+
+   !> alpha of each mode: that of damping by mass, or what gives it a ratio of its own.
+   pure function rates_of_modes(settings, square) result(rate)
+      type(run_settings_t), intent(in) :: settings
+      !> W_i^2
+      real(wp), intent(in) :: square(:)
+      real(wp) :: rate(size(square))
+
+      integer :: i
+
+      rate = 2.0_wp*settings%zeta_mass
+      if (.not. allocated(settings%mode_ratios)) return
+      associate (ratio => settings%mode_ratios)
+         rate = 2.0_wp*sqrt(square)*ratio([(min(i, size(ratio)), i=1, size(square))])
+      end associate
+   end function rates_of_modes
+
+   !> The lowest modes in the order of their damping, and what settings say of single ones.
+   subroutine take_modes(kept, modes, settings)
+      !> How many
+      integer, intent(in) :: kept
+      type(free_modes_t), intent(inout) :: modes
+      type(run_settings_t), intent(inout) :: settings
+
+      real(wp), allocatable :: ratio(:)
+      integer :: i, order(kept)
+
+      order = damping_order(modes%square(:kept), settings%zeta, rates_of_modes(settings, modes%square(:kept)))
+      modes%lambda = modes%lambda(order)
+      modes%square = modes%square(order)
+      modes%mode = modes%mode(:, order)
+      settings%start%mode = max(findloc(order, settings%start%mode, dim=1), 1)
+      if (.not. allocated(settings%mode_ratios)) return
+      allocate (ratio, source=settings%mode_ratios)
+      deallocate (settings%mode_ratios)
+      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, kept)])
+   end subroutine take_modes
 
    !> A run to compare: no longer than it may be trusted, with samples of its own.
    pure function trial_settings(asked, lowest) result(settings)

@@ -36,8 +36,7 @@ contains
       !> Sets of closed surfaces that the runs before made, for this one and those to come; of one thread alone
       type(set_store_t), target, intent(inout), optional :: sets
 
-      call check_computed(settings, error)
-      if (.not. allocated(error)) call check_node(model, settings, error)
+      call check_node(model, settings, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
@@ -65,8 +64,7 @@ contains
       !> Set when it cannot start
       type(failure_t), allocatable, intent(out) :: error
 
-      call check_computed(settings, error)
-      if (.not. allocated(error)) call check_node(model, settings, error)
+      call check_node(model, settings, error)
       if (allocated(error)) return
       if (settings%response%method /= method_newmark) return
       if (is_plain_run(model, settings)) then
@@ -75,21 +73,6 @@ contains
          call check_several_newmark(model, settings, error)
       end if
    end subroutine check_motion
-
-   !> What scenes may ask for before a method computes it.
-   pure subroutine check_computed(settings, error)
-      type(run_settings_t), intent(in) :: settings
-      !> Set when it asks for such a thing
-      type(failure_t), allocatable, intent(out) :: error
-
-      character(:), allocatable :: missing
-
-      missing = ''
-      if (settings%response%method == method_exact) then
-         if (allocated(settings%mode_ratios)) missing = 'mode_ratios'
-      end if
-      if (missing /= '') call fail(error, status_bad_input, 'not computed yet by this method: '//missing)
-   end subroutine check_computed
 
    !> One stop below the beam, and no supports along it?
    pure function is_plain_run(model, settings) result(answer)

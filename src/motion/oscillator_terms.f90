@@ -38,16 +38,16 @@ contains
             if (oscillating > b) then
                ! in arrays of its own a vector stays in registers: the components' descriptors are not read again
                call oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
-                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), [two_zeta, mass_rate], &
+                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), [two_zeta, mass_rate(b + 1:b + lanes)], &
                   weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes), block)
                terms(b + 1:b + lanes, :) = block
             end if
             if (oscillating >= b + lanes) cycle
             !$omp simd private(a, jerk, snap, magnitude)
             do i = max(oscillating, b) + 1, b + lanes
-               a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate*v(i)
-               jerk = -square(i)*(v(i) + two_zeta*a) - mass_rate*a
-               snap = -square(i)*(a + two_zeta*jerk) - mass_rate*jerk
+               a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate(i)*v(i)
+               jerk = -square(i)*(v(i) + two_zeta*a) - mass_rate(i)*a
+               snap = -square(i)*(a + two_zeta*jerk) - mass_rate(i)*jerk
                terms(i, term_value) = weight(i)*z(i)
                terms(i, term_rate) = weight(i)*v(i)
                terms(i, term_curvature) = weight(i)*a
@@ -67,8 +67,8 @@ contains
    pure subroutine oscillating_terms(square, inverse_square, decay, inverse_spread, damping, weight, z, v, terms)
       !> The oscillators
       real(wp), dimension(lanes), intent(in) :: square, inverse_square, decay, inverse_spread
-      !> 2 zeta and alpha
-      real(wp), intent(in) :: damping(2)
+      !> 2 zeta, then alpha of each
+      real(wp), intent(in) :: damping(0:lanes)
       real(wp), intent(in) :: weight(lanes)
       !> State now
       real(wp), dimension(lanes), intent(in) :: z, v
@@ -80,9 +80,9 @@ contains
 
       !$omp simd private(a, jerk, snap, magnitude)
       do i = 1, lanes
-         a = -square(i)*(z(i) + damping(1)*v(i)) - damping(2)*v(i)
-         jerk = -square(i)*(v(i) + damping(1)*a) - damping(2)*a
-         snap = -square(i)*(a + damping(1)*jerk) - damping(2)*jerk
+         a = -square(i)*(z(i) + damping(0)*v(i)) - damping(i)*v(i)
+         jerk = -square(i)*(v(i) + damping(0)*a) - damping(i)*a
+         snap = -square(i)*(a + damping(0)*jerk) - damping(i)*jerk
          terms(i, term_value) = weight(i)*z(i)
          terms(i, term_rate) = weight(i)*v(i)
          terms(i, term_curvature) = weight(i)*a
@@ -167,8 +167,8 @@ contains
          ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
          fast_rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
          slow(i) = -slow(i)*oscillators%inverse_square(i)*(oscillators%decay(i) &
-            *(oscillators%decay(i) - oscillators%mass_rate))
-         fast(i) = -fast(i)*oscillators%inverse_square(i)*(fast_rate*(fast_rate - oscillators%mass_rate))
+            *(oscillators%decay(i) - oscillators%mass_rate(i)))
+         fast(i) = -fast(i)*oscillators%inverse_square(i)*(fast_rate*(fast_rate - oscillators%mass_rate(i)))
       end do
    end subroutine split_exponentials
 

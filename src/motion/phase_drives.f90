@@ -13,7 +13,7 @@ module phase_drives
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use small_equations, only: solve_small
-   use yielding_stop, only: impedance_t
+   use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: set_drive_t, phase_drive_t, resonance_t, make_set_drive, start_drive, drive_at, drive_rate_at, &
@@ -200,7 +200,7 @@ contains
 
       answer = (0.0_wp, 0.0_wp)
       viscous = 1.0_wp + held%oscillators%two_zeta*s
-      dynamic = 1.0_wp/(s**2 + held%oscillators%mass_rate*s + viscous*held%oscillators%square)
+      dynamic = 1.0_wp/(s**2 + held%oscillators%mass_rate(:held%count)*s + viscous*held%oscillators%square)
       if (left_out > 0) dynamic(left_out) = (0.0_wp, 0.0_wp)
       z = dynamic*drive%load(:, load)
       if (size(pressed) > 0) then
@@ -208,7 +208,8 @@ contains
             do j = 1, size(pressed)
                compliance(j, k) = sum(held%value(:, pressed(j))*held%value(:, pressed(k))*dynamic)
             end do
-            compliance(k, k) = compliance(k, k) + 1.0_wp/response_of(spring(pressed(k)), s)
+            if (.not. holds(spring(pressed(k)))) compliance(k, k) = compliance(k, k) &
+               + 1.0_wp/response_of(spring(pressed(k)), s)
             force(k, 1) = -sum(held%value(:, pressed(k))*z)
          end do
          force = solve_small(compliance, force)
@@ -224,8 +225,10 @@ contains
                - sum(held%share(k, pressed)*force(:, 1))
          end do
          do k = 1, size(pressed)
+            answer(at%forces + pressed(k)) = force(k, 1)
+            answer(at%gaps + pressed(k)) = (0.0_wp, 0.0_wp)
+            if (holds(spring(pressed(k)))) cycle
             associate (u => force(k, 1)/response_of(spring(pressed(k)), s), p => pressed(k))
-               answer(at%forces + p) = force(k, 1)
                answer(at%depths + p) = u
                answer(at%gaps + p) = -u
                answer(at%branches + p) = spring(p)%branch_stiffness*s/(s + spring(p)%relaxation_rate)*u

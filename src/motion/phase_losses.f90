@@ -57,6 +57,8 @@ contains
          lost(1) = start_energy - sum(modal_energy(set%held%oscillators, z, v)) + work_of_loads(self, time)
          do place = 1, size(set%pressed)
             associate (k => set%pressed(place))
+               lost(1 + place) = 0.0_wp
+               if (self%states(k)%is_rigid) cycle
                state = at_start(k)
                lost(1 + place) = loss_in_stop(self, place, time)
                lost(1) = lost(1) + energy_in(state) - lost(1 + place)

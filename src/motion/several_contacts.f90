@@ -2,7 +2,7 @@
 !> zero (docs/theory.md, section 17).
 module several_contacts
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
-   use contact_sets, only: ready_for_losses
+   use contact_sets, only: moved_by, ready_for_losses
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
@@ -166,6 +166,7 @@ contains
       complex(wp), allocatable :: term(:)
       real(wp) :: gap, rate, total
       integer :: k
+      logical :: is_held
 
       self%kept = self%kept + 1
       associate (now => self%now, set => self%now%set, held => self%now%set%held)
@@ -189,6 +190,10 @@ contains
             associate (record => self%records(k), sign => now%states(k)%surface%sign)
                gap = held%static_gap(k) + sum(held%value(:, k)*z)
                rate = sum(held%value(:, k)*v)
+               is_held = now%states(k)%is_rigid .and. set%is_closed(k)
+               ! exactly, not to rounding
+               if (is_held) gap = 0.0_wp
+               if (is_held) rate = 0.0_wp
                if (allocated(record%eta)) record%eta(self%kept) = sign*gap
                if (allocated(record%velocity)) record%velocity(self%kept) = sign*rate
                if (asked%history(force_stop)) then
@@ -201,6 +206,7 @@ contains
                sample%history(eta_stop) = sign*gap
                sample%history(velocity_stop) = sign*rate
                sample%history(eta_tip) = (held%static_tip - sign*now%beam%height(k)) + sum(held%tip_value*z)
+               if (is_held .and. abs(now%beam%tip_sign(k)) > 0.0_wp) sample%history(eta_tip) = 0.0_wp
             end associate
          end do
          if (now%pulled == 0) then
@@ -400,7 +406,7 @@ contains
          reached = sum(held%value(:, self%ended)*self%z_end)
          dip = -state%depth - held%static_gap(self%ended) - reached
          if (state%is_rigid .and. dip < least) return
-         associate (shape => held%value(:, self%ended)/held%oscillators%square)
+         associate (shape => moved_by(self%now%set, self%ended, held%oscillators%square))
             force = dip/sum(held%value(:, self%ended)*shape)
             if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(reached + 0.5_wp*dip))
             self%z_end = self%z_end + shape*force

@@ -3,6 +3,8 @@
 module several_events
    use certified_search, only: found_never_left, search_t
    use complementarity, only: solve_complementarity
+   use contact_sets, only: moved_by
+   use damped_oscillators, only: acceleration_of => acceleration
    use kinds, only: wp
    use motion_phases, only: found_break, found_taken_back, motion_t
    use phase_measures, only: measure_impulse
@@ -129,6 +131,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      real(wp), allocatable :: b(:)
       real(wp) :: faster, surface_speed, mobility
       integer :: order
 
@@ -141,12 +144,13 @@ contains
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                faster = velocity_of(self, k, motion) - surface_speed
-               mobility = sum(held%value(:, k)**2)
+               b = moved_by(self%set, k, spread(1.0_wp, 1, held%count))
+               mobility = sum(b**2)
                call charge_event(motion%recorder%ledger, -faster*(surface_speed + 0.5_wp*faster)/mobility)
                if (allocated(held%mode)) then
-                  motion%v = motion%v - matmul(held%mode, held%value(:, k))*(faster/mobility)
+                  motion%v = motion%v - matmul(held%mode, b)*(faster/mobility)
                else
-                  motion%v = motion%v - held%value(:, k)*(faster/mobility)
+                  motion%v = motion%v - b*(faster/mobility)
                end if
                if (.not. pull_of(self, k, motion) > state%spring%surface_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
@@ -201,9 +205,11 @@ contains
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
 
+      real(wp), allocatable :: b(:)
       real(wp) :: impulse
 
-      associate (held => self%set%held, b => self%set%held%value(:, k))
+      associate (held => self%set%held)
+         allocate (b, source=moved_by(self%set, k, spread(1.0_wp, 1, held%count)))
          captures(k)%velocity = velocity_of(self, k, motion)
          impulse = -captures(k)%velocity/sum(b**2)
          captures(k)%impulse = impulse
@@ -372,15 +378,15 @@ contains
       end do
       call solve_complementarity(mobility, free, force, holds)
       associate (b => self%beam%value, square => self%beam%oscillators%square, &
-         two_zeta => self%beam%oscillators%two_zeta)
-         acceleration = -square*(motion%q + two_zeta*motion%v) - self%beam%oscillators%mass_rate*motion%v
+         two_zeta => self%beam%oscillators%two_zeta, mass_rate => self%beam%oscillators%mass_rate(:size(motion%q)))
+         acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
          if (.not. all(self%states%is_rigid)) acceleration = acceleration + yielding_forces(self, motion)
          if (self%loads%count > 0) acceleration = acceleration + self%load
          do a = 1, size(resting)
             acceleration = acceleration + b(:, resting(a))*force(a)
          end do
          do a = 1, size(resting)
-            rate(a) = sum(b(:, resting(a))*(square*(motion%v + two_zeta*acceleration)))
+            rate(a) = sum(b(:, resting(a))*(square*(motion%v + two_zeta*acceleration) + mass_rate*acceleration))
             if (self%loads%count > 0) rate(a) = rate(a) - sum(b(:, resting(a))*self%load_rate)
          end do
       end associate

@@ -171,7 +171,7 @@ contains
          associate (held => self%set%held)
             place = findloc(held%held, k, dim=1)
             impulse = held%static_force(place)*time &
-               + sum(held%reaction(place, :)*(self%v - v + held%oscillators%mass_rate*(self%z - z)) &
+               + sum(held%reaction(place, :)*(self%v - v + held%oscillators%mass_rate(:held%count)*(self%z - z)) &
                /held%oscillators%square)
          end associate
       end if

@@ -3,7 +3,7 @@ module several_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
-   use damped_oscillators, only: make_oscillators, oscillators_t
+   use damped_oscillators, only: make_oscillators
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use held_sets, only: free_beam_t
@@ -11,6 +11,7 @@ module several_start
    use kinds, only: wp
    use load_settings, only: start_pull
    use modal_starts, only: find_modal_start
+   use mode_choice, only: rates_of_modes
    use motion_phases, only: motion_t
    use number_text, only: to_text
    use phase_measures, only: measurer_t
@@ -59,8 +60,6 @@ contains
       associate (beam => phase%now%beam, now => phase%now)
          now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
          call make_beam(model, modes, settings, surfaces, beam)
-         call check_damping(beam%oscillators, error)
-         if (allocated(error)) return
          if (has_loads(settings)) then
             call take_loads(model, modes, settings, now)
             rest_energy = no_rest
@@ -104,21 +103,6 @@ contains
          call meet_at_start(now, settings%response%hop_tolerance, motion, response)
       end associate
    end subroutine start_several
-
-   !> Modes beyond critical damping are taken to be the fastest ones.
-   subroutine check_damping(oscillators, error)
-      type(oscillators_t), intent(in) :: oscillators
-      !> Set when a slow mode creeps while a faster one swings
-      type(failure_t), allocatable, intent(inout) :: error
-
-      associate (swinging => oscillators%oscillating)
-         if (all(0.5_wp*(oscillators%two_zeta*oscillators%square(:swinging) + oscillators%mass_rate) &
-            < oscillators%frequency(:swinging))) return
-      end associate
-      call fail(error, status_bad_input, "not computed yet by method = 'exact': damping by mass that is beyond " &
-         //"critical in the slowest mode while faster ones swing (method = 'newmark' does); zeta_mass must be below " &
-         //to_text(oscillators%frequency(1)))
-   end subroutine check_damping
 
    !> What acts on the beam, in its free modes.
    subroutine take_loads(model, modes, settings, now)
@@ -168,7 +152,8 @@ contains
 
       integer :: k
 
-      call make_oscillators(modes%square, settings%zeta, beam%oscillators, 2.0_wp*settings%zeta_mass)
+      call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square))
+      beam%has_own_rates = allocated(settings%mode_ratios)
       allocate (beam%value(size(modes%square), size(surfaces)))
       allocate (beam%height(size(surfaces)))
       beam%height(:) = surfaces%height

@@ -162,10 +162,10 @@ contains
       real(wp), intent(in) :: v(:)
       type(modal_signal_t), intent(inout) :: reaction
 
-      associate (two_zeta => reaction%oscillators%two_zeta, mass_rate => reaction%oscillators%mass_rate)
+      associate (two_zeta => reaction%oscillators%two_zeta, mass_rate => reaction%oscillators%mass_rate(:size(z)))
          reaction%z = z + two_zeta*v
          reaction%v = v - two_zeta*reaction%oscillators%square*reaction%z
-         if (mass_rate > 0.0_wp) reaction%v = reaction%v - two_zeta*mass_rate*v
+         reaction%v = reaction%v - two_zeta*mass_rate*v
       end associate
       associate (first => reaction%oscillators%blended + 1)
          reaction%z(first:) = z(first:)

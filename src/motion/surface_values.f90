@@ -105,9 +105,10 @@ contains
       real(wp), allocatable :: others(:)
 
       associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
-         two_zeta => self%beam%oscillators%two_zeta)
-         pull = sum(b*square*(motion%q + two_zeta*motion%v)) + self%beam%oscillators%mass_rate*sum(b*motion%v)
-         if (present(noise)) noise = sum(abs(b*square)*(abs(motion%q) + two_zeta*abs(motion%v)))
+         two_zeta => self%beam%oscillators%two_zeta, mass_rate => self%beam%oscillators%mass_rate(:size(motion%q)))
+         pull = sum(b*square*(motion%q + two_zeta*motion%v)) + sum(b*mass_rate*motion%v)
+         if (present(noise)) noise = sum(abs(b)*(square*(abs(motion%q) + two_zeta*abs(motion%v)) &
+            + mass_rate*abs(motion%v)))
          if (.not. all(self%states%is_rigid)) then
             allocate (others, source=yielding_forces(self, motion))
             pull = pull - sum(b*others)

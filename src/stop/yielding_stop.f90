@@ -9,11 +9,11 @@ module yielding_stop
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, mean_force_coefficients
+   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, mean_force_coefficients, holds
 
    !> What the stop answers to exp(s tau): P = k u + c s u + beta k s/(s + nu) u.
    type :: impedance_t
-      !> k
+      !> k; 0: it does not yield at all
       real(wp) :: stiffness = 0.0_wp
       !> beta k, 0 where the branch is absent
       real(wp) :: branch_stiffness = 0.0_wp
@@ -81,6 +81,14 @@ module yielding_stop
    end interface
 
 contains
+
+   !> Does it hold what touches it?
+   elemental function holds(impedance) result(answer)
+      class(impedance_t), intent(in) :: impedance
+      logical :: answer
+
+      answer = impedance%stiffness <= 0.0_wp
+   end function holds
 
    !> P = k u + P2.
    elemental function contact_force(stop, indentation, branch_force) result(force)
