@@ -236,7 +236,7 @@ contains
          if (.not. measurer%is_wanted) return
          self%eta%z = self%gap%z
          self%eta%v = self%gap%v
-         call measure_rise(measurer, self%eta, motion%tau, length, is_last, &
+         call measure_rise(measurer, self%eta, motion%tau, length, motion%tau <= 0.0_wp, is_last, &
             self%search%greatest - merge(0.0_wp, stop%depth, stop%is_rigid), rises)
          if (rises) call end_episode(measurer%tally)
          ! over a surface that is still indented it may stay below; no deeper than at its start

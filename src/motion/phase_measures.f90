@@ -58,7 +58,7 @@ contains
 
    !> Does a flight rise above the quiet level? If the run does not start with it, it is a rebound then, unless it still
    !> rises to its highest point as the run ends.
-   subroutine measure_rise(measurer, eta, from, length, to_the_end, greatest, rises)
+   subroutine measure_rise(measurer, eta, from, length, is_first, to_the_end, greatest, rises)
       !> Gets the rebound
       type(measurer_t), intent(inout) :: measurer
       !> eta of the stop point
@@ -66,16 +66,17 @@ contains
       !> Start and length of the flight
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
+      !> The run starts with it: nothing was hit
+      logical, intent(in) :: is_first
       !> The run ends with it
       logical, intent(in) :: to_the_end
       !> eta was seen to be as great as this
       real(wp), intent(in) :: greatest
       logical, intent(out) :: rises
 
-      logical :: keeps_peak, still_rises, is_first
+      logical :: keeps_peak, still_rises
       real(wp) :: peak, time
 
-      is_first = from <= 0.0_wp
       keeps_peak = measurer%measures%rebounds < measurer%most_peaks
       if (is_first .or. .not. (keeps_peak .or. to_the_end)) then
          rises = greatest > quiet_level

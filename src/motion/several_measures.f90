@@ -73,7 +73,8 @@ contains
             if (state%is_first_flight) then
                rises = exceeds(signal, length, quiet_level)
             else
-               call measure_rise(measurer, signal, tau, length, is_last, min(greatest, quiet_level), rises)
+               call measure_rise(measurer, signal, tau, length, .false., is_last, min(greatest, quiet_level), &
+                  rises)
             end if
             state%has_risen = rises
             if (rises) call end_episode(measurer%tally)
