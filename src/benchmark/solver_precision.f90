@@ -1,7 +1,7 @@
 !> Run time against error of frequencies: every solver on every mesh of the scene's table.
 module solver_precision
-   use exact_frequencies, only: exact_lambda
    use failures, only: failure_t
+   use frequency_study, only: find_exact
    use kinds, only: wp
    use motion_tasks, only: task_assembly, task_solver, task_t
    use precision_types, only: precision_t, solver_entry_t
@@ -32,8 +32,7 @@ contains
          count = asked%count
          if (count == 0) count = default_count
          if (asked%reference == reference_exact) then
-            call exact_lambda(count, (scene%beam%height_root - scene%beam%height_tip) &
-               /(scene%beam%height_root + scene%beam%height_tip), scene%tip_mass_ratio, exact, error)
+            call find_exact(scene, count, exact, error)
             if (allocated(error)) return
          end if
          allocate (study%solvers(size(asked%mesh_elements)*size(asked%solver)))

@@ -1,9 +1,10 @@
 !> A table of frequencies: one column a solver and mesh, one row a mode.
 module frequency_types
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: frequency_table_t, frequency_column_t
+   public :: frequency_table_t, frequency_column_t, error_in_percent
 
    type :: frequency_column_t
       !> Name of the solver as users write it
@@ -32,5 +33,17 @@ module frequency_types
       real(wp) :: mass_orthogonality = 0.0_wp
       real(wp) :: stiffness_orthogonality = 0.0_wp
    end type frequency_table_t
+
+contains
+
+   !> Error of a lambda in percent; NaN: the beam moves without strain.
+   elemental function error_in_percent(lambda, exact) result(error)
+      real(wp), intent(in) :: lambda
+      real(wp), intent(in) :: exact
+      real(wp) :: error
+
+      error = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (exact > 0.0_wp) error = 100.0_wp*(lambda/exact - 1.0_wp)
+   end function error_in_percent
 
 end module frequency_types

@@ -1,7 +1,7 @@
 !> The group of frequencies and mode shapes in a results file.
 module frequency_groups
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use frequency_types, only: frequency_table_t
+   use frequency_types, only: error_in_percent, frequency_table_t
    use kinds, only: lambda1, wp
    use quantity_groups, only: quantity_group_t
    use run_settings, only: name_length
@@ -43,7 +43,7 @@ contains
          omega(column, :modes) = (table%columns(column)%lambda/lambda1)**2
          if (.not. allocated(table%exact)) cycle
          modes = min(modes, size(table%exact))
-         error(column, :modes) = 100.0_wp*(table%columns(column)%lambda(:modes)/table%exact(:modes) - 1.0_wp)
+         error(column, :modes) = error_in_percent(table%columns(column)%lambda(:modes), table%exact(:modes))
       end do
 
       call group%add('mode', [(i, i=1, rows)], '1', 'mode', is_scale=.true.)

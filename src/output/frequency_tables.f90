@@ -1,7 +1,8 @@
 !> Tables of frequencies for people to read.
 module frequency_tables
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use body_words, only: mesh_in_words
-   use frequency_types, only: frequency_column_t, frequency_table_t
+   use frequency_types, only: error_in_percent, frequency_column_t, frequency_table_t
    use kinds, only: lambda1, wp
    use number_text, only: rounded, to_text
    use quantities, only: quantity_named, unit_of, units_t
@@ -106,7 +107,7 @@ contains
             if (has_exact) then
                if (mode <= size(table%exact)) cells(2:3) = [ &
                   adjust_right(fixed(table%exact(mode), 6)), &
-                  adjust_right(error_text(100.0_wp*(column%lambda(mode)/table%exact(mode) - 1.0_wp)))]
+                  adjust_right(error_text(error_in_percent(column%lambda(mode), table%exact(mode))))]
             end if
             if (factor > 0.0_wp) cells(4) = adjust_right(rounded(factor*column%lambda(mode)**2))
             call print_cells(unit, 'mode '//to_text(mode), cells)
@@ -158,7 +159,7 @@ contains
          do column = 1, columns
             associate (lambda => table%columns(column)%lambda, exact => table%exact(mode))
                if (mode <= size(lambda)) cells(column) = &
-                  adjust_right(error_text(100.0_wp*(lambda(mode)/exact - 1.0_wp)))
+                  adjust_right(error_text(error_in_percent(lambda(mode), exact)))
             end associate
          end do
          call print_cells(unit, 'mode '//to_text(mode), cells)
@@ -223,7 +224,9 @@ contains
 
       character(32) :: buffer
 
-      if (abs(error) >= smallest_plain_error .or. abs(error) <= 0.0_wp) then
+      if (ieee_is_nan(error)) then
+         text = '-'
+      else if (abs(error) >= smallest_plain_error .or. abs(error) <= 0.0_wp) then
          text = fixed(error, 4)
       else
          write (buffer, '(es12.1e2)') error

@@ -22,7 +22,7 @@ module scene_resolve
       reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_lanczos, &
       solver_names, &
       solver_natural
-   use section_shapes, only: is_uniform
+   use section_shapes, only: is_uniform, profile_stepped
    use sweep_resolve, only: resolve_sweep
    use unit_ratios, only: check_units, take_ratio
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text
@@ -263,17 +263,21 @@ contains
                //to_text(2*maxval(frequencies%mesh_elements))//' modes (2 for each element)')
          end if
 
-         ! A mass at the point of a wedge has no limit
-         has_exact = scene%beam%shape == shape_taper
-         if (scene%beam%shape == shape_section) has_exact = is_uniform(scene%beam%section)
-         has_exact = has_exact .and. .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
-            .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
+         has_exact = .false.
+         if (scene%beam%shape == shape_section) then
+            has_exact = is_uniform(scene%beam%section) .or. scene%beam%section%profile == profile_stepped
+         else if (scene%beam%shape == shape_taper) then
+            ! A mass at the point of a wedge has no limit
+            has_exact = .not. (scene%has_supports .or. scene%has_root .or. scene%has_masses) &
+               .and. (scene%beam%height_tip > 0.0_wp .or. scene%tip_mass_ratio <= 0.0_wp)
+            has_exact = has_exact .or. abs(scene%beam%height_root - scene%beam%height_tip) <= 0.0_wp
+         end if
          if (has_exact) return
          if (.not. input%has('frequencies', 'reference')) then
             frequencies%reference = reference_none
          else if (frequencies%reference == reference_exact) then
-            call input%complain('frequencies', 'reference', 'exact values are known only for uniform ' &
-               //"and linearly tapered beams, not for tables, supports, nor a full wedge with tip mass; give 'none'")
+            call input%complain('frequencies', 'reference', 'exact values are known only for beams that are uniform ' &
+               //"or stepped, and for linear tapers with no more than a tip mass, a full wedge without; give 'none'")
          end if
       end associate
    end subroutine resolve_frequencies

@@ -12,12 +12,14 @@ module frequency_study
    use lanczos_solver, only: lanczos_modes
    use mode_shapes, only: fix_mode_signs, mode_quality, mode_quality_t
    use natural_solver, only: natural_modes
+   use piecewise_frequencies, only: piecewise_lambda, pieces_of
    use scene_beam_model, only: model_of, section_of
-   use scene_types, only: default_mode_count, reference_exact, scene_t, solver_dsygv, solver_lanczos, solver_names, &
-      solver_natural
+   use scene_types, only: default_mode_count, reference_exact, scene_t, shape_section, solver_dsygv, solver_lanczos, &
+      solver_names, solver_natural
+   use section_shapes, only: is_uniform
    implicit none (type, external)
    private
-   public :: frequency_table, solve_modes
+   public :: frequency_table, find_exact, solve_modes
 
 contains
 
@@ -30,7 +32,6 @@ contains
 
       type(failure_t), allocatable :: trouble
       type(beam_model_t) :: model
-      type(section_t) :: section
       integer :: i, j, column, rows
 
       associate (asked => scene%frequencies)
@@ -54,11 +55,44 @@ contains
          if (rows == 0 .and. allocated(trouble)) then
             call move_alloc(trouble, error)
          else if (asked%reference == reference_exact) then
-            section = section_of(scene%beam)
-            call exact_lambda(rows, section%taper, scene%tip_mass_ratio, table%exact, error)
+            call find_exact(scene, rows, table%exact, error)
          end if
       end associate
    end subroutine frequency_table
+
+   !> The exact values of a scene that has them.
+   subroutine find_exact(scene, count, lambda, error)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: count
+      !> [count]
+      real(wp), allocatable, intent(out) :: lambda(:)
+      !> Set where there are none
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(beam_model_t) :: model
+      type(section_t) :: section
+      integer :: finest
+
+      if (is_piecewise(scene)) then
+         associate (asked => scene%frequencies)
+            finest = maxloc(asked%mesh_elements, 1)
+            call model_of(scene, asked%mesh_elements(finest), asked%mesh_ratios(finest), model, error)
+         end associate
+         if (.not. allocated(error)) lambda = piecewise_lambda(count, pieces_of(model))
+      else
+         section = section_of(scene%beam)
+         call exact_lambda(count, section%taper, scene%tip_mass_ratio, lambda, error)
+      end if
+   end subroutine find_exact
+
+   !> Is it more than a cantilever with a mass at the tip?
+   pure function is_piecewise(scene) result(answer)
+      type(scene_t), intent(in) :: scene
+      logical :: answer
+
+      answer = scene%has_root .or. scene%has_masses .or. scene%has_supports
+      if (scene%beam%shape == shape_section) answer = answer .or. .not. is_uniform(scene%beam%section)
+   end function is_piecewise
 
    !> The first lambda_i of a mesh by the solver that was chosen, as many as it finds, and the mode shapes where they
    !> are asked for.
