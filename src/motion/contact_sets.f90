@@ -105,8 +105,7 @@ contains
          all(is_equal(spring%viscosity, store%spring%viscosity))
       if (.not. answer) return
       associate (old => store%beam)
-         answer = (beam%has_own_rates .eqv. old%has_own_rates) .and. &
-            is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
+         answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
             all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
             all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
             all(is_equal(beam%oscillators%decay, old%oscillators%decay)) .and. &
