@@ -37,9 +37,9 @@ contains
          do b = 0, lanes*(blocks - 1), lanes
             if (oscillating > b) then
                ! in arrays of its own a vector stays in registers: the components' descriptors are not read again
-               call oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
-                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), [two_zeta, mass_rate(b + 1:b + lanes)], &
-                  weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes), block)
+               block = oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
+                  decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, mass_rate(b + 1:b + lanes), &
+                  weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes))
                terms(b + 1:b + lanes, :) = block
             end if
             if (oscillating >= b + lanes) cycle
@@ -64,25 +64,25 @@ contains
    end subroutine bound_terms
 
    !> The same of one vector of underdamped modes.
-   pure subroutine oscillating_terms(square, inverse_square, decay, inverse_spread, damping, weight, z, v, terms)
+   pure function oscillating_terms(square, inverse_square, decay, inverse_spread, two_zeta, mass_rate, weight, z, v) &
+      result(terms)
       !> The oscillators
       real(wp), dimension(lanes), intent(in) :: square, inverse_square, decay, inverse_spread
-      !> 2 zeta, then alpha of each
-      real(wp), intent(in) :: damping(0:lanes)
-      real(wp), intent(in) :: weight(lanes)
+      real(wp), intent(in) :: two_zeta
+      real(wp), dimension(lanes), intent(in) :: mass_rate, weight
       !> State now
       real(wp), dimension(lanes), intent(in) :: z, v
       !> Columns as in `certified_search`
-      real(wp), intent(out) :: terms(lanes, term_columns)
+      real(wp) :: terms(lanes, term_columns)
 
       real(wp) :: a, jerk, snap, magnitude
       integer :: i
 
       !$omp simd private(a, jerk, snap, magnitude)
       do i = 1, lanes
-         a = -square(i)*(z(i) + damping(0)*v(i)) - damping(i)*v(i)
-         jerk = -square(i)*(v(i) + damping(0)*a) - damping(i)*a
-         snap = -square(i)*(a + damping(0)*jerk) - damping(i)*jerk
+         a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate(i)*v(i)
+         jerk = -square(i)*(v(i) + two_zeta*a) - mass_rate(i)*a
+         snap = -square(i)*(a + two_zeta*jerk) - mass_rate(i)*jerk
          terms(i, term_value) = weight(i)*z(i)
          terms(i, term_rate) = weight(i)*v(i)
          terms(i, term_curvature) = weight(i)*a
@@ -92,7 +92,7 @@ contains
             inverse_spread(i))
          terms(i, bound_jerk) = magnitude*oscillating_bound(jerk, snap, inverse_square(i), decay(i), inverse_spread(i))
       end do
-   end subroutine oscillating_terms
+   end function oscillating_terms
 
    !> Bound on |z| from now on, underdamped.
    elemental function oscillating_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
