@@ -122,6 +122,7 @@ contains
          histories = count(output%history)
          ! the ledger has an axis of its own
          if (output%energy) histories = histories + 8
+         if (scene%wants_stress .and. scene%stress%history) histories = histories + 1 + 2*size(scene%stress%position)
          if (histories > 0) histories = histories + 1
          surfaces = surfaces_recorded(scene)
          histories = histories + surfaces*count(output%history([eta_stop, velocity_stop, force_stop]))

@@ -10,6 +10,7 @@ module exact_motion
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
    use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, take_modes, trial_settings
+   use moment_places, only: open_moments
    use motion_phases, only: contact_t, motion_t
    use phase_measures, only: finish_measures, start_measures
    use response_records, only: count_samples, open_records
@@ -213,6 +214,7 @@ contains
       samples = count_samples(settings%response%duration, settings%response%step)
       call open_records(modes%elements, settings%output, samples, settings%response%step, response, &
          is_driven=has_loads(settings))
+      call open_moments(model, settings, samples, response)
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
       call start_several(model, modes, settings, samples, sets, phase, motion, response, error)
       if (allocated(error)) return

@@ -76,15 +76,16 @@ contains
    end subroutine load_at
 
    !> The load at the end of a step; where it jumps there, before the jump.
-   pure subroutine load_at_end(run, tau, load)
+   pure subroutine load_at_end(run, tau, load, instant)
       type(several_run_t), intent(in) :: run
       !> The end
       real(wp), intent(in) :: tau
       !> Padded
       real(wp), intent(inout) :: load(1 - band:)
+      !> Whose load that is
+      real(wp), intent(out) :: instant
 
       real(wp), parameter :: before = 1.0e-9_wp
-      real(wp) :: instant
 
       instant = tau
       if (run%next_jump <= size(run%jumps)) then
@@ -139,7 +140,11 @@ contains
          has_passed = .true.
          run%next_jump = run%next_jump + 1
       end do
-      if (has_passed) call load_at(run, max(instant_of(run), last), run%states(run%now)%beam%load)
+      if (.not. has_passed) return
+      associate (state => run%states(run%now))
+         state%load_tau = max(instant_of(run), last)
+         call load_at(run, state%load_tau, state%beam%load)
+      end associate
    end subroutine pass_jump
 
    !> Damping besides 2 zeta K: in proportion to the mass, or of each mode, for which the model's matrices get a full

@@ -10,6 +10,8 @@ module newmark_several
    use load_settings, only: start_pull
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
+   use moment_places, only: finish_moments, open_moments
+   use newmark_moments, only: measure_moments, sample_moments, start_moments
    use newmark_motion, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_run, only: level_of, nowhere, whole_step
    use newmark_samples, only: keep_shapes
@@ -58,6 +60,8 @@ contains
       between_checks = max(1, samples/fewest_checks)
       call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
          has_loads(settings))
+      call open_moments(model, settings, samples, response)
+      call start_moments(model, settings, response, run)
       call open_surfaces(settings, run, response)
       run%keeps_measures = settings%output%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
@@ -68,6 +72,7 @@ contains
       if (allocated(error)) return
       call shapes_in_step(run, 0.0_wp, response)
       call begin_at_surfaces(run, response)
+      call measure_moments(run)
       if (.not. allocated(run%error)) call take_sample(run, response)
       do while (run%sample < samples .and. .not. allocated(run%error))
          call advance(run, response)
@@ -87,7 +92,9 @@ contains
       end if
       response%ends_in_contact = any(run%surfaces%status == is_held .or. run%surfaces%status == is_in_contact)
       response%factorisations = run%stepper%factorisations
+      if (allocated(run%moments)) call move_alloc(run%moments, response%moments)
       if (run%keeps_measures) call finish_measures(run, settings%output%most_peaks, response)
+      call finish_moments(response)
    end subroutine several_newmark_response
 
    !> Can a run start? What would keep it from that is known without running it.
@@ -325,6 +332,7 @@ contains
          end do
       end associate
       call keep_sample(place, sample, run%ledger, response)
+      call sample_moments(run, place)
    end subroutine take_sample
 
    !> Keep the shapes asked for within the last step.
@@ -390,11 +398,13 @@ contains
       energy = energy_left(run)
       if (run%keeps_ledger) call account_step(run, step)
       if (run%keeps_measures) call measure_step(run, instant_of(run) - step, step, [energy, energy_left(run)])
+      call measure_moments(run)
       call shapes_in_step(run, step, response)
       call look_for_events(run, step, response)
       if (allocated(run%error)) return
       call pass_jump(run, has_passed)
       if (has_passed) call settle(run, response)
+      call measure_moments(run)
    end subroutine advance
 
    !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.

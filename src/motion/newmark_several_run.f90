@@ -4,9 +4,10 @@ module newmark_several_run
    use applied_loads, only: applied_loads_t
    use failures, only: failure_t
    use kinds, only: i8, wp
+   use moment_places, only: moment_places_t
    use newmark_run, only: nowhere
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
-   use response_types, only: run_measures_t
+   use response_types, only: moment_record_t, run_measures_t
    use run_recorder, only: ledger_t
    use step_measures, only: step_measurer_t
    use stop_surfaces, only: surface_t
@@ -34,6 +35,8 @@ module newmark_several_run
       real(wp), allocatable :: force(:)
       real(wp), allocatable :: indentation(:)
       real(wp), allocatable :: branch_force(:)
+      !> Instant whose loads act on it: where they jump, just before or after
+      real(wp) :: load_tau = 0.0_wp
    end type several_state_t
 
    !> A surface, and how it stands with the beam.
@@ -126,6 +129,12 @@ module newmark_several_run
       type(applied_loads_t) :: loads
       real(wp), allocatable :: jumps(:)
       integer :: next_jump = 1
+      !> Bending moments: what makes them of the state, and what is kept of them; unallocated: none are asked for
+      type(moment_places_t) :: places
+      type(moment_record_t), allocatable :: moments(:)
+      !> Damping in proportion to the mass, and is it that of each mode instead?
+      real(wp) :: mass_damping = 0.0_wp
+      logical :: damps_modes = .false.
       real(wp) :: start_energy = 0.0_wp
       !> All work of loads so far, won and lost
       real(wp) :: turnover = 0.0_wp

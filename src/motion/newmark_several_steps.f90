@@ -57,7 +57,7 @@ contains
       integer :: count_closed, count_held, k
 
       if (run%loads%count > 0) call load_at_end(run, instant_of(run, shiftr(whole_step, level)), &
-         run%states(3 - run%now)%beam%load)
+         run%states(3 - run%now)%beam%load, run%states(3 - run%now)%load_tau)
       call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
       count_closed = 0
       do k = 1, size(run%surfaces)

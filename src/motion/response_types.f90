@@ -9,7 +9,7 @@ module response_types
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: response_t, event_t, surface_record_t, append_event, event_names
+   public :: response_t, event_t, surface_record_t, moment_record_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_blow
    public :: is_contact_start, is_contact_end, miss_of_energies
    public :: mode_check_t, mesh_check_t, run_measures_t, quiet_level, quiet_energy
@@ -115,6 +115,15 @@ module response_types
       real(wp) :: lost_impact = 0.0_wp
       real(wp) :: created = 0.0_wp
       real(wp) :: left = 0.0_wp
+      !> Of all places where they are asked for: the greatest moment and stress in magnitude, when and where that stress
+      !> is, and the widest range of stress of one of them
+      logical :: has_moment = .false.
+      real(wp) :: greatest_moment = 0.0_wp
+      logical :: has_stress = .false.
+      real(wp) :: greatest_stress = 0.0_wp
+      real(wp) :: greatest_stress_tau = 0.0_wp
+      real(wp) :: greatest_stress_position = 0.0_wp
+      real(wp) :: stress_range = 0.0_wp
       !> Elements of the mesh
       integer :: mesh_elements = 0
    end type run_measures_t
@@ -178,6 +187,23 @@ module response_types
       type(run_measures_t), allocatable :: measures
    end type surface_record_t
 
+   !> Bending moment and stress at a place of the beam. Moments in the unit of Pbar times L, positive where the beam is
+   !> bent upwards; stresses in E D/L.
+   type :: moment_record_t
+      !> x/L
+      real(wp) :: position = 0.0_wp
+      !> Stress at the outer fibre below the axis per moment, and is it known?
+      real(wp) :: stress_ratio = 0.0_wp
+      logical :: has_stress = .false.
+      !> At the sample times; unallocated: not asked for
+      real(wp), allocatable :: moment(:)
+      !> Least and greatest moment, and when; nothing was measured before the first
+      real(wp) :: least = huge(1.0_wp)
+      real(wp) :: least_tau = 0.0_wp
+      real(wp) :: greatest = -huge(1.0_wp)
+      real(wp) :: greatest_tau = 0.0_wp
+   end type moment_record_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are meant
       type(event_t), allocatable :: events(:)
@@ -188,6 +214,8 @@ module response_types
       type(series_t) :: history(history_count)
       !> Surfaces in the scene's order, below before above; unallocated: there is one
       type(surface_record_t), allocatable :: surfaces(:)
+      !> Moments at the places asked for, in the scene's order; unallocated: nowhere
+      type(moment_record_t), allocatable :: moments(:)
       !> Ledger; unallocated: not asked for
       type(energy_t), allocatable :: energy
       !> Measures; unallocated: not asked for

@@ -392,6 +392,13 @@ contains
       row(findloc(name, 'lost_impact', 1)) = measures%lost_impact
       row(findloc(name, 'created', 1)) = measures%created
       row(findloc(name, 'left', 1)) = measures%left
+      if (measures%has_moment) row(findloc(name, 'greatest_moment', 1)) = measures%greatest_moment
+      if (measures%has_stress) then
+         row(findloc(name, 'greatest_stress', 1)) = measures%greatest_stress
+         row(findloc(name, 'greatest_stress_tau', 1)) = measures%greatest_stress_tau
+         row(findloc(name, 'greatest_stress_position', 1)) = measures%greatest_stress_position
+         row(findloc(name, 'stress_range', 1)) = measures%stress_range
+      end if
       row(findloc(name, 'mesh_elements', 1)) = real(measures%mesh_elements, wp)
    end function row_of
 

@@ -7,6 +7,7 @@ module several_contacts
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use load_work, only: work_of_loads
+   use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
    use phase_drives, only: drive_at, drive_rate_at
    use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
@@ -40,6 +41,8 @@ module several_contacts
       !> What is kept of each surface, and of how many samples
       type(surface_record_t), allocatable :: records(:)
       integer :: kept = 0
+      !> Bending moments, where they are asked for
+      type(moments_t) :: moments
    contains
       procedure :: begin
       procedure :: find_end
@@ -78,6 +81,7 @@ contains
          self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%z_end, self%v_end))
       end if
       call self%now%set%sampler%restart()
+      call begin_moments(self%moments, self%now)
    end subroutine begin
 
    !> The first end of any surface. A low hop that nothing interrupts is no flight.
@@ -169,6 +173,7 @@ contains
       logical :: is_held
 
       self%kept = self%kept + 1
+      call sample_moments(self%moments, time, self%kept)
       associate (now => self%now, set => self%now%set, held => self%now%set%held)
          if (size(set%pressed) > 0) then
             allocate (term, source=now%amplitude*exp(set%joint%exponent*time))
@@ -426,6 +431,7 @@ contains
          self%ended = 0
          call close_books(self, motion)
       end if
+      call measure_moments(self%moments, motion%tau, self%search%time)
       call measure_surfaces(self%now, self%search%time, self%searches%greatest, is_last, motion)
       if (self%now%loads%count > 0) then
          motion%measurer%measures%final_energy = energy_of(self, self%z_end, self%v_end) + energy_in_stops(self)

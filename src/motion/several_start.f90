@@ -12,6 +12,8 @@ module several_start
    use load_settings, only: start_pull
    use modal_starts, only: find_modal_start
    use mode_choice, only: rates_of_modes
+   use moment_places, only: finish_moments
+   use moment_signals, only: make_moments
    use motion_phases, only: motion_t
    use number_text, only: to_text
    use phase_measures, only: measurer_t
@@ -67,6 +69,8 @@ contains
             call rest_on(model, surfaces, acts, rest, rest_energy, error)
             if (allocated(error)) return
          end if
+         if (allocated(response%moments)) call make_moments(model, modes, settings, now%loads, response%moments, &
+            phase%moments)
          allocate (now%states(size(surfaces)), now%measurers(size(surfaces)), phase%searches(size(surfaces)), &
             phase%records(size(surfaces)))
          do k = 1, size(surfaces)
@@ -235,7 +239,9 @@ contains
       do k = 1, size(phase%records)
          response%surfaces(phase%now%states(k)%surface%number) = phase%records(k)
       end do
+      if (allocated(response%moments)) response%moments = phase%moments%records
       if (settings%output%measures) call finish_surfaces(phase%now, settings%response%duration, motion, response)
+      call finish_moments(response)
    end subroutine finish_several
 
 end module several_start

@@ -19,7 +19,7 @@ module several_state
    implicit none (type, external)
    private
    public :: several_t, open_store, take_over, find_load, search_surface, signal_of, move_to, move_alone, free_state
-   public :: force_terms, driven_terms
+   public :: force_terms, driven_terms, add_terms, ready_reaction
    public :: end_gap, end_force, end_home, end_pull, whole_gap
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
@@ -272,21 +272,33 @@ contains
       integer, intent(in) :: kind
       class(viewed_signal_t), allocatable, intent(inout) :: signal
 
+      type(driven_terms_t) :: terms
+
+      call driven_terms(self, k, kind, terms)
+      call add_terms(terms, self%longest, signal)
+   end subroutine add_drive
+
+   !> What loads do to a signal, through a phase that lasts no longer than that.
+   subroutine add_terms(terms, longest, signal)
+      type(driven_terms_t), intent(in) :: terms
+      real(wp), intent(in) :: longest
+      class(viewed_signal_t), allocatable, intent(inout) :: signal
+
       type(driven_signal_t), allocatable :: driven
 
-      allocate (driven)
-      call driven_terms(self, k, kind, driven%terms)
       select type (signal)
       type is (exponential_signal_t)
-         if (abs(driven%terms%slope) <= 0.0_wp) then
-            call add_harmonics(driven%terms, signal)
+         if (abs(terms%slope) <= 0.0_wp) then
+            call add_harmonics(terms, signal)
             return
          end if
       end select
-      driven%until = self%longest
+      allocate (driven)
+      driven%terms = terms
+      driven%until = longest
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)
-   end subroutine add_drive
+   end subroutine add_terms
 
    !> As further terms.
    pure subroutine add_harmonics(terms, sum)

@@ -206,6 +206,7 @@ contains
       row = row_of(measures)
       write (unit, '()')
       do i = 1, measure_count
+         if (measure_table(i)%is_of_stress .and. ieee_is_nan(row(i))) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units))
       end do

@@ -59,6 +59,7 @@ contains
 
       do i = 1, measure_count
          if (names(i) == '') cycle
+         if (measure_table(i)%is_of_stress .and. all(ieee_is_nan(rows(i, :)))) cycle
          if (measure_table(i)%is_whole) then
             call group%put(trim(names(i)), nint(rows(i, :)), measure_table(i)%meaning, along)
          else

@@ -6,6 +6,7 @@ module response_groups
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_blow, event_names, response_t, run_measures_t
    use run_measures, only: row_of
+   use stress_groups, only: write_stress
    use surface_groups, only: names_of, write_surfaces
    implicit none (type, external)
    private
@@ -31,6 +32,7 @@ contains
          allocated(response%surfaces))
       ! sample times that are not allocated are not present
       if (allocated(response%surfaces)) call write_surfaces(group%part('surfaces'), response%surfaces, response%tau)
+      if (allocated(response%moments)) call write_stress(group%part('stress'), response%moments, response%tau)
    end subroutine write_run
 
    subroutine write_histories(group, response)

@@ -14,7 +14,7 @@ module scene_groups
    use name_types, only: group_t, name_t, condition_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
-   use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
+   use run_settings, only: method_names, name_length, output_settings_t, response_settings_t, stress_settings_t
    use scene_types, only: contender_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
@@ -62,9 +62,10 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(21) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
+   character(*), parameter :: group_names(22) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', &
-      'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'frequencies', 'precision', &
+      'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', 'frequencies', &
+      'precision', &
       'sweep', 'best', 'cases', 'statements', 'output']
 
    ! What more than one name needs
@@ -159,6 +160,9 @@ contains
       case ('response')
          call table%open(group_t('response'), scene%wants_response)
          if (table%is_open) call list_response(table, scene%response, physical)
+      case ('stress')
+         call table%open(group_t('stress'), scene%wants_stress)
+         if (table%is_open) call list_stress(table, scene%stress)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)
@@ -264,6 +268,17 @@ contains
          sweep=sweep_t(56, is_in_cases=.true.)))
    end subroutine list_response
 
+   subroutine list_stress(table, stress)
+      class(table_t), intent(inout) :: table
+      type(stress_settings_t), intent(inout) :: stress
+
+      call table%bind(stress%position, name_t('position', 'points over length where bending moment and stress at the ' &
+         //'outer fibre are asked for', range_t(0.0_wp, 1.0_wp), default='0, the root', &
+         sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
+      if (.not. allocated(stress%position)) stress%position = [0.0_wp]
+      call table%bind(stress%history, name_t('history', 'histories of both at the sample times, besides extremes'))
+   end subroutine list_stress
+
    subroutine list_frequencies(table, frequencies)
       class(table_t), intent(inout) :: table
       type(frequency_settings_t), intent(inout) :: frequencies
@@ -340,7 +355,7 @@ contains
                name%needs%occurrence = swept%parameter%occurrence
             else if (table%groups(table%entries(places(k))%group)%repeats) then
                name%needs = condition_t(group=swept%parameter%group, occurrence=swept%parameter%occurrence)
-            else if (swept%parameter%group == 'root') then
+            else if (any(swept%parameter%group == [character(6) :: 'root', 'stress'])) then
                name%needs = condition_t(group=swept%parameter%group)
             end if
             call table%bind(swept%list, name, swept%parameter%is_whole)
@@ -366,8 +381,10 @@ contains
       integer :: chosen
 
       ! as results in units call some
-      character(*), parameter :: in_units(3) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time']
-      character(*), parameter :: without(3) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau']
+      character(*), parameter :: in_units(4) = [character(24) :: 'first_impact_time', 'quiet_time', 'spent_time', &
+         'greatest_stress_time']
+      character(*), parameter :: without(4) = [character(24) :: 'first_impact_tau', 'quiet_tau', 'spent_tau', &
+         'greatest_stress_tau']
 
       ! whether a case failed is nothing to compare
       chosen = best%measure - measure_status

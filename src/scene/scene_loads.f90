@@ -110,8 +110,9 @@ contains
 
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal .and. &
          (scene%has_forces .or. scene%has_bases .or. scene%start%kind /= start_pull .or. scene%zeta_mass > 0.0_wp .or. &
-         allocated(scene%mode_ratios))) call input%complain('stop', 'impulse', 'goes with a beam that is pulled away ' &
-         //"and left alone, damped in proportion to its stiffness; else take 'momentum'")
+         allocated(scene%mode_ratios) .or. scene%wants_stress)) call input%complain('stop', 'impulse', &
+         'goes with a beam that is pulled away and left alone, damped in proportion to its stiffness, without ' &
+         //"&stress; else take 'momentum'")
       lacking = first_in_units(table)
       if (lacking > 0 .and. scene%scales%displacement <= 0.0_wp) then
          associate (group => table%groups(table%entries(lacking)%group))

@@ -20,6 +20,8 @@ module measure_list
       character(16) :: lead = ''
       !> Each of several surfaces has its own
       logical :: is_of_surface = .false.
+      !> Only a scene with &stress has it
+      logical :: is_of_stress = .false.
    end type measure_t
 
    type(measure_t), parameter :: measure_table(*) = [ &
@@ -63,6 +65,16 @@ module measure_list
       measure_t('lost_impact', 'lost_impact', 'that impacts dissipated', 'number', .false.), &
       measure_t('created', 'created', 'that the nodal reading of the impulse created', 'number', .false.), &
       measure_t('left', 'left', 'that is left at the end', 'number', .false.), &
+      measure_t('greatest_moment', 'greatest_moment', 'greatest bending moment at the places of &stress, in magnitude' &
+      //'{, Pbar L}', 'moment', .false., is_of_stress=.true.), &
+      measure_t('greatest_stress', 'greatest_stress', 'greatest stress at the outer fibre there, in magnitude' &
+      //'{, in E D/L}', 'stress', .false., 'greatest stress', is_of_stress=.true.), &
+      measure_t('greatest_stress_tau', 'greatest_stress_tau', 'instant of it', 'time', .false., 'reached', &
+      'at {tau~t} =', is_of_stress=.true.), &
+      measure_t('greatest_stress_position', 'greatest_stress_position', 'its place{, x/L}', 'length', .false., &
+      'and at', '{x/L~x} =', is_of_stress=.true.), &
+      measure_t('stress_range', 'stress_range', 'greatest less least stress of a place, the greatest of all places: ' &
+      //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', is_of_stress=.true.), &
       measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.)]
 
    integer, parameter :: measure_count = size(measure_table)

@@ -64,7 +64,7 @@ module quantities
       quantity_t('line_load', 'load', [character(18) :: 'N/m', 'N/mm', 'force/length'], stiffness, 1, slope), &
       quantity_t('impulse', 'impulse', [character(18) :: 'N s', 'N s', 'force time'], mass, 1, velocity), &
       quantity_t('energy', 'energy', [character(18) :: 'J', 'mJ', 'force length'], mass, 1, velocity, 2), &
-      quantity_t('moment', 'moment', [character(18) :: 'N m', 'N mm', 'force length'], bending_stiffness, 1, slope), &
+      quantity_t('moment', 'Pbar L', [character(18) :: 'N m', 'N mm', 'force length'], force, 1, length), &
       quantity_t('stress', 'stress', [character(18) :: 'Pa', 'MPa', 'force/length^2'], youngs_modulus, 1, slope), &
       quantity_t('stiffness', 'kappa', [character(18) :: 'N/m', 'N/mm', 'force/length'], stiffness), &
       quantity_t('rotational_stiffness', 'kappa', [character(18) :: 'N m/rad', 'N mm/rad', 'force length'], &

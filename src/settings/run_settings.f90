@@ -8,7 +8,7 @@ module run_settings
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    implicit none (type, external)
    private
-   public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t
+   public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
    public :: stop_released_from
    public :: side_below, side_above, side_both, side_names
@@ -118,6 +118,14 @@ module run_settings
       integer :: most_peaks = huge(1)
    end type output_settings_t
 
+   !> &stress: where the bending moment and the stress at the outer fibre are asked for
+   type :: stress_settings_t
+      !> x/L
+      real(wp), allocatable :: position(:)
+      !> Their histories are kept, besides their extremes
+      logical :: history = .true.
+   end type stress_settings_t
+
    type :: run_settings_t
       !> zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
@@ -141,6 +149,8 @@ module run_settings
       real(wp) :: zeta_mass = 0.0_wp
       !> Damping ratios of the modes instead, the last for all that follow; unallocated: C = gamma K + alpha M
       real(wp), allocatable :: mode_ratios(:)
+      !> Unallocated: nowhere
+      type(stress_settings_t), allocatable :: stress
    end type run_settings_t
 
 contains

@@ -229,6 +229,7 @@ contains
       ! of a beam without stops there is the tip alone
       if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.
       settings%height_ratio = scene%scales%height_ratio
+      if (scene%wants_stress) settings%stress = scene%stress
       if (.not. allocated(scene%more_stops)) return
       settings%more_stops = scene%more_stops
       settings%pulled = stop_released_from([scene%stop, scene%more_stops], scene%pulled)

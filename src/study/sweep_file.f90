@@ -127,7 +127,7 @@ contains
          root%tells_symbols = .false.
          call write_mesh_errors(root%part('mesh_estimate'), errors)
       end if
-      call write_rows(sweep, path, plan, text, error)
+      call write_rows(sweep, path, plan, text, is_there(scene), error)
       call root%finish_on_disk(refusal)
       if (.not. allocated(error) .and. allocated(refusal)) then
          call fail(error, refusal%status, "cannot write '"//assembled//"': "//refusal%message//'; is the disk full?')
@@ -157,7 +157,7 @@ contains
       call group%attribute('parameters', joined(plan%axes%parameter%name))
       call group%attribute('spacings', joined([(merge('logarithmic', 'linear     ', plan%axes(k)%is_logarithmic), &
          k=1, size(plan%axes))]))
-      call group%attribute('measures', joined(names))
+      call group%attribute('measures', joined(pack(names, is_there(scene))))
       call group%attribute('failures', [survey%failures])
       if (plan%is_grid) then
          ! a column reshaped to these extents is the grid, in C's order
@@ -173,6 +173,14 @@ contains
       call group%add('failed', survey%failed, '1', 'cases that failed', is_scale=.true.)
       call group%add('failure_reason', survey%reasons, 'none', 'why they failed', along='failed')
    end subroutine write_group
+
+   !> Measures that a scene has.
+   pure function is_there(scene) result(answer)
+      type(scene_t), intent(in) :: scene
+      logical :: answer(measure_count)
+
+      answer = scene%wants_stress .or. .not. measure_table%is_of_stress
+   end function is_there
 
    !> /best: the table, and what the refinement found.
    subroutine write_best(group, scene, plan, best, refined)
@@ -223,13 +231,15 @@ contains
    end subroutine write_columns
 
    !> The columns of /sweep, part by part, so many rows at a time.
-   subroutine write_rows(group, path, plan, text, error)
+   subroutine write_rows(group, path, plan, text, there, error)
       type(quantity_group_t), intent(in) :: group
       !> Folder of the parts
       character(*), intent(in) :: path
       !> The plan, and the same in words
       type(plan_t), intent(in) :: plan
       character(*), intent(in) :: text
+      !> Measures that have a column, [measure_count]
+      logical, intent(in) :: there(:)
       !> Set when a part cannot be read
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -240,7 +250,7 @@ contains
       integer :: number, i, first, held
       logical :: is_good
 
-      call make_columns(group, plan, cases, parameters, measures)
+      call make_columns(group, plan, there, cases, parameters, measures)
       associate (room => max(most_rows, plan%part_cases))
          allocate (values(room, size(plan%axes)), rows(room, measure_count))
       end associate
@@ -272,7 +282,7 @@ contains
             call parameters(n)%put(first, values(:held, n))
          end do
          do n = 1, measure_count
-            call measures(n)%put(first, rows(:held, n))
+            if (there(n)) call measures(n)%put(first, rows(:held, n))
          end do
          first = first + held
          held = 0
@@ -281,9 +291,11 @@ contains
    end subroutine write_rows
 
    !> The columns of /sweep, empty.
-   subroutine make_columns(group, plan, cases, parameters, measures)
+   subroutine make_columns(group, plan, there, cases, parameters, measures)
       type(quantity_group_t), intent(in) :: group
       type(plan_t), intent(in) :: plan
+      !> Measures that have one, [measure_count]
+      logical, intent(in) :: there(:)
       type(hdf5_column_t), intent(out) :: cases
       !> In the order of the axes
       type(hdf5_column_t), intent(out) :: parameters(:)
@@ -301,6 +313,7 @@ contains
          end associate
       end do
       do k = 1, measure_count
+         if (.not. there(k)) cycle
          associate (measure => measure_table(k))
             measures(k) = group%put_column(trim(measure%name), plan%cases, measure%quantity, measure%meaning, &
                measure%is_whole, 'case')

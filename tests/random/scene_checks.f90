@@ -236,6 +236,7 @@ contains
       tally%events = tally%events + size(tau)
       probe = scene
       probe%wants_frequencies = .false.
+      probe%stress%history = .true.
       associate (output => probe%output)
          output%history = .true.
          output%energy = .true.
@@ -256,9 +257,32 @@ contains
             complaint = complaint//'other instants with other outputs; '
       end if
       if (scene%response%method == method_exact) call check_shares(file, response, complaint)
+      if (scene%response%method == method_exact .and. scene%wants_stress) call check_moments(response, complaint)
       call check_motion(probe, model, response, complaint)
       call check_events(scene, response, complaint)
    end subroutine look_closely
+
+   !> No sample of a moment lies beyond the extremes that were found without samples.
+   subroutine check_moments(response, complaint)
+      !> The motion
+      type(response_t), intent(in) :: response
+      !> Gets what is wrong
+      character(:), allocatable, intent(inout) :: complaint
+
+      real(wp), parameter :: share = 3.0e-6_wp
+      integer :: p
+
+      do p = 1, size(response%moments)
+         associate (record => response%moments(p))
+            associate (scale => maxval(abs(response%moments%greatest)) + maxval(abs(response%moments%least)))
+               call limit('a moment exceeds its greatest by', maxval(record%moment) - record%greatest, share*scale, &
+                  complaint)
+               call limit('a moment falls below its least by', record%least - minval(record%moment), share*scale, &
+                  complaint)
+            end associate
+         end associate
+      end do
+   end subroutine check_moments
 
    !> Instants around events, in the order of time.
    pure function instants_near(tau, duration) result(instants)

@@ -163,6 +163,11 @@ contains
       else
          draft%count = 0
          call draw_group(names, 'statements', 1.0_wp, draft)
+         return
+      end if
+      if (choice < 0.95_wp .and. chance(0.25_wp)) then
+         call put(draft, 'stress', '', '')
+         call draw_group(names, 'stress', 0.5_wp, draft)
       end if
    end subroutine draw_scene
 

@@ -1,0 +1,137 @@
+!> Bending moment and stress at places of the beam, whatever the method: what makes them of its state and its loads, and
+!> what is kept of them (docs/theory.md, section 19).
+!>
+!> Scales: moments as Pbar times L, stresses in E D/L.
+module moment_places
+   use applied_loads, only: applied_loads_t
+   use beam_loads, only: moment_of_line_load, moment_of_point_load, moment_weights, moment_weights_t
+   use beam_model, only: beam_model_t
+   use beam_section, only: inertia, outer_fibre
+   use kinds, only: lambda1_power4, wp
+   use response_types, only: moment_record_t, response_t
+   use run_settings, only: run_settings_t
+   implicit none (type, external)
+   private
+   public :: moment_places_t, gather_places, open_moments, enter_moment, finish_moments
+
+   !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + what damps in proportion to the mass) + what each
+   !> load acts on the stretch of the beam beside it.
+   type :: moment_places_t
+      !> [order, places]
+      real(wp), allocatable :: stiffness(:, :)
+      real(wp), allocatable :: mass(:, :)
+      !> Per unit of its course, [loads, places]
+      real(wp), allocatable :: load(:, :)
+   end type moment_places_t
+
+contains
+
+   !> Weights at all places.
+   pure subroutine gather_places(model, settings, loads, places)
+      type(beam_model_t), intent(in) :: model
+      !> It asks for moments
+      type(run_settings_t), intent(in) :: settings
+      !> What acts on the beam; none where its count is 0
+      type(applied_loads_t), intent(in) :: loads
+      type(moment_places_t), intent(out) :: places
+
+      type(moment_weights_t) :: weights
+      real(wp) :: unit
+      integer :: forces, g, i, p
+
+      ! of E Ibar D/L^2
+      unit = settings%height_ratio/lambda1_power4
+      forces = 0
+      if (allocated(settings%forces)) forces = size(settings%forces)
+      associate (x => settings%stress%position, order => model%mass%order)
+         allocate (places%stiffness(order, size(x)), places%mass(order, size(x)))
+         allocate (places%load(loads%count, size(x)), source=0.0_wp)
+         do p = 1, size(x)
+            weights = moment_weights(model, x(p))
+            places%stiffness(:, p) = unit*weights%stiffness
+            places%mass(:, p) = settings%height_ratio*weights%mass
+            do g = 1, forces
+               associate (force => settings%forces(g))
+                  if (allocated(force%position)) then
+                     places%load(g, p) = sum([(moment_of_point_load(model, x(p), force%position(i)), &
+                        i=1, size(force%position))])
+                  else
+                     places%load(g, p) = moment_of_line_load(model, x(p), force%stretch(1), force%stretch(2))
+                  end if
+               end associate
+            end do
+            places%load(:forces, p) = 3.0_wp*unit*places%load(:forces, p)
+            places%load(forces + 1:, p) = settings%height_ratio*weights%base
+         end do
+      end associate
+   end subroutine gather_places
+
+   !> Room for what is kept.
+   pure subroutine open_moments(model, settings, samples, response)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> Samples beyond the one at the start
+      integer, intent(in) :: samples
+      !> Other histories have their room
+      type(response_t), intent(inout) :: response
+
+      integer :: i, p
+
+      if (.not. allocated(settings%stress)) return
+      associate (x => settings%stress%position)
+         allocate (response%moments(size(x)))
+         response%moments%position = x
+         do p = 1, size(x)
+            associate (moment => response%moments(p), fibre => outer_fibre(model%section, 1.0_wp - x(p)), &
+               own => inertia(model%section, 1.0_wp - x(p)))
+               moment%has_stress = fibre > 0.0_wp .or. own <= 0.0_wp
+               ! where a section tapers off to a point the moment does so faster
+               if (own > 0.0_wp) moment%stress_ratio = lambda1_power4*fibre/own
+               if (settings%stress%history) allocate (moment%moment(samples + 1), source=0.0_wp)
+            end associate
+         end do
+      end associate
+      if (.not. settings%stress%history .or. allocated(response%tau)) return
+      allocate (response%tau, source=[(real(i, wp)*settings%response%step, i=0, samples)])
+   end subroutine open_moments
+
+   !> A value at an instant.
+   elemental subroutine enter_moment(moment, value, tau)
+      type(moment_record_t), intent(inout) :: moment
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: tau
+
+      if (value > moment%greatest) then
+         moment%greatest = value
+         moment%greatest_tau = tau
+      end if
+      if (value < moment%least) then
+         moment%least = value
+         moment%least_tau = tau
+      end if
+   end subroutine enter_moment
+
+   !> The end of the run: what all places tell together goes into its measures.
+   pure subroutine finish_moments(response)
+      type(response_t), intent(inout) :: response
+
+      integer :: p
+
+      if (.not. (allocated(response%moments) .and. allocated(response%measures))) return
+      associate (moments => response%moments, measures => response%measures)
+         measures%has_moment = .true.
+         measures%greatest_moment = max(maxval(moments%greatest), maxval(-moments%least))
+         measures%has_stress = all(moments%has_stress)
+         if (.not. measures%has_stress) return
+         measures%stress_range = maxval(moments%stress_ratio*(moments%greatest - moments%least))
+         p = maxloc(moments%stress_ratio*max(moments%greatest, -moments%least), dim=1)
+         associate (moment => moments(p))
+            measures%greatest_stress = moment%stress_ratio*max(moment%greatest, -moment%least)
+            measures%greatest_stress_tau = merge(moment%greatest_tau, moment%least_tau, &
+               moment%greatest >= -moment%least)
+            measures%greatest_stress_position = moment%position
+         end associate
+      end associate
+   end subroutine finish_moments
+
+end module moment_places

@@ -1,0 +1,94 @@
+!> Bending moments of a Newmark run: of each state, from displacements, velocities and accelerations of its degrees of
+!> freedom, with nothing of modes (docs/theory.md, section 19). Between the ends of steps they go on straight lines.
+module newmark_moments
+   use beam_model, only: beam_model_t
+   use kinds, only: wp
+   use load_courses, only: value_at
+   use moment_places, only: enter_moment, gather_places
+   use newmark_several_run, only: instant_of, several_run_t
+   use response_types, only: response_t
+   use run_settings, only: run_settings_t
+   use skyline_matrix, only: multiply, solve_factorised
+   implicit none (type, external)
+   private
+   public :: start_moments, measure_moments, sample_moments
+
+contains
+
+   !> Weights, and room for what is kept.
+   pure subroutine start_moments(model, settings, response, run)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> Its moments have room, if any are asked for
+      type(response_t), intent(in) :: response
+      !> Its loads are ready
+      type(several_run_t), intent(inout) :: run
+
+      real(wp) :: share
+
+      if (.not. allocated(response%moments)) return
+      run%moments = response%moments
+      call gather_places(model, settings, run%loads, run%places)
+      associate (scheme => settings%response, step => run%stepper%step)
+         ! what M* has more than M, in K
+         share = step*(2.0_wp*settings%zeta*(scheme%newmark_gamma - 0.5_wp) &
+            + (scheme%newmark_beta - 0.5_wp*scheme%newmark_gamma)*step)
+         run%places%mass = run%places%mass + share*run%places%stiffness
+      end associate
+      run%mass_damping = 2.0_wp*settings%zeta_mass
+      run%damps_modes = allocated(settings%mode_ratios)
+   end subroutine start_moments
+
+   !> Moments of the present state.
+   pure function moments_now(run) result(moment)
+      type(several_run_t), intent(in) :: run
+      real(wp) :: moment(size(run%moments))
+
+      real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
+      integer :: g
+
+      associate (state => run%states(run%now), stepper => run%stepper, n => run%stepper%order)
+         associate (y => state%beam%displacement(1:n), v => state%beam%velocity(1:n), &
+            a => state%beam%acceleration(1:n))
+            accelerated = a + run%mass_damping*v
+            strained = y + stepper%double_zeta*v
+            if (run%damps_modes) then
+               ! the damping of each mode acts all along the beam, like the mass
+               call multiply(stepper%damping, v, damped)
+               call solve_factorised(stepper%mass_factors, damped)
+               accelerated = a + damped
+               strained = y
+            end if
+         end associate
+         moment = matmul(strained, run%places%stiffness) + matmul(accelerated, run%places%mass)
+         do g = 1, run%loads%count
+            moment = moment + value_at(run%loads%course(g), state%load_tau)*run%places%load(g, :)
+         end do
+      end associate
+   end function moments_now
+
+   !> Do those of the present state go beyond the extremes so far?
+   pure subroutine measure_moments(run)
+      type(several_run_t), intent(inout) :: run
+
+      if (.not. (allocated(run%moments) .and. run%keeps_measures)) return
+      call enter_moment(run%moments, moments_now(run), instant_of(run))
+   end subroutine measure_moments
+
+   !> A sample.
+   pure subroutine sample_moments(run, sample)
+      type(several_run_t), intent(inout) :: run
+      !> Its place in the histories
+      integer, intent(in) :: sample
+
+      real(wp), allocatable :: moment(:)
+      integer :: p
+
+      if (.not. allocated(run%moments)) return
+      allocate (moment, source=moments_now(run))
+      do p = 1, size(run%moments)
+         if (allocated(run%moments(p)%moment)) run%moments(p)%moment(sample) = moment(p)
+      end do
+   end subroutine sample_moments
+
+end module newmark_moments

@@ -1,0 +1,66 @@
+!> The group of bending moments and stresses in a results file: extremes at each place, and histories.
+module stress_groups
+   use kinds, only: wp
+   use quantity_groups, only: quantity_group_t
+   use response_types, only: moment_record_t
+   implicit none (type, external)
+   private
+   public :: write_stress
+
+contains
+
+   !> A list over the places for each extreme, a table over instants for each history.
+   subroutine write_stress(group, moments, tau)
+      type(quantity_group_t), intent(in) :: group
+      !> In the scene's order
+      type(moment_record_t), intent(in) :: moments(:)
+      !> Sample times; histories have no place without them
+      real(wp), contiguous, intent(in), optional :: tau(:)
+
+      character(*), parameter :: along = 'position'
+      logical :: has_stress
+      integer :: p
+
+      has_stress = all(moments%has_stress)
+      call group%attribute('sign', 'a moment is positive where it bends the beam upwards; the stress is that of the ' &
+         //'outer fibre below the axis, moment times its distance over the second moment of area, positive in ' &
+         //'tension; above the axis it is the opposite')
+      call group%attribute('damping', 'both with the share that stiffness-proportional damping has')
+      call group%put(along, [moments%position], 'length', 'places{, x/L}', is_scale=.true.)
+      ! without measures nothing was looked for
+      if (all(moments%greatest >= moments%least)) then
+         call add_extreme('greatest', [moments%greatest], [moments%greatest_tau])
+         call add_extreme('least', [moments%least], [moments%least_tau])
+      end if
+      if (.not. (present(tau) .and. all([(allocated(moments(p)%moment), p=1, size(moments))]))) return
+      call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
+      call add_history('moment', [(moments(p)%moment, p=1, size(moments))], 'bending moment{, Pbar L}')
+      if (has_stress) call add_history('stress', [(moments(p)%stress_ratio*moments(p)%moment, p=1, size(moments))], &
+         'stress{, in E D/L}')
+
+   contains
+
+      !> Of all places.
+      subroutine add_extreme(which, values, instants)
+         character(*), intent(in) :: which
+         !> Moments
+         real(wp), intent(in) :: values(:)
+         real(wp), intent(in) :: instants(:)
+
+         call group%put(which//'_moment', values, 'moment', which//' bending moment{, Pbar L}', along)
+         if (has_stress) call group%put(which//'_stress', moments%stress_ratio*values, 'stress', &
+            which//' stress{, in E D/L}', along)
+         call group%put(which//'_tau', instants, 'time', 'instant of the '//which//'{, tau}', along)
+      end subroutine add_extreme
+
+      !> Of all places, place after place.
+      subroutine add_history(name, values, meaning)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: values(:)
+         character(*), intent(in) :: meaning
+
+         call group%put(name, reshape(values, [size(tau), size(moments)]), name, meaning, ['tau     ', along])
+      end subroutine add_history
+   end subroutine write_stress
+
+end module stress_groups
