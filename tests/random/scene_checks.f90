@@ -372,7 +372,9 @@ contains
       real(wp) :: unit
 
       if (scene%start%kind /= start_pull .or. allocated(response%energy%work)) then
-         unit = 1.0_wp + greatest_preload(scene) + maxval(abs(response%history(eta_tip)%values))
+         ! a tip that is held tells nothing of how far loads bend the beam
+         unit = 1.0_wp + greatest_preload(scene) + maxval(abs(response%history(eta_tip)%values)) &
+            + sqrt(maxval(response%energy%strain))
          return
       end if
       unit = (1.0_wp + greatest_preload(scene)) &
