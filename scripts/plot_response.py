@@ -19,7 +19,11 @@ PANELS = {
     "displacement": ("eta_stop", r"displacement $\eta$", r"displacement $y - d$"),
     "velocity": ("velocity_stop", r"velocity $\mathrm{d}\eta/\mathrm{d}\tau$", r"velocity $\mathrm{d}y/\mathrm{d}t$"),
     "force": ("contact_force", r"contact force $\bar{P}$", r"contact force $P$"),
+    "moment": ("moment", r"bending moment, in $\bar{P} L$", r"bending moment $M$"),
+    "stress": ("stress", r"stress $\sigma$, in $E D/L$", r"stress $\sigma$"),
 }
+# Those of places along the beam
+OF_PLACES = ("moment", "stress")
 # Each history, and the panel that it belongs to
 RECORDS = {"eta_stop": "displacement", "eta_tip": "displacement", "velocity_stop": "velocity", "contact_force": "force"}
 OF_SURFACES = {"eta": "displacement", "velocity": "velocity", "force": "force"}
@@ -54,13 +58,18 @@ class Response:
             self.title = plots.title_of(file)
             self.wanted = wanted
             recorded = [name for name in RECORDS if plots.has(group, name)]
-            if not recorded:
+            of_places = [name for name in OF_PLACES if "stress" in file and plots.has(file["stress"], name)]
+            if not recorded and not of_places:
                 raise plots.Unplottable(f"{path}: {NOTHING_RECORDED}")
             self.tau = self.values(group, "tau")
             self.curves = {name: self.values(group, name) for name in recorded}
             # the unit of each kind of quantity, as it is read
             self.units = {"time": plots.unit_of(group, "tau", wanted)}
             self.units.update({RECORDS[name]: plots.unit_of(group, name, wanted) for name in recorded})
+            if of_places:
+                self.places = plots.values_of(file["stress"], "position", "dimensionless")
+            self.of_places = {name: self.values(file["stress"], name) for name in of_places}
+            self.units.update({name: plots.unit_of(file["stress"], name, wanted) for name in of_places})
             self.surfaces = self.read_surfaces(file["surfaces"]) if "surfaces" in file else []
             self.shown = self.find_shown()
             self.impacts = self.read_impacts(file["events"]) if "events" in file else []
@@ -80,6 +89,7 @@ class Response:
         """The greatest size of a kind of quantity."""
         shown = [self.tau] if kind == "time" else [curve for name, curve in self.curves.items() if RECORDS[name] == kind]
         shown += [values for surface in self.surfaces for name, values in surface.histories.items() if OF_SURFACES[name] == kind]
+        shown += [values for name, values in self.of_places.items() if name == kind]
         return max((float(abs(values).max()) for values in shown if len(values)), default=0.0)
 
     def multiply(self, factors, units):
@@ -88,6 +98,7 @@ class Response:
         self.units.update(units)
         self.tau = self.tau * time
         self.curves = {name: curve * factors.get(RECORDS[name], 1.0) for name, curve in self.curves.items()}
+        self.of_places = {name: values * factors.get(name, 1.0) for name, values in self.of_places.items()}
         self.impacts = [(tau * time, eta * length) for tau, eta in self.impacts]
         self.contacts = [(start * time, end * time) for start, end in self.contacts]
         self.surfaces = [surface._replace(
@@ -121,7 +132,7 @@ class Response:
 
     def has(self, panel):
         """Was something recorded for this panel?"""
-        return PANELS[panel][0] in self.curves or (panel == "displacement" and "eta_tip" in self.curves)
+        return PANELS[panel][0] in self.curves or panel in self.of_places or (panel == "displacement" and "eta_tip" in self.curves)
 
     def tip_differs(self):
         """Is the tip another point than the stop?"""
@@ -271,14 +282,25 @@ def draw_sides(axes, response, panel):
                     facecolor="white", edgecolor="none", framealpha=0.8)
 
 
+def draw_places(axes, response, panel):
+    """Moment or stress at each place that was asked for."""
+    for number, (place, values) in enumerate(zip(response.places, response.of_places[panel])):
+        axes.plot(response.tau, values, color=plots.COLOURS[number % len(plots.COLOURS)],
+                  linestyle=plots.DASHES[number % len(plots.DASHES)], linewidth=0.8, label=f"$x/L$ = {place:g}")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.3 * (high - low))
+    axes.legend(fontsize=7, loc="upper right", ncol=4, columnspacing=1.0, handlelength=2.0, frameon=True,
+                facecolor="white", edgecolor="none", framealpha=0.8)
+
+
 def draw_several(response, panels):
     """A picture of one response with several stops: a panel for each point, then those of velocity and force."""
     points = {}
     if "displacement" in panels and "eta" in response.surfaces[0].histories:
         for surface in sorted(response.surfaces, key=lambda surface: -surface.position):
             points.setdefault(surface.position, []).append(surface)
-    others = [panel for panel in panels if panel != "displacement"
-              and ("velocity" if panel == "velocity" else "force") in response.surfaces[0].histories]
+    others = [panel for panel in panels if panel in response.of_places or (panel in ("velocity", "force")
+              and panel in response.surfaces[0].histories)]
     count = len(points) + len(others)
     if count == 0:
         raise plots.Unplottable(f"{response.path}: no {' nor '.join(panels)} was recorded")
@@ -290,7 +312,10 @@ def draw_several(response, panels):
     for axes, panel in zip(panes[len(points):], others):
         label_panel(axes, panel, response)
         axes.set_ylabel(axes.get_ylabel().replace(" $", "\n$", 1), fontsize=9)
-        draw_sides(axes, response, panel)
+        if panel in OF_PLACES:
+            draw_places(axes, response, panel)
+        else:
+            draw_sides(axes, response, panel)
     unit = "" if response.is_in_units() or not points else "; $y$ in units of $|y_c(0) - d|$"
     panes[0].set_title(response.title + unit)
     figure.align_ylabels(panes)
@@ -317,6 +342,8 @@ def draw_one(response, panels):
         if panel == "displacement":
             handles = draw_displacement(axes, response) + legend_of_signs(response)
             put_legend_above(axes, handles)
+        elif panel in OF_PLACES:
+            draw_places(axes, response, panel)
         else:
             axes.plot(response.tau, response.curves[PANELS[panel][0]], color="black", linewidth=0.8)
     figure.align_ylabels(grid[:, 0])

@@ -8,9 +8,9 @@ module newmark_several
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: i8, wp
    use load_settings, only: start_pull
+   use moment_places, only: finish_moments, open_moments
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
-   use moment_places, only: finish_moments, open_moments
    use newmark_moments, only: measure_moments, sample_moments, start_moments
    use newmark_motion, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_run, only: level_of, nowhere, whole_step

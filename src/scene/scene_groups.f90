@@ -14,7 +14,7 @@ module scene_groups
    use name_types, only: group_t, name_t, condition_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
-   use run_settings, only: method_names, name_length, output_settings_t, response_settings_t, stress_settings_t
+   use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
    use scene_types, only: contender_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
@@ -161,8 +161,7 @@ contains
          call table%open(group_t('response'), scene%wants_response)
          if (table%is_open) call list_response(table, scene%response, physical)
       case ('stress')
-         call table%open(group_t('stress'), scene%wants_stress)
-         if (table%is_open) call list_stress(table, scene%stress)
+         call list_stress(table, scene)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)
@@ -268,15 +267,17 @@ contains
          sweep=sweep_t(56, is_in_cases=.true.)))
    end subroutine list_response
 
-   subroutine list_stress(table, stress)
+   subroutine list_stress(table, scene)
       class(table_t), intent(inout) :: table
-      type(stress_settings_t), intent(inout) :: stress
+      type(scene_t), intent(inout) :: scene
 
-      call table%bind(stress%position, name_t('position', 'points over length where bending moment and stress at the ' &
+      call table%open(group_t('stress'), scene%wants_stress)
+      if (.not. table%is_open) return
+      call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and stress at the ' &
          //'outer fibre are asked for', range_t(0.0_wp, 1.0_wp), default='0, the root', &
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
-      if (.not. allocated(stress%position)) stress%position = [0.0_wp]
-      call table%bind(stress%history, name_t('history', 'histories of both at the sample times, besides extremes'))
+      if (.not. allocated(scene%stress%position)) scene%stress%position = [0.0_wp]
+      call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times, besides extremes'))
    end subroutine list_stress
 
    subroutine list_frequencies(table, frequencies)

@@ -2,6 +2,7 @@
 module sweep_resolve
    use kinds, only: i8, wp
    use lost_units, only: refuse_lost_units
+   use measure_list, only: measure_table
    use name_table, only: table_t
    use number_text, only: to_text
    use scene_beam, only: smallest_tip
@@ -46,6 +47,11 @@ contains
       end do
       if (scene%sweep%design == design_latin_hypercube .and. scene%sweep%count == 0) then
          call input%complain('sweep', 'design', 'needs count, the number of cases')
+      end if
+      if (scene%wants_best) then
+         if (measure_table(scene%best%measure)%is_of_stress .and. .not. scene%wants_stress) then
+            call input%complain('best', 'measure', 'needs &stress, which tells where')
+         end if
       end if
       call check_count(input, scene)
       call check_beams(input, scene)
