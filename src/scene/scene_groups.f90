@@ -273,11 +273,11 @@ contains
 
       call table%open(group_t('stress'), scene%wants_stress)
       if (.not. table%is_open) return
-      call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and stress at the ' &
-         //'outer fibre are asked for', range_t(0.0_wp, 1.0_wp), default='0, the root', &
+      call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and ' &
+         //'stress at the outer fibre are asked for', range_t(0.0_wp, 1.0_wp), default='0, the root', &
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
       if (.not. allocated(scene%stress%position)) scene%stress%position = [0.0_wp]
-      call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times, besides extremes'))
+      call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))
    end subroutine list_stress
 
    subroutine list_frequencies(table, frequencies)
