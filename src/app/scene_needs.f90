@@ -31,11 +31,42 @@ contains
       if (scene%wants_sweep) then
          workers = threads_for(threads, cases_of(scene%sweep))
          call add_sweep(scene, workers, need)
+         call add_tables(scene, workers, need)
       else
          if (scene%wants_frequencies) call add_frequencies(scene, need)
          if (scene%wants_response) call add_response(scene, need)
+         workers = 1
+         if (scene%wants_cases) workers = size(scene%cases%values)
+         call add_tables(scene, workers, need)
       end if
    end subroutine needs_of_scene
+
+   !> Tables of loads: as they are read and echoed, and what each run makes of them.
+   subroutine add_tables(scene, runs, need)
+      type(scene_t), intent(in) :: scene
+      !> So many at a time
+      integer, intent(in) :: runs
+      type(need_t), intent(inout) :: need
+
+      !> Measured
+      real(wp), parameter :: of_scene = 6.0_wp, of_run = 6.0_wp
+      real(wp) :: points
+      integer :: k
+
+      points = 0.0_wp
+      if (allocated(scene%forces)) then
+         do k = 1, size(scene%forces)
+            if (allocated(scene%forces(k)%course%time)) points = points + real(size(scene%forces(k)%course%time), wp)
+         end do
+      end if
+      if (allocated(scene%bases)) then
+         do k = 1, size(scene%bases)
+            if (allocated(scene%bases(k)%course%time)) points = points + real(size(scene%bases(k)%course%time), wp)
+         end do
+      end if
+      call add_need(need, bytes_of_number*points*(of_scene + of_run*real(runs, wp)), 'tables of ' &
+         //so_many(points)//' points', 'give &force and &base shorter tables')
+   end subroutine add_tables
 
    !> A table of frequencies: the greatest of its columns.
    subroutine add_frequencies(scene, need)

@@ -183,6 +183,8 @@ contains
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
 
+      !> An attribute of HDF5 has room for 64 kB
+      integer, parameter :: longest_attribute = 8000
       type(quantity_group_t) :: echoed
       character(:), allocatable :: name
       integer :: i
@@ -198,6 +200,8 @@ contains
             end if
             if (.not. allocated(entry%number)) then
                call echoed%attribute(entry%name, entry%text)
+            else if (size(entry%number) > longest_attribute) then
+               call echoed%add(entry%name, entry%number, 'none', 'values as the scene has them')
             else if (entry%is_list) then
                call echoed%attribute(entry%name, entry%number)
             else
