@@ -91,7 +91,7 @@ contains
       else
          words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
       end if
-      if (scene%zeta > 0.0_wp .or. scene%wants_response) words = words//', zeta = '//rounded(scene%zeta)
+      words = words//damping_in_words(scene)
       if (units%are_of_scene) then
          if (scene%tip_mass_ratio > 0.0_wp) words = words//', tip mass ' &
             //reading_in(units, 'mass', scene%tip_mass_ratio)
@@ -99,6 +99,27 @@ contains
          words = words//', mu = '//rounded(scene%tip_mass_ratio)
       end if
    end function beam_in_words
+
+   !> What damps it.
+   pure function damping_in_words(scene) result(words)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      integer, parameter :: most = 4
+      integer :: i
+
+      words = ''
+      if (allocated(scene%mode_ratios)) then
+         words = ', mode ratios'
+         do i = 1, min(size(scene%mode_ratios), most)
+            words = words//' '//rounded(scene%mode_ratios(i))
+         end do
+         if (size(scene%mode_ratios) > most) words = words//' ...'
+         return
+      end if
+      if (scene%zeta > 0.0_wp .or. scene%wants_response) words = ', zeta = '//rounded(scene%zeta)
+      if (scene%zeta_mass > 0.0_wp) words = words//', zeta_mass = '//rounded(scene%zeta_mass)
+   end function damping_in_words
 
    !> Where each stop is and its law: of the paper's one in a line, of others in two.
    subroutine print_stops(unit, scene, node_position)
