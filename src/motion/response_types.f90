@@ -7,6 +7,7 @@
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
+   use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
    public :: response_t, event_t, surface_record_t, moment_record_t, append_event, event_names
@@ -126,6 +127,8 @@ module response_types
       real(wp) :: stress_range = 0.0_wp
       !> Elements of the mesh
       integer :: mesh_elements = 0
+      !> Statistics of all surfaces together, [statistic_count]; unallocated: not asked for
+      real(wp), allocatable :: statistics(:)
    end type run_measures_t
 
    !> How many modes a run kept, and what a run of fewer of them told.
@@ -220,6 +223,8 @@ module response_types
       type(energy_t), allocatable :: energy
       !> Measures; unallocated: not asked for
       type(run_measures_t), allocatable :: measures
+      !> Statistics; unallocated: not asked for
+      type(run_statistics_t), allocatable :: statistics
       !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant],
       !> clamp first
       real(wp), allocatable :: shape_tau(:)

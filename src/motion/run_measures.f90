@@ -8,7 +8,7 @@
 module run_measures
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_status, measure_table, peak_count
+   use measure_list, only: first_statistic, measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       quiet_energy, response_t, run_measures_t
    use run_settings, only: stop_settings_t
@@ -400,6 +400,7 @@ contains
          row(findloc(name, 'stress_range', 1)) = measures%stress_range
       end if
       row(findloc(name, 'mesh_elements', 1)) = real(measures%mesh_elements, wp)
+      if (allocated(measures%statistics)) row(first_statistic:) = measures%statistics
    end function row_of
 
    !> Does the stop point arrive at the stop with this event?

@@ -1,6 +1,7 @@
 !> The phase of a beam among any number of surfaces: one set of closed ones, until the first of its signals falls to
 !> zero (docs/theory.md, section 17).
 module several_contacts
+   use block_statistics, only: take_events
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use contact_sets, only: moved_by, ready_for_losses
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
@@ -17,7 +18,9 @@ module several_contacts
    use several_measures, only: measure_surfaces
    use several_state, only: end_force, end_gap, find_load, free_state, move_alone, move_to, several_t, signal_of, &
       search_surface, take_over, whole_gap
+   use statistic_types, only: block_sums_t
    use surface_states, only: energy_in, indent, surface_state_t
+   use surface_statistics, only: take_phase
    implicit none (type, external)
    private
    public :: several_contacts_t
@@ -43,6 +46,8 @@ module several_contacts
       integer :: kept = 0
       !> Bending moments, where they are asked for
       type(moments_t) :: moments
+      !> What &statistics asks for; unallocated: nothing
+      type(block_sums_t), allocatable :: blocks
    contains
       procedure :: begin
       procedure :: find_end
@@ -425,6 +430,7 @@ contains
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
 
+      if (allocated(self%blocks)) call take_phase(self%now, motion%tau, self%search%time, self%blocks)
       if (.not. motion%measurer%is_wanted) return
       if (is_last) then
          call move_to(self%now, self%search%time, self%z_end, self%v_end)
@@ -462,6 +468,7 @@ contains
       type(response_t), intent(inout) :: response
 
       call follow_end(self%now, self%ended, self%ended_by, self%search, self%hop_tolerance, motion, response)
+      if (allocated(self%blocks)) call take_events(self%blocks, response)
    end subroutine follow
 
 end module several_contacts

@@ -2,6 +2,7 @@
 module several_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
+   use block_statistics, only: finish_statistics, open_blocks, take_events
    use contact_sets, only: set_store_t
    use damped_oscillators, only: make_oscillators
    use failures, only: fail, failure_t, status_bad_input
@@ -25,6 +26,7 @@ module several_start
    use several_measures, only: finish_surfaces
    use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
+   use statistic_types, only: block_sums_t
    use stop_surfaces, only: acting, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state
    implicit none (type, external)
@@ -104,9 +106,26 @@ contains
          end if
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
+         if (allocated(settings%statistics)) call open_statistics(settings, now, phase%blocks)
          call meet_at_start(now, settings%response%hop_tolerance, motion, response)
+         if (allocated(phase%blocks)) call take_events(phase%blocks, response)
       end associate
    end subroutine start_several
+
+   subroutine open_statistics(settings, now, blocks)
+      type(run_settings_t), intent(in) :: settings
+      type(several_t), intent(in) :: now
+      type(block_sums_t), allocatable, intent(out) :: blocks
+
+      logical :: yields(size(now%states))
+      integer :: pulled
+
+      yields(now%states%surface%number) = .not. now%states%is_rigid
+      pulled = 0
+      if (now%pulled > 0) pulled = now%states(now%pulled)%surface%number
+      allocate (blocks)
+      call open_blocks(settings, yields, pulled, blocks)
+   end subroutine open_statistics
 
    !> What acts on the beam, in its free modes.
    subroutine take_loads(model, modes, settings, now)
@@ -241,6 +260,7 @@ contains
       end do
       if (allocated(response%moments)) response%moments = phase%moments%records
       if (settings%output%measures) call finish_surfaces(phase%now, settings%response%duration, motion, response)
+      if (allocated(phase%blocks)) call finish_statistics(phase%blocks, response)
       call finish_moments(response)
    end subroutine finish_several
 

@@ -20,15 +20,15 @@ module several_state
    private
    public :: several_t, open_store, take_over, find_load, search_surface, signal_of, move_to, move_alone, free_state
    public :: force_terms, driven_terms, add_terms, ready_reaction
-   public :: end_gap, end_force, end_home, end_pull, whole_gap
+   public :: end_gap, end_force, end_home, end_pull, whole_gap, whole_tip
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
    integer, parameter :: end_gap = 1
    integer, parameter :: end_force = 2
    integer, parameter :: end_home = 3
    integer, parameter :: end_pull = 4
-   !> Ends nothing: the distance from a surface where that is home.
-   integer, parameter :: whole_gap = 5
+   !> End nothing: the distance from a surface where that is home, and the displacement of the tip, whichever it is.
+   integer, parameter :: whole_gap = 5, whole_tip = 6
 
    type :: several_t
       type(free_beam_t) :: beam
@@ -337,6 +337,7 @@ contains
       associate (set => self%set%drive, drive => self%drive)
          row = set%at%gaps + k
          if (kind == end_force) row = set%at%forces + k
+         if (kind == whole_tip) row = set%at%tip + 1
          terms%constant = factor*drive%constant(row) + of_rate*drive%slope(row)
          terms%slope = factor*drive%slope(row)
          allocate (terms%frequency, source=drive%frequency)
@@ -357,13 +358,17 @@ contains
 
       type(modal_signal_t), allocatable :: modal
 
-      associate (held => self%set%held, state => self%states(k))
+      associate (held => self%set%held)
          allocate (modal)
          select case (kind)
          case (end_force)
             modal = held%force(findloc(held%held, k, dim=1))
+         case (whole_tip)
+            call make_modal_signal(held%oscillators, held%static_tip, held%tip_value, modal)
+            modal%z = self%z
+            modal%v = self%v
          case (end_pull)
-            associate (stiff => state%spring%stiffness, viscous => state%spring%viscosity)
+            associate (stiff => self%states(k)%spring%stiffness, viscous => self%states(k)%spring%viscosity)
                call make_modal_signal(held%oscillators, stiff*held%static_gap(k), held%value(:, k), modal)
                modal%z = stiff*self%z + viscous*self%v
                modal%v = stiff*self%v + viscous*acceleration(held%oscillators, self%z, self%v)
@@ -388,12 +393,12 @@ contains
       type(exponential_signal_t), allocatable :: sum
 
       allocate (sum)
-      associate (set => self%set, state => self%states(k), exponent => self%set%joint%exponent)
+      associate (set => self%set, state => self%states(max(k, 1)), exponent => self%set%joint%exponent)
          allocate (sum%exponent, source=exponent)
          allocate (sum%place, source=set%place)
          select case (kind)
-         case (end_force)
-            call force_terms(self, k, sum%offset, sum%amplitude)
+         case (end_force, whole_tip)
+            call force_terms(self, merge(0, k, kind == whole_tip), sum%offset, sum%amplitude)
          case (end_pull)
             sum%offset = state%spring%stiffness*set%rest_gap(k)
             allocate (sum%amplitude, source=(state%spring%stiffness + state%spring%viscosity*exponent) &
@@ -426,7 +431,7 @@ contains
       sum%place = [sum%place(:slower), last, sum%place(slower + 1:)]
    end subroutine add_surface
 
-   !> The force of a closed surface where one yields.
+   !> The force of a closed surface where one yields; 0: not a force, but the displacement of the tip.
    pure subroutine force_terms(self, k, offset, amplitude)
       type(several_t), intent(in) :: self
       integer, intent(in) :: k
@@ -438,7 +443,10 @@ contains
 
       associate (set => self%set)
          place = findloc(set%pressed, k, dim=1)
-         if (place > 0) then
+         if (k == 0) then
+            offset = set%held%static_tip + sum(set%held%tip_value*set%rest)
+            allocate (amplitude, source=matmul(set%held%tip_value, set%joint%shape)*self%amplitude)
+         else if (place > 0) then
             offset = set%rest_force(place)
             allocate (amplitude, source=set%joint%force(place, :)*self%amplitude)
          else

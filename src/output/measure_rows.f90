@@ -59,7 +59,8 @@ contains
 
       do i = 1, measure_count
          if (names(i) == '') cycle
-         if (measure_table(i)%is_of_stress .and. all(ieee_is_nan(rows(i, :)))) cycle
+         if ((measure_table(i)%is_of_stress .or. measure_table(i)%is_statistic) .and. &
+            all(ieee_is_nan(rows(i, :)))) cycle
          if (measure_table(i)%is_whole) then
             call group%put(trim(names(i)), nint(rows(i, :)), measure_table(i)%meaning, along)
          else

@@ -6,6 +6,7 @@ module response_groups
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_blow, event_names, response_t, run_measures_t
    use run_measures, only: row_of
+   use statistic_groups, only: write_statistics
    use stress_groups, only: write_stress
    use surface_groups, only: names_of, write_surfaces
    implicit none (type, external)
@@ -30,6 +31,9 @@ contains
       if (allocated(response%energy)) call write_energy(group%part('energy'), response)
       if (allocated(response%measures)) call write_measures(group%part('measures'), response%measures, &
          allocated(response%surfaces))
+      if (allocated(response%statistics)) then
+         call write_statistics(group%part('statistics'), response%statistics, names_of(response%surfaces))
+      end if
       ! sample times that are not allocated are not present
       if (allocated(response%surfaces)) call write_surfaces(group%part('surfaces'), response%surfaces, response%tau)
       if (allocated(response%moments)) call write_stress(group%part('stress'), response%moments, response%tau)

@@ -17,6 +17,7 @@ module scene_groups
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
    use scene_types, only: contender_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
+   use statistics_groups, only: list_statistics, physical_statistics_t
    use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
    use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
    use value_rules, only: length_range, physical_range, range_t
@@ -42,6 +43,7 @@ module scene_groups
       type(physical_course_t), allocatable :: forces(:)
       type(physical_base_t), allocatable :: bases(:)
       type(physical_start_t) :: start
+      type(physical_statistics_t) :: statistics
       !> Unit of displacement; 0: not given
       real(wp) :: displacement_scale = 0.0_wp
       !> Duration and step of the response
@@ -62,11 +64,9 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(22) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
-      'mesh', &
-      'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', 'frequencies', &
-      'precision', &
-      'sweep', 'best', 'cases', 'statements', 'output']
+   character(*), parameter :: group_names(23) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
+      'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', 'statistics', &
+      'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
 
    ! What more than one name needs
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
@@ -140,12 +140,7 @@ contains
       case ('damping')
          call list_damping(table, scene, physical)
       case ('tip_mass')
-         call table%open(group_t('tip_mass', in_motion_and_benchmark))
-         call table%bind(scene%tip_mass_ratio, name_t('ratio', 'mu = tip mass over mass of the beam', &
-            range_t(0.0_wp, 1.0e6_wp), &
-            sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
-         call table%bind(physical%mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio', &
-            quantity='mass', sweep=sweep_t(name='tip_mass')))
+         call list_tip_mass(table, scene%tip_mass_ratio, physical%mass)
       case ('stop')
          call list_stops(table, scene, physical%stops)
       case ('support')
@@ -162,6 +157,8 @@ contains
          if (table%is_open) call list_response(table, scene%response, physical)
       case ('stress')
          call list_stress(table, scene)
+      case ('statistics')
+         call list_statistics(table, scene, physical%statistics)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)
@@ -187,6 +184,19 @@ contains
          if (table%is_open) call list_output(table, scene%output, scene%output_units)
       end select
    end subroutine list_group
+
+   subroutine list_tip_mass(table, ratio, mass)
+      class(table_t), intent(inout) :: table
+      real(wp), intent(inout) :: ratio
+      !> In the user's units
+      real(wp), intent(inout) :: mass
+
+      call table%open(group_t('tip_mass', in_motion_and_benchmark))
+      call table%bind(ratio, name_t('ratio', 'mu = tip mass over mass of the beam', range_t(0.0_wp, 1.0e6_wp), &
+         sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
+      call table%bind(mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio', quantity='mass', &
+         sweep=sweep_t(name='tip_mass')))
+   end subroutine list_tip_mass
 
    subroutine list_damping(table, scene, physical)
       class(table_t), intent(inout) :: table

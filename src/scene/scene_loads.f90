@@ -19,9 +19,9 @@ module scene_loads
    public :: choose_start, find_displacement_unit, resolve_loads
 
    !> Groups, and their names that only the unit of displacement makes ratios.
-   character(*), parameter :: names_in_units(2, 4) = reshape([character(64) :: 'stop', 'surface_height clearance', &
+   character(*), parameter :: names_in_units(2, 5) = reshape([character(64) :: 'stop', 'surface_height clearance', &
       'force', 'amplitude', 'base', 'amplitude gravity', &
-      'start', 'velocity displacement height displacements velocities'], [2, 4])
+      'start', 'velocity displacement height displacements velocities', 'statistics', 'force_threshold'], [2, 5])
 
    !> Times and values of tables.
    type(range_t), parameter :: table_range = range_t(-1.0e20_wp, 1.0e20_wp)
@@ -110,9 +110,10 @@ contains
 
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal .and. &
          (scene%has_forces .or. scene%has_bases .or. scene%start%kind /= start_pull .or. scene%zeta_mass > 0.0_wp .or. &
-         allocated(scene%mode_ratios) .or. scene%wants_stress)) call input%complain('stop', 'impulse', &
-         'goes with a beam that is pulled away and left alone, damped in proportion to its stiffness, without ' &
-         //"&stress; else take 'momentum'")
+         allocated(scene%mode_ratios) .or. scene%wants_stress .or. scene%wants_statistics)) then
+         call input%complain('stop', 'impulse', 'goes with a beam that is pulled away and left alone, damped in ' &
+            //"proportion to its stiffness, without &stress and &statistics; else take 'momentum'")
+      end if
       lacking = first_in_units(table)
       if (lacking > 0 .and. scene%scales%displacement <= 0.0_wp) then
          associate (group => table%groups(table%entries(lacking)%group))

@@ -16,6 +16,7 @@ module scene_resolve
    use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
+   use scene_statistics, only: resolve_statistics
    use scene_stops, only: resolve_stops, resolve_supports
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
@@ -92,6 +93,7 @@ contains
       if (input%has_problem()) return
       call resolve_loads(input, table, physical, scene)
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
+      if (scene%wants_statistics) call resolve_statistics(input, table, physical%statistics, scene)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
       if (input%has_problem()) return

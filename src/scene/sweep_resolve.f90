@@ -51,6 +51,8 @@ contains
       if (scene%wants_best) then
          if (measure_table(scene%best%measure)%is_of_stress .and. .not. scene%wants_stress) then
             call input%complain('best', 'measure', 'needs &stress, which tells where')
+         else if (measure_table(scene%best%measure)%is_statistic .and. .not. scene%wants_statistics) then
+            call input%complain('best', 'measure', 'needs &statistics')
          end if
       end if
       call check_count(input, scene)

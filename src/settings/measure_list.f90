@@ -3,7 +3,7 @@
 module measure_list
    implicit none (type, external)
    private
-   public :: measure_table, measure_count, measure_named, measure_status, measure_quiet, peak_count
+   public :: measure_table, measure_count, measure_named, measure_status, measure_quiet, peak_count, first_statistic
 
    type :: measure_t
       !> Its column in a sweep
@@ -22,6 +22,8 @@ module measure_list
       logical :: is_of_surface = .false.
       !> Only a scene with &stress has it
       logical :: is_of_stress = .false.
+      !> Only one with &statistics has it
+      logical :: is_statistic = .false.
    end type measure_t
 
    type(measure_t), parameter :: measure_table(*) = [ &
@@ -75,12 +77,43 @@ module measure_list
       'and at', '{x/L~x} =', is_of_stress=.true.), &
       measure_t('stress_range', 'stress_range', 'greatest less least stress of a place, the greatest of all places: ' &
       //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', is_of_stress=.true.), &
-      measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.)]
+      measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.), &
+      measure_t('mean_force', '', 'mean force, which is the impulse over the time, that of impacts included', &
+      'force', .false., is_statistic=.true.), &
+      measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &
+      'force', .false., is_statistic=.true.), &
+      measure_t('maximum_force', '', 'greatest force; with restitution there is none', &
+      'force', .false., is_statistic=.true.), &
+      measure_t('mean_contact_force', '', 'mean force over the time in contact, without impulses', &
+      'force', .false., is_statistic=.true.), &
+      measure_t('rms_contact_force', '', 'RMS force over the time in contact; with restitution there is none', &
+      'force', .false., is_statistic=.true.), &
+      measure_t('impact_rate', '', 'impacts over time', 'rate', .false., is_statistic=.true.), &
+      measure_t('mean_impact_velocity', '', 'mean velocity with which impacts begin', &
+      'velocity', .false., is_statistic=.true.), &
+      measure_t('maximum_impact_velocity', '', 'the greatest', 'velocity', .false., is_statistic=.true.), &
+      measure_t('mean_impulse', '', 'mean impulse of an impact, with those that belong to it', &
+      'impulse', .false., is_statistic=.true.), &
+      measure_t('maximum_impulse', '', 'the greatest', 'impulse', .false., is_statistic=.true.), &
+      measure_t('contact_time', '', 'time in contact', 'time', .false., is_statistic=.true.), &
+      measure_t('contact_share', '', 'share of time in contact', 'number', .false., is_statistic=.true.), &
+      measure_t('mean_displacement', '', 'mean displacement of the stop point, up from the unstressed beam', &
+      'displacement', .false., is_statistic=.true.), &
+      measure_t('rms_displacement', '', 'its RMS value', 'displacement', .false., is_statistic=.true.), &
+      measure_t('minimum_displacement', '', 'its least', 'displacement', .false., is_statistic=.true.), &
+      measure_t('maximum_displacement', '', 'its greatest', 'displacement', .false., is_statistic=.true.), &
+      measure_t('mean_tip', '', 'mean displacement of the tip, up from the unstressed beam', &
+      'displacement', .false., is_statistic=.true.), &
+      measure_t('rms_tip', '', 'its RMS value', 'displacement', .false., is_statistic=.true.), &
+      measure_t('minimum_tip', '', 'its least', 'displacement', .false., is_statistic=.true.), &
+      measure_t('maximum_tip', '', 'its greatest', 'displacement', .false., is_statistic=.true.)]
 
    integer, parameter :: measure_count = size(measure_table)
    !> Those that the program itself asks for by name
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
    integer, parameter :: measure_quiet = findloc(measure_table%name, 'quiet_tau', dim=1)
+   !> After it all are statistics
+   integer, parameter :: first_statistic = findloc(measure_table%is_statistic, .true., dim=1)
    !> Rebounds whose peaks are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
 

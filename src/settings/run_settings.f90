@@ -9,6 +9,7 @@ module run_settings
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
+   public :: statistics_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
    public :: stop_released_from
    public :: side_below, side_above, side_both, side_names
@@ -126,6 +127,21 @@ module run_settings
       logical :: history = .true.
    end type stress_settings_t
 
+   !> &statistics
+   type :: statistics_settings_t
+      !> What of the run counts, tau; no end: that of the run
+      real(wp) :: start = 0.0_wp
+      real(wp) :: end = huge(1.0_wp)
+      !> Blocks of equal length, from whose differences error bars follow
+      integer :: blocks = 10
+      !> Meetings not later than this after the end of the one before are one impact with it, tau
+      real(wp) :: rest = 0.0_wp
+      !> Pbar below which a meeting with a stop that yields is no impact
+      real(wp) :: threshold = 0.0_wp
+      !> Of the histogram of impacts
+      integer :: classes = 20
+   end type statistics_settings_t
+
    type :: run_settings_t
       !> zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
@@ -151,6 +167,8 @@ module run_settings
       real(wp), allocatable :: mode_ratios(:)
       !> Unallocated: nowhere
       type(stress_settings_t), allocatable :: stress
+      !> What is asked of a part of the run; unallocated: nothing
+      type(statistics_settings_t), allocatable :: statistics
    end type run_settings_t
 
 contains

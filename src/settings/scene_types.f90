@@ -7,8 +7,8 @@ module scene_types
    use body_settings, only: mass_settings_t, root_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
-   use run_settings, only: name_length, output_settings_t, response_settings_t, stop_settings_t, &
-      stress_settings_t
+   use run_settings, only: name_length, output_settings_t, response_settings_t, statistics_settings_t, &
+      stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
@@ -272,6 +272,9 @@ module scene_types
       !> &response is there
       logical :: wants_response = .false.
       type(response_settings_t) :: response
+      !> &statistics is there
+      logical :: wants_statistics = .false.
+      type(statistics_settings_t) :: statistics
       !> &frequencies is there
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies

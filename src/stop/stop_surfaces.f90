@@ -28,7 +28,7 @@ module stop_surfaces
 contains
 
    !> Is it the paper's problem: one stop below the beam, of one of its two laws, released and left alone, damped in
-   !> proportion to its stiffness, without its stresses?
+   !> proportion to its stiffness, with neither stresses nor statistics?
    pure function is_plain(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -37,7 +37,7 @@ contains
          settings%stop%side == side_below .and. settings%stop%law /= law_spring_damper
       answer = answer .and. settings%start%kind == start_pull .and. .not. (allocated(settings%forces) .or. &
          allocated(settings%bases) .or. allocated(settings%mode_ratios) .or. settings%zeta_mass > 0.0_wp .or. &
-         allocated(settings%stress))
+         allocated(settings%stress) .or. allocated(settings%statistics))
    end function is_plain
 
    !> All stops of a run in the scene's order.

@@ -225,6 +225,7 @@ contains
       settings%has_stop = scene%has_stop
       settings%stop = scene%stop
       settings%response = scene%response
+      if (scene%wants_statistics) settings%statistics = scene%statistics
       settings%output = scene%output
       ! of a beam without stops there is the tip alone
       if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.

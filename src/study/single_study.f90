@@ -19,6 +19,7 @@ module single_study
    use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
+   use statistic_tables, only: print_statistics
    use stop_words, only: released_stop
    use study_job, only: job_t
    implicit none (type, external)
@@ -61,6 +62,9 @@ contains
       if (allocated(response) .and. scene%has_stop) then
          call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene))
          if (allocated(response%surfaces)) call print_surfaces(job%unit, response%surfaces, units_in(scene))
+         if (allocated(response%statistics)) then
+            call print_statistics(job%unit, response%statistics, response%surfaces, units_in(scene))
+         end if
       end if
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_single

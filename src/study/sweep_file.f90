@@ -179,7 +179,8 @@ contains
       type(scene_t), intent(in) :: scene
       logical :: answer(measure_count)
 
-      answer = scene%wants_stress .or. .not. measure_table%is_of_stress
+      answer = (scene%wants_stress .or. .not. measure_table%is_of_stress) .and. (scene%wants_statistics .or. .not. &
+         measure_table%is_statistic)
    end function is_there
 
    !> /best: the table, and what the refinement found.

@@ -129,6 +129,7 @@ contains
          if (chance(0.4_wp)) call draw_others(names, draft)
          call draw_response(names, draft)
          if (chance(0.3_wp)) call draw_loads(names, draft)
+         if (chance(0.25_wp)) call draw_statistics(names, draft)
          ! each of them is little used
          if (chance(0.9_wp)) call drop(draft, 'response', 'modes')
          if (chance(0.7_wp)) call drop(draft, 'damping', 'zeta_mass')
@@ -670,6 +671,26 @@ contains
          .true.)))))
    end subroutine draw_response
 
+   !> &statistics of a part of the run, mostly.
+   subroutine draw_statistics(names, draft)
+      type(name_t), intent(in) :: names(:)
+      type(draft_t), intent(inout) :: draft
+
+      real(wp) :: duration
+
+      call put(draft, 'statistics', '', '')
+      call draw_group(names, 'statistics', 0.4_wp, draft)
+      ! an impulse on a node alone is none of theirs
+      call drop(draft, 'stop', 'impulse')
+      if (has_name(draft, 'response', 'method')) call put(draft, 'response', 'method', '''exact''')
+      duration = number_of(draft, 'response', 'duration')
+      if (has_name(draft, 'statistics', 'start')) call put(draft, 'statistics', 'start', to_text(0.5_wp*duration*number()))
+      if (has_name(draft, 'statistics', 'end')) call put(draft, 'statistics', 'end', &
+         to_text(duration*(0.6_wp + 0.4_wp*number())))
+      if (has_name(draft, 'statistics', 'rest') .and. chance(0.7_wp)) call put(draft, 'statistics', 'rest', &
+         to_text(0.1_wp*duration*number()**4))
+   end subroutine draw_statistics
+
    !> Instants of shapes within the run.
    subroutine draw_instants(draft)
       !> The scene
@@ -895,6 +916,11 @@ contains
          call instead('stop', 'damper_ratio', 'damper', scene%stop%damper_ratio*stiffness*time)
          call instead('response', 'duration', 'duration_time', scene%response%duration*time)
          call instead('response', 'step', 'step_time', scene%response%step*time)
+         if (scene%wants_statistics) then
+            call instead('statistics', 'start', 'start_time', scene%statistics%start*time)
+            call instead('statistics', 'end', 'end_time', scene%statistics%end*time)
+            call instead('statistics', 'rest', 'rest_time', scene%statistics%rest*time)
+         end if
          if (allocated(scene%supports)) call instead('support_1', 'stiffness_ratio', 'stiffness', stiffness &
             *scene%supports(1)%stiffness_ratio*merge(scales%length**2, 1.0_wp, scene%supports(1)%motion == support_rotation))
          call instead('damping', 'zeta_mass', 'mass_coefficient', 2.0_wp*scene%zeta_mass/time)
@@ -1018,6 +1044,11 @@ contains
          list(scene%start%velocities))
       call take('response', 'duration', scene%response%duration)
       call take('response', 'step', scene%response%step)
+      if (scene%wants_statistics) then
+         call take('statistics', 'start', scene%statistics%start)
+         call take('statistics', 'end', scene%statistics%end)
+         call take('statistics', 'rest', scene%statistics%rest)
+      end if
 
    contains
 

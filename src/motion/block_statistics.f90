@@ -1,0 +1,396 @@
+!> Statistics of a run from what gathers block by block (docs/theory.md, section 20): sums as phases or steps end,
+!> impacts from events and contacts, and at the end quotients of sums with their error bars.
+module block_statistics
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   use measure_list, only: first_statistic, measure_named
+   use response_types, only: event_capture, event_contact, event_impact, response_t
+   use run_settings, only: run_settings_t
+   use statistic_types, only: block_sums_t, impact_t, low_displacement, low_tip, run_statistics_t, statistic_count, &
+      sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, sum_impacts, sum_impulse, &
+      sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, surface_sums_t, &
+      top_displacement, top_force, top_impulse, top_tip, top_velocity
+   use student, only: student_quantile
+   implicit none (type, external)
+   private
+   public :: open_blocks, take_events, take_contact, finish_blocks, finish_statistics
+
+   !> How a statistic follows from sums.
+   type :: form_t
+      character(24) :: name
+      !> Row on top; of a quotient the row below, else 0
+      integer :: top
+      integer :: bottom = 0
+      !> It is the root of the quotient
+      logical :: is_root = .false.
+   end type form_t
+
+   type(form_t), parameter :: forms(statistic_count) = [ &
+      form_t('mean_force', sum_impulse, sum_time), &
+      form_t('rms_force', sum_square_force, sum_time, .true.), &
+      form_t('maximum_force', top_force), &
+      form_t('mean_contact_force', sum_force, sum_contact), &
+      form_t('rms_contact_force', sum_square_force, sum_contact, .true.), &
+      form_t('impact_rate', sum_impacts, sum_time), &
+      form_t('mean_impact_velocity', sum_velocity, sum_impacts), &
+      form_t('maximum_impact_velocity', top_velocity), &
+      form_t('mean_impulse', sum_impact_impulse, sum_impacts), &
+      form_t('maximum_impulse', top_impulse), &
+      form_t('contact_time', sum_contact), &
+      form_t('contact_share', sum_contact, sum_time), &
+      form_t('mean_displacement', sum_displacement, sum_time), &
+      form_t('rms_displacement', sum_square_displacement, sum_time, .true.), &
+      form_t('minimum_displacement', low_displacement), &
+      form_t('maximum_displacement', top_displacement), &
+      form_t('mean_tip', sum_tip, sum_time), &
+      form_t('rms_tip', sum_square_tip, sum_time, .true.), &
+      form_t('minimum_tip', low_tip), &
+      form_t('maximum_tip', top_tip)]
+
+   integer, parameter :: tops(*) = [top_force, top_velocity, top_impulse, top_displacement, top_tip]
+   integer, parameter :: lows(*) = [low_displacement, low_tip]
+
+   !> What is not so likely to lie outside the error bars
+   real(wp), parameter :: confidence = 0.95_wp
+
+contains
+
+   !> Begin a run.
+   subroutine open_blocks(settings, yields, pulled, blocks)
+      !> With statistics
+      type(run_settings_t), intent(in) :: settings
+      !> Of each surface in the scene's order
+      logical, intent(in) :: yields(:)
+      !> Number of that from which the beam is released; 0: there is none
+      integer, intent(in) :: pulled
+      type(block_sums_t), intent(out) :: blocks
+
+      integer :: i, k
+      real(wp) :: end
+
+      associate (asked => settings%statistics)
+         end = min(asked%end, settings%response%duration)
+         allocate (blocks%edge(0:asked%blocks))
+         blocks%edge = [(asked%start + (end - asked%start)*real(i, wp)/real(asked%blocks, wp), i=0, asked%blocks)]
+         blocks%edge(asked%blocks) = end
+         blocks%rest = asked%rest
+         blocks%threshold = asked%threshold/settings%height_ratio
+         blocks%classes = asked%classes
+      end associate
+      blocks%force_scale = settings%height_ratio
+      blocks%pulled = pulled
+      allocate (blocks%surface(size(yields)))
+      do k = 1, size(yields)
+         call open_surface(yields(k), blocks%edge, blocks%surface(k))
+      end do
+      call open_surface(.true., blocks%edge, blocks%tip)
+   end subroutine open_blocks
+
+   subroutine open_surface(yields, edge, surface)
+      logical, intent(in) :: yields
+      !> [0:blocks]
+      real(wp), intent(in) :: edge(0:)
+      type(surface_sums_t), intent(inout) :: surface
+
+      integer :: blocks
+
+      blocks = ubound(edge, 1)
+      surface%yields = yields
+      allocate (surface%sums(sum_count, blocks), source=0.0_wp)
+      surface%sums(sum_time, :) = edge(1:) - edge(:blocks - 1)
+      surface%sums(top_displacement, :) = -huge(1.0_wp)
+      surface%sums(top_tip, :) = -huge(1.0_wp)
+      surface%sums(lows, :) = huge(1.0_wp)
+      allocate (surface%impacts(16))
+   end subroutine open_surface
+
+   !> The block to which an instant belongs; 0: to none.
+   pure integer function block_at(blocks, tau)
+      type(block_sums_t), intent(in) :: blocks
+      real(wp), intent(in) :: tau
+
+      integer :: last
+
+      last = ubound(blocks%edge, 1)
+      block_at = 0
+      if (tau < blocks%edge(0) .or. tau > blocks%edge(last)) return
+      block_at = min(count(blocks%edge <= tau), last)
+   end function block_at
+
+   !> Impacts begin with events, and their impulses are those of them.
+   subroutine take_events(blocks, response)
+      type(block_sums_t), intent(inout) :: blocks
+      !> All events after those that were seen are new
+      type(response_t), intent(in) :: response
+
+      integer :: block, i
+
+      do i = blocks%seen + 1, response%event_count
+         associate (event => response%events(i), surface => blocks%surface(response%events(i)%surface))
+            block = block_at(blocks, event%tau)
+            if (any(event%kind == [event_impact, event_capture, event_contact])) then
+               call meet(surface, event%tau, blocks%rest, abs(event%velocity_before), block > 0)
+            end if
+            if (.not. event%impulse > 0.0_wp) cycle
+            if (surface%count == 0) call meet(surface, event%tau, blocks%rest, 0.0_wp, .false.)
+            associate (impact => surface%impacts(surface%count))
+               impact%until = event%tau
+               if (block == 0) cycle
+               impact%impulse = impact%impulse + event%impulse
+               surface%sums(sum_impulse, block) = surface%sums(sum_impulse, block) + event%impulse
+            end associate
+         end associate
+      end do
+      blocks%seen = response%event_count
+   end subroutine take_events
+
+   !> The beam is on a surface: with a new impact, if the last one is over.
+   subroutine meet(surface, tau, rest, velocity, is_within)
+      type(surface_sums_t), intent(inout) :: surface
+      real(wp), intent(in) :: tau
+      !> Length of a pause that ends an impact
+      real(wp), intent(in) :: rest
+      real(wp), intent(in) :: velocity
+      !> It is within the blocks
+      logical, intent(in) :: is_within
+
+      type(impact_t), allocatable :: larger(:)
+
+      if (surface%count > 0) then
+         if (tau - surface%impacts(surface%count)%until <= rest) return
+      end if
+      if (surface%count == size(surface%impacts)) then
+         allocate (larger(2*surface%count))
+         larger(:surface%count) = surface%impacts
+         call move_alloc(larger, surface%impacts)
+      end if
+      surface%count = surface%count + 1
+      surface%impacts(surface%count) = impact_t(tau=tau, until=tau, velocity=velocity, &
+         counts=is_within .and. velocity > 0.0_wp)
+   end subroutine meet
+
+   !> A contact, or a part of one within a block.
+   subroutine take_contact(surface, from, to, rest, block, integrals, greatest)
+      type(surface_sums_t), intent(inout) :: surface
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: to
+      !> Length of a pause that ends an impact
+      real(wp), intent(in) :: rest
+      !> 0: none
+      integer, intent(in) :: block
+      !> Of the force and of its square
+      real(wp), intent(in) :: integrals(2)
+      !> Force
+      real(wp), intent(in) :: greatest
+
+      call meet(surface, from, rest, 0.0_wp, .false.)
+      associate (impact => surface%impacts(surface%count))
+         impact%until = to
+         if (block == 0) return
+         impact%impulse = impact%impulse + integrals(1)
+         impact%force = max(impact%force, greatest)
+      end associate
+      associate (sums => surface%sums(:, block))
+         sums(sum_contact) = sums(sum_contact) + (to - from)
+         sums([sum_force, sum_square_force]) = sums([sum_force, sum_square_force]) + integrals
+         sums(sum_impulse) = sums(sum_impulse) + integrals(1)
+         sums(top_force) = max(sums(top_force), greatest)
+      end associate
+   end subroutine take_contact
+
+   !> What they tell goes into the response, and beside its measures.
+   subroutine finish_statistics(blocks, response)
+      type(block_sums_t), intent(inout) :: blocks
+      !> With its measures, if they are asked for
+      type(response_t), intent(inout) :: response
+
+      allocate (response%statistics)
+      call finish_blocks(blocks, response%statistics)
+      if (allocated(response%measures)) response%measures%statistics = response%statistics%value(:, 0)
+   end subroutine finish_statistics
+
+   !> The end of the run.
+   subroutine finish_blocks(blocks, statistics)
+      type(block_sums_t), intent(inout) :: blocks
+      type(run_statistics_t), intent(out) :: statistics
+
+      integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, low_displacement, top_displacement]
+      integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, low_tip, top_tip]
+      real(wp) :: whole(sum_count, size(blocks%tip%sums, 2))
+      logical :: is_missing(sum_count)
+      integer :: k, n
+
+      n = size(blocks%tip%sums, 2)
+      associate (surfaces => size(blocks%surface))
+         allocate (statistics%edge(0:n), source=blocks%edge)
+         allocate (statistics%value(statistic_count, 0:surfaces), statistics%half_width(statistic_count, 0:surfaces), &
+            statistics%in_block(statistic_count, n, 0:surfaces), statistics%class_edge(blocks%classes, surfaces), &
+            statistics%class_count(blocks%classes, surfaces))
+         allocate (statistics%yields(surfaces))
+         statistics%yields(:) = blocks%surface%yields
+         whole = blocks%tip%sums
+         do k = 1, surfaces
+            associate (surface => blocks%surface(k))
+               surface%sums(of_tip, :) = blocks%tip%sums(of_tip, :)
+               call count_impacts(blocks, surface)
+               call classify(blocks, surface, statistics%class_edge(:, k), statistics%class_count(:, k))
+               call scale_forces(blocks%force_scale, surface)
+               is_missing = .false.
+               is_missing([sum_square_force, top_force]) = .not. surface%yields
+               call find_statistics(surface%sums, is_missing, statistics%value(:, k), statistics%half_width(:, k), &
+                  statistics%in_block(:, :, k))
+               whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
+                  + surface%sums(sum_contact:sum_impact_impulse, :)
+               whole(top_force:top_impulse, :) = max(whole(top_force:top_impulse, :), &
+                  surface%sums(top_force:top_impulse, :))
+            end associate
+         end do
+         is_missing = .false.
+         is_missing([sum_square_force, top_force]) = .not. all(statistics%yields)
+         is_missing(of_stop) = blocks%pulled == 0
+         if (blocks%pulled > 0) whole(of_stop, :) = blocks%surface(blocks%pulled)%sums(of_stop, :)
+         call find_statistics(whole, is_missing, statistics%value(:, 0), statistics%half_width(:, 0), &
+            statistics%in_block(:, :, 0))
+      end associate
+   end subroutine finish_blocks
+
+   !> What impacts add to the sums of the blocks in which they begin.
+   subroutine count_impacts(blocks, surface)
+      type(block_sums_t), intent(in) :: blocks
+      type(surface_sums_t), intent(inout) :: surface
+
+      integer :: i
+
+      do i = 1, surface%count
+         associate (impact => surface%impacts(i))
+            impact%counts = impact%counts .and. (.not. surface%yields .or. impact%force >= blocks%threshold)
+            if (.not. impact%counts) cycle
+            associate (sums => surface%sums(:, block_at(blocks, impact%tau)))
+               sums([sum_impacts, sum_velocity, sum_impact_impulse]) = &
+                  sums([sum_impacts, sum_velocity, sum_impact_impulse]) + [1.0_wp, impact%velocity, impact%impulse]
+               sums([top_velocity, top_impulse]) = max(sums([top_velocity, top_impulse]), &
+                  [impact%velocity, impact%impulse])
+            end associate
+         end associate
+      end do
+   end subroutine count_impacts
+
+   !> The histogram of greatest forces, of a rigid surface of impulses.
+   subroutine classify(blocks, surface, edge, number)
+      type(block_sums_t), intent(in) :: blocks
+      type(surface_sums_t), intent(in) :: surface
+      !> Upper edges
+      real(wp), intent(out) :: edge(:)
+      integer, intent(out) :: number(:)
+
+      real(wp), allocatable :: size_of(:)
+      real(wp) :: widest
+      integer :: i, place
+
+      associate (impacts => surface%impacts(:surface%count))
+         if (surface%yields) then
+            size_of = pack(blocks%force_scale*impacts%force, impacts%counts)
+         else
+            size_of = pack(impacts%impulse, impacts%counts)
+         end if
+      end associate
+      widest = maxval([0.0_wp, size_of])
+      edge = [(widest*real(i, wp)/real(size(edge), wp), i=1, size(edge))]
+      edge(size(edge)) = widest
+      number = 0
+      do i = 1, size(size_of)
+         place = min(count(edge < size_of(i)) + 1, size(edge))
+         number(place) = number(place) + 1
+      end do
+   end subroutine classify
+
+   !> Pbar.
+   pure subroutine scale_forces(scale, surface)
+      real(wp), intent(in) :: scale
+      type(surface_sums_t), intent(inout) :: surface
+
+      integer, parameter :: simple(*) = [sum_force, sum_impulse, top_force]
+
+      surface%sums(simple, :) = scale*surface%sums(simple, :)
+      surface%sums(sum_square_force, :) = scale**2*surface%sums(sum_square_force, :)
+   end subroutine scale_forces
+
+   !> From the sums of blocks, each statistic: of all of them together, half the width of its confidence interval, and
+   !> of
+   !> each block.
+   pure subroutine find_statistics(sums, is_missing, value, half_width, in_block)
+      !> [sum_count, blocks]
+      real(wp), intent(in) :: sums(:, :)
+      !> There is no such sum, [sum_count]
+      logical, intent(in) :: is_missing(:)
+      real(wp), intent(out) :: value(:)
+      real(wp), intent(out) :: half_width(:)
+      !> [statistic_count, blocks]
+      real(wp), intent(out) :: in_block(:, :)
+
+      type(form_t) :: form
+      integer :: i, number
+
+      value = ieee_value(1.0_wp, ieee_quiet_nan)
+      half_width = value
+      in_block = value(1)
+      do number = 1, statistic_count
+         form = forms(number)
+         i = measure_named(form%name) - first_statistic + 1
+         associate (top => sums(form%top, :))
+            if (is_missing(form%top)) cycle
+            if (form%bottom > 0) then
+               call find_quotient(top, sums(form%bottom, :), form%is_root, value(i), half_width(i), in_block(i, :))
+               cycle
+            end if
+            in_block(i, :) = top
+            if (any(tops == form%top)) then
+               value(i) = maxval(top)
+            else if (any(lows == form%top)) then
+               value(i) = minval(top)
+            else
+               value(i) = sum(top)
+            end if
+         end associate
+      end do
+   end subroutine find_statistics
+
+   !> The quotient of two sums, or its root. The interval by what the quotient changes with both; none where all of the
+   !> sum below is that of one block.
+   pure subroutine find_quotient(top, bottom, is_root, value, half_width, in_block)
+      !> [blocks]
+      real(wp), intent(in) :: top(:)
+      real(wp), intent(in) :: bottom(:)
+      logical, intent(in) :: is_root
+      !> NaN where there is none
+      real(wp), intent(inout) :: value
+      real(wp), intent(inout) :: half_width
+      real(wp), intent(inout) :: in_block(:)
+
+      real(wp) :: number, quotient, spread
+      integer :: i
+
+      do i = 1, size(top)
+         if (bottom(i) > 0.0_wp) in_block(i) = root_of(top(i)/bottom(i))
+      end do
+      if (.not. sum(bottom) > 0.0_wp) return
+      number = real(size(top), wp)
+      quotient = sum(top)/sum(bottom)
+      value = root_of(quotient)
+      if (count(bottom > 0.0_wp) < 2) return
+      spread = sqrt(sum((top - quotient*bottom)**2)/(number*(number - 1.0_wp)))
+      half_width = student_quantile(confidence, size(top) - 1)*spread*number/sum(bottom)
+      if (is_root .and. value > 0.0_wp) half_width = half_width/(2.0_wp*value)
+
+   contains
+
+      pure function root_of(number) result(root)
+         real(wp), intent(in) :: number
+         real(wp) :: root
+
+         root = number
+         if (is_root) root = sqrt(max(number, 0.0_wp))
+      end function root_of
+   end subroutine find_quotient
+
+end module block_statistics

@@ -1,0 +1,70 @@
+!> The group of &statistics in a results file: each of all surfaces together and of each surface, with its error bar and
+!> block by block, and histograms of impacts.
+module statistic_groups
+   use kinds, only: wp
+   use measure_list, only: first_statistic, measure_table
+   use number_text, only: to_text
+   use quantity_groups, only: quantity_group_t
+   use statistic_types, only: run_statistics_t, statistic_count
+   implicit none (type, external)
+   private
+   public :: write_statistics
+
+contains
+
+   subroutine write_statistics(group, statistics, names)
+      type(quantity_group_t), intent(in) :: group
+      type(run_statistics_t), intent(in) :: statistics
+      !> Of the surfaces, with blanks between them
+      character(*), intent(in) :: names
+
+      character(*), parameter :: along = 'surface', bars = '_half_width', parts = '_in_blocks'
+      integer :: blocks, i, k, surfaces
+
+      blocks = size(statistics%in_block, 2)
+      surfaces = size(statistics%yields)
+      call group%put(along, [(k, k=0, surfaces)], 'surface, in the order of &stop, below before above; ' &
+         //'0: all together', is_scale=.true.)
+      call group%attribute('flag_values', [(k, k=0, surfaces)], along)
+      call group%attribute('flag_meanings', trim('all '//names), along)
+      call group%attribute('all', 'of all surfaces together sums and means are of the sum of their forces, impacts ' &
+         //'and times in contact; displacements of the stop point are of the stop from which the beam is released')
+      call group%attribute('half_widths', '95 % by the t distribution over the blocks; nan: there is none')
+      if (.not. all(statistics%yields)) call group%attribute('restitution', 'an impulse has neither a greatest force ' &
+         //'nor a square: where a stop is rigid RMS and greatest forces are nan, means over the time in contact are ' &
+         //'without impulses, and the classes are of impulses')
+      call group%put('block', [(i, i=1, blocks)], 'block', is_scale=.true.)
+      call group%put('block_start', statistics%edge(0:blocks - 1), 'time', 'begin of the block{, tau}', 'block')
+      call group%put('block_end', statistics%edge(1:), 'time', 'its end{, tau}', 'block')
+      do i = 1, statistic_count
+         associate (measure => measure_table(first_statistic - 1 + i))
+            call group%put(trim(measure%name), statistics%value(i, :), measure%quantity, measure%meaning, along)
+            call group%put(trim(measure%name)//bars, statistics%half_width(i, :), measure%quantity, &
+               'half the width of its 95 % interval', along)
+            call group%put(trim(measure%name)//parts, statistics%in_block(i, :, :), measure%quantity, &
+               'the same block by block', ['block  ', 'surface'])
+         end associate
+      end do
+      do k = 1, surfaces
+         call write_classes(group%part('surface_'//to_text(k)), statistics%yields(k), statistics%class_edge(:, k), &
+            statistics%class_count(:, k))
+      end do
+   end subroutine write_statistics
+
+   !> The histogram of one surface.
+   subroutine write_classes(group, yields, edge, number)
+      type(quantity_group_t), intent(in) :: group
+      !> The classes are of forces, else of impulses
+      logical, intent(in) :: yields
+      real(wp), contiguous, intent(in) :: edge(:)
+      integer, contiguous, intent(in) :: number(:)
+
+      if (yields) then
+         call group%put('class', edge, 'force', 'upper end of the class, greatest force of an impact', is_scale=.true.)
+      else
+         call group%put('class', edge, 'impulse', 'upper end of the class, impulse of an impact', is_scale=.true.)
+      end if
+      call group%put('impacts', number, 'impacts in it; in the first: from 0 on', 'class')
+   end subroutine write_classes
+
+end module statistic_groups
