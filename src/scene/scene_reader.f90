@@ -16,13 +16,16 @@ module scene_reader
    use text_file, only: load_text
    implicit none (type, external)
    private
-   public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters
+   public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, draft_t
 
    !> What a file gives, before it is a scene.
    type :: draft_t
+      private
       type(scene_input_t) :: input
       type(table_t) :: table
       type(physical_t) :: physical
+      !> Of cases: the scene, not resolved, and which parameters count as given; unallocated: it is not read yet
+      type(scene_t), allocatable :: scene
    end type draft_t
 
 contains
@@ -131,17 +134,28 @@ contains
    end subroutine complain_of_scene
 
    !> Give a scene that has been read other values of parameters.
-   subroutine set_parameters(scene, parameters, values, problem)
+   subroutine set_parameters(scene, parameters, values, problem, draft)
       type(scene_t), intent(inout) :: scene
       !> All that have other values than in the file
       type(parameter_t), intent(in) :: parameters(:)
       real(wp), intent(in) :: values(:)
       !> Why these values cannot be; unallocated: they can
       character(:), allocatable, intent(out) :: problem
+      !> Kept from case to case with the same scene and parameters it saves reading the file again
+      type(draft_t), intent(inout), optional :: draft
 
+      ! large, and threads have small stacks
+      type(draft_t), allocatable :: own
       integer :: k
 
-      if (any(parameters%quantity /= '')) call set_units(scene, parameters, values, problem)
+      if (any(parameters%quantity /= '')) then
+         if (present(draft)) then
+            call set_units(scene, parameters, values, draft, problem)
+         else
+            allocate (own)
+            call set_units(scene, parameters, values, own, problem)
+         end if
+      end if
       if (allocated(problem)) return
       do k = 1, size(parameters)
          if (parameters(k)%quantity == '') call set_parameter(scene, parameters(k), values(k))
@@ -163,34 +177,31 @@ contains
    end subroutine set_parameter
 
    !> Resolve a scene anew as if its file gave these values of quantities in units: one may change the ratios of all.
-   subroutine set_units(scene, parameters, values, problem)
+   subroutine set_units(scene, parameters, values, draft, problem)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameters(:)
       real(wp), intent(in) :: values(:)
+      !> Of the scene's file, or nothing
+      type(draft_t), intent(inout) :: draft
       character(:), allocatable, intent(out) :: problem
 
-      type(draft_t) :: draft
       type(scene_t) :: made
       type(table_t) :: one
-      integer :: k, place
+      integer :: k
 
-      call read_draft(scene%text, scene%file, program_any, draft, made, problem)
+      if (.not. allocated(draft%scene)) call read_for_cases(scene, parameters, draft, problem)
+      made = draft%scene
       do k = 1, size(parameters)
          if (parameters(k)%quantity == '') cycle
-         associate (parameter => parameters(k), table => draft%table)
-            call one%give_one(parameter%occurrence, trim(parameter%name_in_group), values(k))
-            call list_group(trim(parameter%group), one, made, draft%physical)
-            deallocate (one%groups, one%entries)
-            call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
-            place = table%find(table%find_group(parameter%group, parameter%occurrence), parameter%name_in_group)
-            table%entries(place)%is_given = .true.
-         end associate
+         call one%give_one(parameters(k)%occurrence, trim(parameters(k)%name_in_group), values(k))
+         call list_group(trim(parameters(k)%group), one, made, draft%physical)
+         deallocate (one%groups, one%entries)
       end do
-      made%wants_sweep = .false.
-      made%wants_cases = .false.
       call resolve_scene(draft%input, draft%table, program_any, draft%physical, made)
       call draft%input%get_problem(problem)
       if (allocated(problem)) then
+         ! it would be told of the next case too
+         deallocate (draft%scene)
          ! its line says nothing of a value that stands elsewhere
          problem = problem(len(scene%file) + 2:)
          problem = problem(index(problem, ': ') + 2:)
@@ -203,6 +214,30 @@ contains
       if (allocated(scene%echo)) made%echo = scene%echo
       scene = made
    end subroutine set_units
+
+   !> Read a scene's file, in which the parameters in units count as given.
+   subroutine read_for_cases(scene, parameters, draft, problem)
+      type(scene_t), intent(in) :: scene
+      type(parameter_t), intent(in) :: parameters(:)
+      type(draft_t), intent(inout) :: draft
+      character(:), allocatable, intent(out) :: problem
+
+      type(scene_t) :: made
+      integer :: k, place
+
+      call read_draft(scene%text, scene%file, program_any, draft, made, problem)
+      do k = 1, size(parameters)
+         if (parameters(k)%quantity == '') cycle
+         associate (parameter => parameters(k), table => draft%table)
+            call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
+            place = table%find(table%find_group(parameter%group, parameter%occurrence), parameter%name_in_group)
+            table%entries(place)%is_given = .true.
+         end associate
+      end do
+      made%wants_sweep = .false.
+      made%wants_cases = .false.
+      allocate (draft%scene, source=made)
+   end subroutine read_for_cases
 
    !> The least and the greatest values in units of a sweep or of cases make scenes; problems go into the input.
    subroutine check_values_in_units(input, scene)

@@ -15,7 +15,7 @@ module sweep_run
    use run_measures, only: row_of
    use run_settings, only: output_settings_t
    use scene_beam_model, only: run_of
-   use scene_reader, only: set_parameters
+   use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
    use scene_units, only: units_in
    use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
@@ -32,6 +32,7 @@ module sweep_run
       private
       !> The scene with the parameters of the present case; it keeps measures only
       type(scene_t) :: scene
+      type(draft_t) :: draft
       type(case_beam_t) :: beam
       !> The cases with the least and with the greatest values of what makes no other beam, [2]; unallocated: the mesh
       !> is given
@@ -248,7 +249,9 @@ contains
 
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
       row(measure_status) = 1.0_wp
-      call set_parameters(runner%scene, plan%axes%parameter, values, reason)
+      ! texts made by functions of gfortran keep their lengths in static variables, which threads would share
+      !$omp critical (case_scenes)
+      call set_parameters(runner%scene, plan%axes%parameter, values, reason, runner%draft)
       if (allocated(runner%extremes) .and. .not. allocated(reason)) then
          associate (parameters => plan%axes%parameter)
             call set_parameters(runner%extremes(1), parameters, merge(values, plan%axes%least, parameters%is_of_beam), &
@@ -257,6 +260,7 @@ contains
                plan%axes%most, parameters%is_of_beam), reason)
          end associate
       end if
+      !$omp end critical (case_scenes)
       if (allocated(reason)) return
       call find_case_beam(runner%scene, values, plan%axes%parameter%is_of_beam, runner%beam, runner%extremes)
       if (allocated(runner%beam%trouble)) then
