@@ -9,6 +9,7 @@ module applied_loads
    use kinds, only: lambda1_power4, wp
    use load_courses, only: acceleration_of
    use load_settings, only: course_harmonic, course_pulse, pulse_half_sine, time_course_t
+   use point_forces, only: slow
    use run_settings, only: run_settings_t
    implicit none (type, external)
    private
@@ -27,6 +28,8 @@ module applied_loads
       integer, allocatable :: harmonic(:)
       !> All that differ
       real(wp), allocatable :: frequencies(:)
+      !> Modes below this are too slow to come near their static shape, or so far that nothing is left of its digits
+      real(wp) :: slow = 0.0_wp
    end type applied_loads_t
 
 contains
@@ -73,6 +76,7 @@ contains
          loads%vector(:, g) = -base_mass_vector(model)
       end do
       call find_frequencies(loads)
+      loads%slow = max(slow, 1.0_wp/settings%response%duration)
    end subroutine gather_loads
 
    !> With which each of them swings.

@@ -2,21 +2,21 @@
 module driven_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, term_curvature, &
       term_rate, term_value, viewed_signal_t
+   use driven_modes, only: bound_driven_mode, driven_mode_at, driven_mode_t
    use kinds, only: wp
    use modal_signal, only: modal_signal_t
-   use phase_drives, only: exponents_of, resonance_at, resonance_t
    implicit none (type, external)
    private
    public :: driven_signal_t, driven_terms_t
 
-   !> constant + slope t + Re sum harmonic exp(i frequency t), and what resonates.
+   !> constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
    type :: driven_terms_t
       real(wp) :: constant = 0.0_wp
       real(wp) :: slope = 0.0_wp
       complex(wp), allocatable :: harmonic(:)
       real(wp), allocatable :: frequency(:)
-      !> And its share of the signal, of itself and of its rate
-      type(resonance_t), allocatable :: resonance(:)
+      !> And their shares of the signal, of themselves and of their rates
+      type(driven_mode_t), allocatable :: mode(:)
       real(wp), allocatable :: share(:), share_of_rate(:)
    end type driven_terms_t
 
@@ -64,10 +64,10 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      real(wp) :: rows(size(self%terms%frequency) + size(self%terms%resonance), term_columns)
-      real(wp) :: rest(0:1), rounding, known, slope
+      real(wp) :: rows(size(self%terms%frequency) + size(self%terms%mode), term_columns)
+      real(wp) :: rest(0:1), magnitude, rounding, known, slope
 
-      call find_rows(self, t, order, rows)
+      call find_rows(self, t, order, rows, magnitude)
       rest = rest_of(self, t, order)
       select type (free => self%free)
       type is (modal_signal_t)
@@ -84,7 +84,7 @@ contains
       here%bound_both = here%bound_both + sum(rows(:, bound_curvature))
       here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + sum(rows(:, bound_jerk))
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
-      here%rounding = here%rounding + rounding*(abs(rest(0)) + sum(rows(:, bound_value)))
+      here%rounding = here%rounding + rounding*(abs(rest(0)) + magnitude)
       if (order == 0) then
          here%floor = here%floor + min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) &
             - sum(rows(:, bound_value))
@@ -129,9 +129,9 @@ contains
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      real(wp) :: rest(0:1), rows(size(self%terms%frequency) + size(self%terms%resonance), term_columns)
+      real(wp) :: rest(0:1), rows(size(self%terms%frequency) + size(self%terms%mode), term_columns), magnitude
 
-      call find_rows(self, t, 0, rows)
+      call find_rows(self, t, 0, rows, magnitude)
       rest = rest_of(self, t, 0)
       value = rest(0) + sum(rows(:, term_value))
       slope = rest(1) + sum(rows(:, term_rate))
@@ -151,17 +151,19 @@ contains
       end associate
    end function rest_of
 
-   !> A derivative of each harmonic and of each resonance, those after it, and bounds on them from now on.
-   subroutine find_rows(self, t, order, rows)
+   !> A derivative of each harmonic and of each mode driven from rest, those after it, and bounds on them from now on.
+   subroutine find_rows(self, t, order, rows, magnitude)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       integer, intent(in) :: order
       !> Columns as in `certified_search`
       real(wp), intent(out) :: rows(:, :)
+      !> What the rounding error of that derivative is measured by
+      real(wp), intent(out) :: magnitude
 
       integer, parameter :: value_columns(3) = [term_value, term_rate, term_curvature]
       complex(wp) :: term
-      real(wp), allocatable :: resonance(:), bounds(:)
+      real(wp), allocatable :: here(:), bounds(:)
       real(wp) :: swing, time
       integer :: first, i, k, row
 
@@ -177,44 +179,24 @@ contains
             rows(i, bound_jerk) = swing*w**3
          end associate
       end do
-      if (size(self%terms%resonance) == 0) return
-      allocate (resonance(0:first + 3), bounds(0:first + 4))
-      do i = 1, size(self%terms%resonance)
+      magnitude = sum(rows(:size(self%terms%frequency), bound_value))
+      if (size(self%terms%mode) == 0) return
+      allocate (here(0:first + 3), bounds(0:first + 4))
+      do i = 1, size(self%terms%mode)
          row = size(self%terms%frequency) + i
-         associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i))
-            resonance(:) = resonance_at(self%terms%resonance(i), time, first + 3)
-            call bound_resonance(self%terms%resonance(i), self%from + self%until, bounds)
-            rows(row, value_columns) = [(share*resonance(first + k) + of_rate*resonance(first + k + 1), k=0, 2)]
+         associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
+            mode => self%terms%mode(i))
+            here(:) = driven_mode_at(mode, time, first + 3)
+            rows(row, value_columns) = [(share*here(first + k) + of_rate*here(first + k + 1), k=0, 2)]
+            call bound_driven_mode(mode, time, bounds)
+            magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
+            call bound_driven_mode(mode, self%from + self%until, bounds)
             rows(row, [bound_value, bound_curvature, bound_jerk]) = &
                [(abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=0, 0), &
                (abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=2, 3)]
          end associate
       end do
    end subroutine find_rows
-
-   !> Of a mode that starts from rest: it swings no further than a sine of its own frequency summed up, each derivative
-   !> by the equation of motion.
-   pure subroutine bound_resonance(resonance, until, bounds)
-      type(resonance_t), intent(in) :: resonance
-      !> Not beyond that time
-      real(wp), intent(in) :: until
-      !> From the mode itself on
-      real(wp), intent(out) :: bounds(0:)
-
-      complex(wp) :: s(2)
-      real(wp) :: length
-      integer :: k
-
-      s = exponents_of(resonance)
-      length = min(until, 1.0_wp/max(resonance%decay, tiny(1.0_wp)))
-      bounds(0) = length/resonance%spread
-      bounds(1) = abs(s(1))*length/resonance%spread
-      do k = 2, ubound(bounds, 1)
-         bounds(k) = resonance%frequency**(k - 2) + 2.0_wp*resonance%decay*bounds(k - 1) + resonance%square &
-            *bounds(k - 2)
-      end do
-      bounds = abs(resonance%force)*bounds
-   end subroutine bound_resonance
 
    pure function highest_frequency(self) result(frequency)
       class(driven_signal_t), intent(in) :: self

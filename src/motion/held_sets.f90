@@ -6,6 +6,7 @@ module held_sets
    use damped_oscillators, only: damping_order, make_oscillators, oscillators_t
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
+   use point_forces, only: find_point_forces, slow
    implicit none (type, external)
    private
    public :: free_beam_t, held_set_t, make_held_set, rest_on_heights, into_held, out_of_held
@@ -147,6 +148,8 @@ contains
       type(free_beam_t), intent(in) :: beam
       type(held_set_t), intent(inout) :: set
 
+      complex(wp), dimension(size(beam%tip_value)) :: nothing, shape
+      complex(wp) :: force(size(set%held))
       real(wp) :: flexibility(size(set%held), size(set%held)), stiffness
       integer :: j, k
 
@@ -163,6 +166,13 @@ contains
             set%static_force(:) = h*stiffness
             set%static(:) = h(1)*(b(:, 1)/square*stiffness)
             set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
+         else if (any(square < slow**2)) then
+            nothing = (0.0_wp, 0.0_wp)
+            call find_point_forces(cmplx(square, 0.0_wp, wp), b, nothing(:size(h)), nothing, cmplx(h, 0.0_wp, wp), &
+               force, shape)
+            set%static_force(:) = real(force, wp)
+            set%static(:) = real(shape, wp)
+            set%static_tip = sum(beam%tip_value*set%static)
          else
             call solve_active(flexibility, -h, spread(.true., 1, size(h)), set%static_force)
             set%static(:) = matmul(b, set%static_force)/square

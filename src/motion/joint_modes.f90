@@ -9,6 +9,7 @@ module joint_modes
    use joint_secular, only: find_joint_roots
    use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
    use kinds, only: wp
+   use point_forces, only: find_point_forces
    use small_equations, only: solve_small
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
@@ -99,19 +100,21 @@ contains
       type(impedance_t), intent(in) :: spring(:)
       type(joint_modes_t), intent(inout) :: modes
 
-      complex(wp) :: compliance(size(spring), size(spring)), unit(size(spring), size(spring))
-      integer :: j, k
+      complex(wp), dimension(size(spring)) :: flexibility, force, heights
+      complex(wp), dimension(size(square)) :: nothing, shape
+      integer :: k
 
-      unit = 0.0_wp
+      nothing = (0.0_wp, 0.0_wp)
+      flexibility = (0.0_wp, 0.0_wp)
+      where (.not. holds(spring)) flexibility = 1.0_wp/spring%stiffness
+      allocate (modes%static_force(size(spring), size(spring)), modes%static_shape(size(square), size(spring)))
       do k = 1, size(spring)
-         do j = 1, size(spring)
-            compliance(j, k) = sum(value(:, j)*value(:, k)/square)
-         end do
-         if (.not. holds(spring(k))) compliance(k, k) = compliance(k, k) + 1.0_wp/spring(k)%stiffness
-         unit(k, k) = 1.0_wp
+         heights = (0.0_wp, 0.0_wp)
+         heights(k) = 1.0_wp
+         call find_point_forces(cmplx(square, 0.0_wp, wp), value, flexibility, nothing, heights, force, shape)
+         modes%static_force(:, k) = real(force, wp)
+         modes%static_shape(:, k) = real(shape, wp)
       end do
-      modes%static_force = real(solve_small(compliance, unit), wp)
-      modes%static_shape = matmul(value, modes%static_force)/spread(square, 2, size(spring))
    end subroutine find_rest
 
    !> A term for each root, circles for those that nearly coalesce.

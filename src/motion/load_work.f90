@@ -1,10 +1,11 @@
 !> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md,
 !> section 18).
 module load_work
-   use beam_element, only: gauss_rule
    use contact_losses, only: integral
+   use driven_modes, only: make_driven_mode, work_on, work_on_swing
    use kinds, only: wp
-   use phase_drives, only: resonance_at
+   use load_courses, only: piece_t
+   use phase_drives, only: by_constant, by_harmonic
    use several_state, only: move_alone, several_t
    implicit none (type, external)
    private
@@ -36,7 +37,7 @@ contains
    end function work_of_loads
 
    !> Of what swings alone in modes, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
-   !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2).
+   !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). Where that would cancel modes are driven from rest.
    pure subroutine add_modes(self, modes, time, z, v, work)
       type(several_t), intent(in) :: self
       integer, intent(in) :: modes(:)
@@ -47,73 +48,59 @@ contains
       real(wp), intent(inout) :: work
 
       complex(wp) :: part, s, power
-      real(wp), dimension(size(modes)) :: change, damping
+      type(piece_t) :: steady, turning
+      logical :: is_slow(size(modes))
       integer :: g, i
 
-      associate (set => self%set, oscillators => self%set%held%oscillators, drive => self%drive, &
-         square => self%set%held%oscillators%square(modes))
-         change = z(modes) - self%z(modes)
-         damping = oscillators%two_zeta*square + oscillators%mass_rate(modes)
+      is_slow = [(is_driven(self, modes(i), by_constant, 0), i=1, size(modes))]
+      associate (set => self%set, oscillators => self%set%held%oscillators, drive => self%drive)
          do g = 1, self%loads%count
-            associate (load => set%drive%load(modes, g), piece => drive%piece(g))
-               work = work + piece%constant*sum(load*change) + piece%slope*sum(load*(time*z(modes) &
-                  + (v(modes) - self%v(modes) + damping*change)/square))
-               if (abs(piece%harmonic) <= 0.0_wp) cycle
-               s = cmplx(0.0_wp, piece%frequency, wp)
-               power = exp(s*time)
-               part = (0.0_wp, 0.0_wp)
-               do i = 1, size(modes)
-                  if (resonates(self, g, modes(i))) then
-                     work = work + work_in_resonance(self, modes(i), piece%harmonic*load(i), s, time)
+            steady = drive%piece(g)
+            steady%harmonic = 0.0_wp
+            turning = piece_t(harmonic=drive%piece(g)%harmonic, frequency=drive%piece(g)%frequency)
+            s = cmplx(0.0_wp, turning%frequency, wp)
+            power = exp(s*time)
+            part = (0.0_wp, 0.0_wp)
+            do i = 1, size(modes)
+               associate (m => modes(i), load => set%drive%load(modes(i), g), square => oscillators%square(modes(i)), &
+                  damping => oscillators%two_zeta*oscillators%square(modes(i)) &
+                  + oscillators%mass_rate(modes(i)))
+                  if (is_slow(i)) then
+                     work = work + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], &
+                        steady, time)
                   else
-                     part = part + load(i)*(power*(s*v(modes(i)) + square(i)*z(modes(i))) &
-                        - (s*self%v(modes(i)) + square(i)*self%z(modes(i))))/(s**2 - damping(i)*s + square(i))
+                     work = work + load*(steady%constant*(z(m) - self%z(m)) + steady%slope*(time*z(m) &
+                        + (v(m) - self%v(m) + damping*(z(m) - self%z(m)))/square))
                   end if
-               end do
-               work = work + real(piece%harmonic*part, wp)
-            end associate
+                  if (abs(turning%harmonic) <= 0.0_wp) cycle
+                  if (is_driven(self, m, by_harmonic, g)) then
+                     work = work + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], &
+                        turning, time)
+                  else
+                     part = part + load*(power*(s*v(m) + square*z(m)) - (s*self%v(m) + square*self%z(m))) &
+                        /(s**2 - damping*s + square)
+                  end if
+               end associate
+            end do
+            work = work + real(turning%harmonic*part, wp)
          end do
       end associate
    end subroutine add_modes
 
-   !> Does a load resonate with a mode?
-   pure function resonates(self, load, mode) result(does)
+   !> Is a mode driven from rest by a load?
+   pure function is_driven(self, mode, part, load) result(is)
       type(several_t), intent(in) :: self
+      integer, intent(in) :: mode
+      !> One of the `by_` constants
+      integer, intent(in) :: part
+      !> 0: all loads
       integer, intent(in) :: load
-      integer, intent(in) :: mode
-      logical :: does
+      logical :: is
 
-      associate (pairs => self%set%drive%resonant)
-         does = any(pairs%load == load .and. pairs%mode == mode)
+      associate (driven => self%set%drive%driven)
+         is = any(driven%mode == mode .and. driven%part == part .and. driven%load == load)
       end associate
-   end function resonates
-
-   !> Of Re(force exp(s t)) on a mode that swings alone at nearly the same frequency, exponential by exponential.
-   pure function work_in_resonance(self, mode, force, s, time) result(work)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: mode
-      complex(wp), intent(in) :: force
-      complex(wp), intent(in) :: s
-      real(wp), intent(in) :: time
-      real(wp) :: work
-
-      complex(wp) :: amplitude, own
-      associate (oscillators => self%set%held%oscillators, z => self%z(mode), v => self%v(mode))
-         own = cmplx(-oscillators%decay(mode), oscillators%spread(mode), wp)
-         amplitude = own*cmplx(z, -(v + oscillators%decay(mode)*z)/oscillators%spread(mode), wp)
-      end associate
-      work = 0.5_wp*real(force*(amplitude*over(s + own) + conjg(amplitude)*over(s + conjg(own))), wp)
-
-   contains
-
-      !> Integral of exp(exponent t).
-      pure function over(exponent) result(value)
-         complex(wp), intent(in) :: exponent
-         complex(wp) :: value
-
-         value = integral(exponent, time, exp(exponent*time))
-      end function over
-   end function work_in_resonance
+   end function is_driven
 
    !> Of what swings alone in terms.
    pure function work_on_terms(self, time) result(work)
@@ -147,19 +134,21 @@ contains
       end associate
    end function work_on_terms
 
-   !> On what the loads do themselves. Where a mode resonates the power is integrated by a Gauss rule, panel by panel
-   !> within which no mode or load turns by more than a quarter: exact to rounding.
+   !> On what the loads do themselves.
    pure function work_on_drive(self, time) result(work)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp) :: work
 
-      integer :: g, m
+      integer :: g, i, m
       complex(wp) :: row
 
       work = 0.0_wp
       associate (set => self%set%drive, drive => self%drive)
          do g = 1, self%loads%count
+            do i = 1, size(drive%pair)
+               work = work + set%load(set%driven(drive%pair(i))%mode, g)*work_on(drive%mode(i), drive%piece(g), time)
+            end do
             associate (piece => drive%piece(g))
                work = work + drive%slope(set%at%loads + g)*(piece%constant + 0.5_wp*piece%slope*time)*time
                if (abs(piece%harmonic) > 0.0_wp) then
@@ -175,7 +164,6 @@ contains
             end associate
          end do
       end associate
-      if (size(self%drive%pair) > 0) work = work + work_on_resonances(self, time)
    end function work_on_drive
 
    !> Of a load on a point that moves with Re(row exp(i w t)).
@@ -202,42 +190,6 @@ contains
             + conjg(harmonic)*integral(down, time, exp(down*time))), wp)
       end associate
    end function work_on_harmonic
-
-   !> Of all loads on the modes that resonate.
-   pure function work_on_resonances(self, time) result(work)
-      type(several_t), intent(in) :: self
-      real(wp), intent(in) :: time
-      real(wp) :: work
-
-      integer, parameter :: points = 5
-      real(wp), allocatable :: point(:), weight(:)
-      real(wp) :: fastest, here(0:1), t, width
-      integer :: g, i, j, panel, panels
-
-      work = 0.0_wp
-      call gauss_rule(points, point, weight)
-      associate (set => self%set%drive, drive => self%drive)
-         do i = 1, size(drive%pair)
-            associate (resonance => drive%resonance(i), mode => set%resonant(drive%pair(i))%mode)
-               fastest = max(maxval(drive%frequency), sqrt(resonance%square))
-               panels = ceiling(4.0_wp*fastest*time)
-               width = time/real(panels, wp)
-               do panel = 1, panels
-                  do j = 1, points
-                     t = width*(real(panel - 1, wp) + point(j))
-                     here = resonance_at(resonance, t, 1)
-                     do g = 1, self%loads%count
-                        associate (piece => drive%piece(g))
-                           work = work + width*weight(j)*set%load(mode, g)*here(1)*(piece%constant + piece%slope*t &
-                              + real(piece%harmonic*exp(cmplx(0.0_wp, piece%frequency*t, wp)), wp))
-                        end associate
-                     end do
-                  end do
-               end do
-            end associate
-         end do
-      end associate
-   end function work_on_resonances
 
    !> Dissipated in the damper of a stop that is pressed: the square of its force or of its rate, a sum of terms like
    !> any other.

@@ -8,10 +8,17 @@ module modal_starts
    use load_courses, only: value_at
    use load_settings, only: field_mode, field_rotation, field_uniform, start_balance, start_drop, start_mode, &
       start_pull, start_settings_t, start_table, start_velocity
+   use point_forces, only: find_point_forces, slow
    use several_state, only: several_t
    implicit none (type, external)
    private
    public :: find_modal_start, interpolated
+
+   !> What is less is rounding.
+   real(wp), parameter :: tolerance = 1.0e-10_wp
+
+   !> Of so many surfaces any may carry a beam with a slow mode.
+   integer, parameter :: most_carrying = 12
 
 contains
 
@@ -105,15 +112,23 @@ contains
       !> [surfaces]
       real(wp), intent(inout) :: forces(:)
 
-      real(wp), allocatable :: compliance(:, :), gap(:), force(:)
+      real(wp), allocatable :: compliance(:, :), gap(:), force(:), load(:)
       logical, allocatable :: carries(:)
       integer, allocatable :: place(:)
       integer :: j, k
 
       associate (beam => several%beam, square => several%beam%oscillators%square, loads => several%loads)
-         if (loads%count > 0) q = matmul(loads%mode, value_at(loads%course, 0.0_wp))/square
+         allocate (load(size(q)), source=0.0_wp)
+         if (loads%count > 0) load = matmul(loads%mode, value_at(loads%course, 0.0_wp))
          allocate (place, source=pack([(k, k=1, size(acts))], acts))
-         allocate (compliance(size(place), size(place)), force(size(place)), carries(size(place)))
+         allocate (force(size(place)), source=0.0_wp)
+         if (any(square < slow**2)) then
+            call find_slow_balance(several, place, load, q, force)
+            forces(place) = force
+            return
+         end if
+         q = load/square
+         allocate (compliance(size(place), size(place)), carries(size(place)))
          do k = 1, size(place)
             do j = 1, size(place)
                compliance(j, k) = sum(beam%value(:, place(j))*beam%value(:, place(k))/square)
@@ -128,5 +143,60 @@ contains
          q = q + matmul(beam%value, forces)/square
       end associate
    end subroutine find_balance
+
+   !> The same where a slow mode's flexibility hides the others': the one set of surfaces that carry the beam of which
+   !> none pulls and no other is in the way, of the fewest.
+   subroutine find_slow_balance(several, place, load, q, force)
+      type(several_t), intent(in) :: several
+      !> Surfaces that can carry it
+      integer, intent(in) :: place(:)
+      !> [modes]
+      real(wp), intent(in) :: load(:)
+      !> [modes]
+      real(wp), intent(inout) :: q(:)
+      !> [place]
+      real(wp), intent(inout) :: force(:)
+
+      complex(wp), allocatable :: flexibility(:), push(:)
+      complex(wp) :: z(size(load))
+      real(wp) :: gap(size(place)), least, miss
+      integer, allocatable :: among(:)
+      integer :: k, set
+
+      least = huge(1.0_wp)
+      associate (beam => several%beam)
+         do set = 0, 2**min(size(place), most_carrying) - 1
+            among = pack([(k, k=1, size(place))], [(btest(set, k - 1), k=1, size(place))])
+            flexibility = [(cmplx(flexibility_of(place(among(k))), 0.0_wp, wp), k=1, size(among))]
+            allocate (push(size(among)))
+            call find_point_forces(cmplx(beam%oscillators%square, 0.0_wp, wp), beam%value(:, place(among)), &
+               flexibility, cmplx(load, 0.0_wp, wp), cmplx(beam%height(place(among)), 0.0_wp, wp), push, z)
+            gap = matmul(real(z, wp), beam%value(:, place)) - beam%height(place)
+            gap(among) = 0.0_wp
+            ! by how much the worst one pulls, or is entered
+            miss = max(0.0_wp, -minval([real(push, wp), 0.0_wp])/(sum(abs(push)) + tiny(1.0_wp)), &
+               -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
+            if (miss < least) then
+               least = miss
+               q = real(z, wp)
+               force = 0.0_wp
+               force(among) = max(real(push, wp), 0.0_wp)
+            end if
+            deallocate (push)
+            if (least <= tolerance) exit
+         end do
+      end associate
+
+   contains
+
+      !> Of the spring of a surface that yields.
+      pure function flexibility_of(k) result(value)
+         integer, intent(in) :: k
+         real(wp) :: value
+
+         value = 0.0_wp
+         if (.not. several%states(k)%is_rigid) value = 1.0_wp/several%states(k)%spring%stiffness
+      end function flexibility_of
+   end subroutine find_slow_balance
 
 end module modal_starts

@@ -236,8 +236,8 @@ contains
             m = now%loads%harmonic(g)
             if (m > 0) terms%harmonic(m) = terms%harmonic(m) + of_load(g)*drive%piece(g)%harmonic
          end do
-         allocate (terms%resonance, source=drive%resonance)
-         allocate (terms%share, source=[(weight(set%drive%resonant(drive%pair(i))%mode), i=1, size(drive%pair))])
+         allocate (terms%mode, source=drive%mode)
+         allocate (terms%share, source=[(weight(set%drive%driven(drive%pair(i))%mode), i=1, size(drive%pair))])
          allocate (terms%share_of_rate, source=two_zeta*terms%share)
       end associate
    end subroutine find_terms

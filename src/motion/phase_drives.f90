@@ -3,26 +3,27 @@
 !>
 !> Everything that is read off the motion is a row: modes of the set, gaps, forces, indentations and forces in branches
 !> of surfaces, the tip, and the points of the loads. A row goes as constant + slope t + Re sum harmonic exp(i W t),
-!> besides what swings of modes with which a harmonic load resonates: those start from rest, as there
-!> the sum of two great parts would lose its digits.
+!> besides modes that start from rest, as there the sum of two great parts would lose its digits: those with which a
+!> harmonic load resonates, and those so slow that loads hardly meet their stiffness.
 module phase_drives
    use applied_loads, only: applied_loads_t
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
+   use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
    use held_sets, only: free_beam_t, held_set_t
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
-   use small_equations, only: solve_small
+   use point_forces, only: find_point_forces
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: set_drive_t, phase_drive_t, resonance_t, make_set_drive, start_drive, drive_at, drive_rate_at, &
-      resonance_at, exponents_of
+   public :: set_drive_t, phase_drive_t, make_set_drive, start_drive, drive_at, by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
    real(wp), parameter :: resonant = 0.02_wp
 
-   !> So many periods of a load that resonates are a phase at most: bounds grow with its length.
+   !> So many periods of a load that resonates are a phase at most: bounds grow with its length. Of a slow one that is
+   !> driven by a slow load it is one over the higher frequency.
    real(wp), parameter :: most_periods = 2.0_wp
 
    !> Where the rows of each kind begin, less one.
@@ -37,13 +38,21 @@ module phase_drives
       integer :: rows = 0
    end type row_places_t
 
-   !> A load and a mode of the set with which it resonates.
-   type :: resonant_pair_t
-      integer :: load = 0
+   !> What of a load drives a mode from rest.
+   integer, parameter :: by_constant = 1
+   integer, parameter :: by_slope = 2
+   integer, parameter :: by_harmonic = 3
+
+   !> A mode of the set that is driven from rest.
+   type :: driven_pair_t
       integer :: mode = 0
+      !> One of the `by_` constants
+      integer :: part = 0
+      !> Which load does; 0: all of them
+      integer :: load = 0
       !> The rows per unit of the mode and of its rate, [rows]
       real(wp), allocatable :: row(:), row_of_rate(:)
-   end type resonant_pair_t
+   end type driven_pair_t
 
    !> Answers of a set to unit loads.
    type :: set_drive_t
@@ -56,18 +65,8 @@ module phase_drives
       real(wp), allocatable :: load(:, :)
       !> Their parts that the surfaces which hold the beam take at once, [held, loads]
       real(wp), allocatable :: share(:, :)
-      type(resonant_pair_t), allocatable :: resonant(:)
+      type(driven_pair_t), allocatable :: driven(:)
    end type set_drive_t
-
-   !> A mode that a harmonic load drives from rest: Re(force E), E'' + 2 a E' + W^2 E = exp(i frequency t).
-   type :: resonance_t
-      complex(wp) :: force = (0.0_wp, 0.0_wp)
-      real(wp) :: frequency = 0.0_wp
-      !> a, W^2 and its frequency sqrt(W^2 - a^2)
-      real(wp) :: decay = 0.0_wp
-      real(wp) :: square = 0.0_wp
-      real(wp) :: spread = 0.0_wp
-   end type resonance_t
 
    !> The rows during a phase.
    type :: phase_drive_t
@@ -81,8 +80,8 @@ module phase_drives
       complex(wp), allocatable :: harmonic(:, :)
       !> [harmonics]
       real(wp), allocatable :: frequency(:)
-      !> And those that resonate, with their pairs
-      type(resonance_t), allocatable :: resonance(:)
+      !> And modes driven from rest, with their pairs
+      type(driven_mode_t), allocatable :: mode(:)
       integer, allocatable :: pair(:)
    end type phase_drive_t
 
@@ -101,6 +100,7 @@ contains
       ! what a step in s has to be for the derivative there, which needs no difference
       real(wp), parameter :: tiny_step = 1.0e-100_wp
       complex(wp), allocatable :: answer(:)
+      logical, allocatable :: is_slow(:), is_driven(:)
       real(wp) :: mobility(size(held%held), size(held%held))
       integer :: g, i, surfaces, total
 
@@ -125,47 +125,57 @@ contains
       end if
       mobility = matmul(transpose(beam%value(:, held%held)), beam%value(:, held%held))
       allocate (drive%share(size(held%held), total), source=0.0_wp)
-      allocate (drive%resonant(0))
+      allocate (drive%driven(0))
+      allocate (is_slow, source=held%oscillators%frequency < loads%slow .and. size(pressed) == 0)
+      do i = 1, held%count
+         if (is_slow(i)) call add_driven(held, i, by_constant, 0, drive)
+         if (is_slow(i)) call add_driven(held, i, by_slope, 0, drive)
+      end do
       do g = 1, total
          if (size(held%held) > 0) call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, held%held)), &
             spread(.true., 1, size(held%held)), drive%share(:, g))
-         call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, tiny_step, wp), 0, answer)
+         call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, tiny_step, wp), is_slow, answer)
          drive%constant(:, g) = real(answer, wp)
          drive%lag(:, g) = aimag(answer)/tiny_step
          if (loads%frequency(g) <= 0.0_wp) cycle
-         i = 0
-         if (size(pressed) == 0) i = mode_in_resonance(held%oscillators, loads%frequency(g))
-         if (i > 0) call add_resonance(held, drive, g, i)
-         call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, loads%frequency(g), wp), i, answer)
+         is_driven = size(pressed) == 0 .and. (resonates(held%oscillators, loads%frequency(g)) .or. &
+            (is_slow .and. loads%frequency(g) < loads%slow))
+         do i = 1, held%count
+            if (is_driven(i)) call add_driven(held, i, by_harmonic, g, drive)
+         end do
+         call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, answer)
          drive%harmonic(:, g) = answer
       end do
    end subroutine make_set_drive
 
-   !> The mode with which a harmonic load resonates; 0: none.
-   pure function mode_in_resonance(oscillators, frequency) result(mode)
+   !> With which modes does a harmonic load resonate?
+   pure function resonates(oscillators, frequency) result(does)
       type(oscillators_t), intent(in) :: oscillators
       real(wp), intent(in) :: frequency
-      integer :: mode
+      logical :: does(oscillators%count)
 
-      mode = minloc(abs(oscillators%frequency(:oscillators%oscillating) - frequency), dim=1)
-      if (mode == 0) return
-      associate (a => oscillators%decay(mode), w => oscillators%spread(mode))
-         if (hypot(a, w - frequency) > resonant*frequency) mode = 0
+      does = .false.
+      associate (n => oscillators%oscillating)
+         does(:n) = hypot(oscillators%decay(:n), oscillators%spread(:n) - frequency) <= resonant*frequency
       end associate
-   end function mode_in_resonance
+   end function resonates
 
-   !> A mode that is left out of the answer to a harmonic load.
-   subroutine add_resonance(held, drive, load, mode)
+   !> A mode that is left out of the answer to a load.
+   subroutine add_driven(held, mode, part, load, drive)
       type(held_set_t), intent(in) :: held
-      type(set_drive_t), intent(inout) :: drive
-      integer, intent(in) :: load
       integer, intent(in) :: mode
+      !> One of the `by_` constants
+      integer, intent(in) :: part
+      !> Which load; 0: all
+      integer, intent(in) :: load
+      type(set_drive_t), intent(inout) :: drive
 
-      type(resonant_pair_t) :: pair
+      type(driven_pair_t) :: pair
       integer :: place
 
-      pair%load = load
       pair%mode = mode
+      pair%part = part
+      pair%load = load
       allocate (pair%row(drive%at%rows), pair%row_of_rate(drive%at%rows), source=0.0_wp)
       associate (at => drive%at, surfaces => size(held%gap))
          pair%row(at%modes + mode) = 1.0_wp
@@ -177,8 +187,8 @@ contains
          pair%row(at%tip + 1) = held%tip_value(mode)
          pair%row(at%loads + 1:) = drive%load(mode, :)
       end associate
-      drive%resonant = [drive%resonant, pair]
-   end subroutine add_resonance
+      drive%driven = [drive%driven, pair]
+   end subroutine add_driven
 
    !> The rows that follow exp(s t) of a unit load.
    pure subroutine answer_at(held, pressed, spring, drive, load, s, left_out, answer)
@@ -189,46 +199,40 @@ contains
       type(set_drive_t), intent(in) :: drive
       integer, intent(in) :: load
       complex(wp), intent(in) :: s
-      !> A mode that stays at rest; 0: none
-      integer, intent(in) :: left_out
+      !> Modes that stay at rest, [modes]
+      logical, intent(in) :: left_out(:)
       !> [rows]
       complex(wp), intent(out) :: answer(:)
 
       complex(wp), dimension(held%count) :: dynamic, z, viscous
-      complex(wp) :: compliance(size(pressed), size(pressed)), force(size(pressed), 1)
-      integer :: j, k
+      complex(wp), dimension(size(pressed)) :: flexibility, force, unmoved
+      integer :: k
 
       answer = (0.0_wp, 0.0_wp)
       viscous = 1.0_wp + held%oscillators%two_zeta*s
-      dynamic = 1.0_wp/(s**2 + held%oscillators%mass_rate(:held%count)*s + viscous*held%oscillators%square)
-      if (left_out > 0) dynamic(left_out) = (0.0_wp, 0.0_wp)
-      z = dynamic*drive%load(:, load)
+      dynamic = s**2 + held%oscillators%mass_rate(:held%count)*s + viscous*held%oscillators%square
       if (size(pressed) > 0) then
-         do k = 1, size(pressed)
-            do j = 1, size(pressed)
-               compliance(j, k) = sum(held%value(:, pressed(j))*held%value(:, pressed(k))*dynamic)
-            end do
-            if (.not. holds(spring(pressed(k)))) compliance(k, k) = compliance(k, k) &
-               + 1.0_wp/response_of(spring(pressed(k)), s)
-            force(k, 1) = -sum(held%value(:, pressed(k))*z)
-         end do
-         force = solve_small(compliance, force)
-         do k = 1, size(pressed)
-            z = z + dynamic*held%value(:, pressed(k))*force(k, 1)
-         end do
+         unmoved = (0.0_wp, 0.0_wp)
+         flexibility = (0.0_wp, 0.0_wp)
+         where (.not. holds(spring(pressed))) flexibility = 1.0_wp/response_of(spring(pressed), s)
+         call find_point_forces(dynamic, held%value(:, pressed), flexibility, cmplx(drive%load(:, load), 0.0_wp, wp), &
+            unmoved, force, z)
+      else
+         z = drive%load(:, load)/dynamic
+         where (left_out) z = (0.0_wp, 0.0_wp)
       end if
       associate (at => drive%at)
          answer(at%modes + 1:at%modes + held%count) = z
          answer(at%gaps + 1:at%gaps + size(held%gap)) = matmul(z, held%value)
          do k = 1, size(held%held)
             answer(at%forces + held%held(k)) = sum(held%reaction(k, :)*viscous*z) - drive%share(k, load) &
-               - sum(held%share(k, pressed)*force(:, 1))
+               - sum(held%share(k, pressed)*force)
          end do
          do k = 1, size(pressed)
-            answer(at%forces + pressed(k)) = force(k, 1)
+            answer(at%forces + pressed(k)) = force(k)
             answer(at%gaps + pressed(k)) = (0.0_wp, 0.0_wp)
             if (holds(spring(pressed(k)))) cycle
-            associate (u => force(k, 1)/response_of(spring(pressed(k)), s), p => pressed(k))
+            associate (u => force(k)*flexibility(k), p => pressed(k))
                answer(at%depths + p) = u
                answer(at%gaps + p) = -u
                answer(at%branches + p) = spring(p)%branch_stiffness*s/(s + spring(p)%relaxation_rate)*u
@@ -260,7 +264,7 @@ contains
       real(wp), intent(in) :: tau
       type(phase_drive_t), intent(inout) :: drive
 
-      integer :: g, i, m
+      integer :: g, m
 
       drive%tau = tau
       if (.not. allocated(drive%piece)) allocate (drive%piece(loads%count))
@@ -277,138 +281,81 @@ contains
          m = loads%harmonic(g)
          if (m > 0) drive%harmonic(:, m) = drive%harmonic(:, m) + drive%piece(g)%harmonic*set%harmonic(:, g)
       end do
-      drive%pair = pack([(i, i=1, size(set%resonant))], abs(drive%piece(set%resonant%load)%harmonic) > 0.0_wp)
-      if (allocated(drive%resonance)) deallocate (drive%resonance)
-      allocate (drive%resonance(size(drive%pair)))
-      do i = 1, size(drive%pair)
-         associate (pair => set%resonant(drive%pair(i)), resonance => drive%resonance(i))
-            resonance%frequency = drive%piece(pair%load)%frequency
-            resonance%force = drive%piece(pair%load)%harmonic*set%load(pair%mode, pair%load)
-            resonance%decay = oscillators%decay(pair%mode)
-            resonance%square = oscillators%square(pair%mode)
-            resonance%spread = oscillators%spread(pair%mode)
-            drive%until = min(drive%until, tau + most_periods*2.0_wp*acos(-1.0_wp)/resonance%frequency)
-         end associate
-      end do
+      call start_modes(set, oscillators, loads%slow, drive)
    end subroutine start_drive
 
-   !> Rows at a time since the start of the phase.
-   pure function drive_at(set, drive, first, last, time) result(values)
+   !> Modes that are driven from rest.
+   subroutine start_modes(set, oscillators, slow, drive)
+      type(set_drive_t), intent(in) :: set
+      !> Of the set
+      type(oscillators_t), intent(in) :: oscillators
+      !> Below this modes and loads are slow
+      real(wp), intent(in) :: slow
+      !> Its pieces are there
+      type(phase_drive_t), intent(inout) :: drive
+
+      complex(wp) :: force(size(set%driven))
+      real(wp) :: longest
+      integer :: i
+
+      do i = 1, size(set%driven)
+         associate (pair => set%driven(i), piece => drive%piece)
+            select case (pair%part)
+            case (by_constant)
+               force(i) = sum(set%load(pair%mode, :)*piece%constant)
+            case (by_slope)
+               force(i) = sum(set%load(pair%mode, :)*piece%slope)
+            case default
+               force(i) = set%load(pair%mode, pair%load)*piece(pair%load)%harmonic
+            end select
+         end associate
+      end do
+      drive%pair = pack([(i, i=1, size(set%driven))], abs(force) > 0.0_wp)
+      if (allocated(drive%mode)) deallocate (drive%mode)
+      allocate (drive%mode(size(drive%pair)))
+      do i = 1, size(drive%pair)
+         associate (pair => set%driven(drive%pair(i)), mode => drive%mode(i))
+            mode = make_driven_mode(oscillators, pair%mode)
+            mode%force = force(drive%pair(i))
+            mode%is_ramp = pair%part == by_slope
+            if (pair%part /= by_harmonic) cycle
+            mode%frequency = drive%piece(pair%load)%frequency
+            longest = most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency
+            if (mode%frequency < slow) longest = 1.0_wp/max(mode%frequency, sqrt(mode%square))
+            drive%until = min(drive%until, drive%tau + longest)
+         end associate
+      end do
+   end subroutine start_modes
+
+   !> Rows at a time since the start of the phase, or their rates.
+   pure function drive_at(set, drive, first, last, time, order) result(values)
       type(set_drive_t), intent(in) :: set
       type(phase_drive_t), intent(in) :: drive
       !> Which rows
       integer, intent(in) :: first
       integer, intent(in) :: last
       real(wp), intent(in) :: time
+      !> 0: the rows, 1: their rates
+      integer, intent(in) :: order
       real(wp) :: values(last - first + 1)
-
-      real(wp) :: here(0:1)
-      integer :: i, m
-
-      values = drive%constant(first:last) + drive%slope(first:last)*time
-      do m = 1, size(drive%frequency)
-         values = values + real(drive%harmonic(first:last, m)*turn(drive%frequency(m)*time), wp)
-      end do
-      do i = 1, size(drive%pair)
-         here = resonance_at(drive%resonance(i), time, 1)
-         associate (pair => set%resonant(drive%pair(i)))
-            values = values + pair%row(first:last)*here(0) + pair%row_of_rate(first:last)*here(1)
-         end associate
-      end do
-   end function drive_at
-
-   !> Their rates.
-   pure function drive_rate_at(set, drive, first, last, time) result(rates)
-      type(set_drive_t), intent(in) :: set
-      type(phase_drive_t), intent(in) :: drive
-      integer, intent(in) :: first
-      integer, intent(in) :: last
-      real(wp), intent(in) :: time
-      real(wp) :: rates(last - first + 1)
 
       real(wp) :: here(0:2)
       integer :: i, m
 
-      rates = drive%slope(first:last)
+      values = drive%slope(first:last)
+      if (order == 0) values = drive%constant(first:last) + values*time
       do m = 1, size(drive%frequency)
          associate (w => drive%frequency(m))
-            rates = rates - w*aimag(drive%harmonic(first:last, m)*turn(w*time))
+            values = values + real(drive%harmonic(first:last, m)*cmplx(cos(w*time), sin(w*time), wp) &
+               *cmplx(0.0_wp, w, wp)**order, wp)
          end associate
       end do
       do i = 1, size(drive%pair)
-         here = resonance_at(drive%resonance(i), time, 2)
-         associate (pair => set%resonant(drive%pair(i)))
-            rates = rates + pair%row(first:last)*here(1) + pair%row_of_rate(first:last)*here(2)
+         here(:order + 1) = driven_mode_at(drive%mode(i), time, order + 1)
+         associate (pair => set%driven(drive%pair(i)))
+            values = values + pair%row(first:last)*here(order) + pair%row_of_rate(first:last)*here(order + 1)
          end associate
       end do
-   end function drive_rate_at
-
-   !> exp(i angle).
-   elemental function turn(angle) result(power)
-      real(wp), intent(in) :: angle
-      complex(wp) :: power
-
-      power = cmplx(cos(angle), sin(angle), wp)
-   end function turn
-
-   !> A mode in resonance and its derivatives: the difference of two exponentials over that of their exponents, which
-   !> may vanish.
-   pure function resonance_at(resonance, time, most) result(derivative)
-      type(resonance_t), intent(in) :: resonance
-      real(wp), intent(in) :: time
-      !> The highest, >= 1
-      integer, intent(in) :: most
-      real(wp) :: derivative(0:most)
-
-      complex(wp) :: e(0:most), s(2), part(2), drive
-      integer :: k
-
-      s = exponents_of(resonance)
-      associate (sigma => cmplx(0.0_wp, resonance%frequency, wp))
-         drive = turn(resonance%frequency*time)
-         part = drive*time*exponential_mean((s - sigma)*time)
-         e(0) = (part(1) - part(2))/(s(1) - s(2))
-         e(1) = (s(1)*part(1) - s(2)*part(2))/(s(1) - s(2))
-         do k = 2, most
-            e(k) = sigma**(k - 2)*drive - 2.0_wp*resonance%decay*e(k - 1) - resonance%square*e(k - 2)
-         end do
-      end associate
-      derivative = real(resonance%force*e, wp)
-   end function resonance_at
-
-   !> Those of the mode alone, a conjugate pair.
-   pure function exponents_of(resonance) result(s)
-      type(resonance_t), intent(in) :: resonance
-      complex(wp) :: s(2)
-
-      s = [cmplx(-resonance%decay, resonance%spread, wp), cmplx(-resonance%decay, -resonance%spread, wp)]
-   end function exponents_of
-
-   !> (exp(x) - 1)/x, without cancellation for small x.
-   elemental function exponential_mean(x) result(mean)
-      complex(wp), intent(in) :: x
-      complex(wp) :: mean
-
-      real(wp) :: half
-
-      if (abs(x) < 1.0e-150_wp) then
-         mean = (1.0_wp, 0.0_wp)
-         return
-      end if
-      ! exp(a + i b) - 1 = expm1(a) cos b - 2 sin(b/2)^2 + i exp(a) sin b
-      half = sin(0.5_wp*aimag(x))
-      mean = cmplx(grown(real(x, wp))*cos(aimag(x)) - 2.0_wp*half**2, exp(real(x, wp))*sin(aimag(x)), wp)/x
-   end function exponential_mean
-
-   !> exp(a) - 1.
-   elemental function grown(a) result(value)
-      real(wp), intent(in) :: a
-      real(wp) :: value
-
-      real(wp) :: half
-
-      half = tanh(0.5_wp*a)
-      value = 2.0_wp*half/(1.0_wp - half)
-   end function grown
+   end function drive_at
 
 end module phase_drives

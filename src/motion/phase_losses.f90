@@ -24,9 +24,9 @@ contains
       part = 0.0_wp
       if (self%loads%count == 0) return
       associate (set => self%set%drive, drive => self%drive)
-         part = [drive_at(set, drive, set%at%forces + k, set%at%forces + k, time), &
-            drive_at(set, drive, set%at%depths + k, set%at%depths + k, time), &
-            drive_at(set, drive, set%at%branches + k, set%at%branches + k, time)]
+         part = [drive_at(set, drive, set%at%forces + k, set%at%forces + k, time, 0), &
+            drive_at(set, drive, set%at%depths + k, set%at%depths + k, time, 0), &
+            drive_at(set, drive, set%at%branches + k, set%at%branches + k, time, 0)]
       end associate
    end function driven_part
 

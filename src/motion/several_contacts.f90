@@ -10,7 +10,7 @@ module several_contacts
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
-   use phase_drives, only: drive_at, drive_rate_at
+   use phase_drives, only: drive_at
    use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
@@ -192,8 +192,8 @@ contains
          z = alone
          v = alone_rate
          if (now%loads%count > 0) then
-            z = z + drive_at(set%drive, now%drive, 1, size(z), time)
-            v = v + drive_rate_at(set%drive, now%drive, 1, size(v), time)
+            z = z + drive_at(set%drive, now%drive, 1, size(z), time, 0)
+            v = v + drive_at(set%drive, now%drive, 1, size(v), time, 1)
          end if
          total = 0.0_wp
          do k = 1, size(now%states)

@@ -2,11 +2,12 @@
 module several_measures
    use certified_search, only: viewed_signal_t
    use contact_losses, only: integral
+   use driven_modes, only: driven_mode_at, integral_of, integral_of_swing, make_driven_mode
    use driven_signal, only: driven_terms_t
    use kinds, only: wp
    use motion_phases, only: motion_t
-   use phase_drives, only: resonance_at
    use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
+   use point_forces, only: slow
    use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
    use several_state, only: end_force, force_terms, driven_terms, move_alone, several_t, signal_of, whole_gap
@@ -157,8 +158,8 @@ contains
 
       complex(wp), allocatable :: amplitude(:)
       real(wp), allocatable :: z(:), v(:)
-      real(wp) :: offset
-      integer :: place
+      real(wp) :: offset, part
+      integer :: i, place
 
       if (size(self%set%pressed) > 0) then
          call force_terms(self, k, offset, amplitude)
@@ -169,17 +170,24 @@ contains
          ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
          allocate (z(size(self%z)), v(size(self%v)))
          call move_alone(self, time, z, v)
-         associate (held => self%set%held)
+         associate (held => self%set%held, square => self%set%held%oscillators%square)
             place = findloc(held%held, k, dim=1)
-            impulse = held%static_force(place)*time &
-               + sum(held%reaction(place, :)*(self%v - v + held%oscillators%mass_rate(:held%count)*(self%z - z)) &
-               /held%oscillators%square)
+            impulse = held%static_force(place)*time
+            do i = 1, size(z)
+               if (square(i) < slow**2) then
+                  part = integral_of_swing(make_driven_mode(held%oscillators, i), [self%z(i), self%v(i)], time) &
+                     + held%oscillators%two_zeta*(z(i) - self%z(i))
+               else
+                  part = (self%v(i) - v(i) + held%oscillators%mass_rate(i)*(self%z(i) - z(i)))/square(i)
+               end if
+               impulse = impulse + held%reaction(place, i)*part
+            end do
          end associate
       end if
       if (self%loads%count > 0) impulse = impulse + impulse_of_terms(self, k, time)
    end function impulse_until
 
-   !> What loads add to it; of a mode in resonance W^2 z is its force less z'' and 2 a z'.
+   !> What loads add to it.
    function impulse_of_terms(self, k, time) result(impulse)
       type(several_t), intent(in) :: self
       integer, intent(in) :: k
@@ -197,12 +205,9 @@ contains
             impulse = impulse + real(terms%harmonic(i)*integral(s, time, exp(s*time)), wp)
          end associate
       end do
-      do i = 1, size(terms%resonance)
-         associate (resonance => terms%resonance(i), s => cmplx(0.0_wp, terms%resonance(i)%frequency, wp))
-            here = resonance_at(resonance, time, 1)
-            impulse = impulse + terms%share_of_rate(i)*here(0) + terms%share(i)/resonance%square &
-               *(real(resonance%force*integral(s, time, exp(s*time)), wp) - here(1) - 2.0_wp*resonance%decay*here(0))
-         end associate
+      do i = 1, size(terms%mode)
+         here = driven_mode_at(terms%mode(i), time, 1)
+         impulse = impulse + terms%share_of_rate(i)*here(0) + terms%share(i)*integral_of(terms%mode(i), time)
       end do
    end function impulse_of_terms
 

@@ -13,7 +13,7 @@ module several_state
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use phase_drives, only: drive_at, drive_rate_at, make_set_drive, phase_drive_t, start_drive
+   use phase_drives, only: drive_at, make_set_drive, phase_drive_t, start_drive
    use phase_measures, only: measurer_t
    use surface_states, only: impedance_of, surface_state_t
    implicit none (type, external)
@@ -147,10 +147,10 @@ contains
          call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
          self%longest = self%drive%until - tau
          associate (at => set%drive%at)
-            self%z = self%z - drive_at(set%drive, self%drive, 1, at%gaps, 0.0_wp)
-            self%v = self%v - drive_rate_at(set%drive, self%drive, 1, at%gaps, 0.0_wp)
-            depth = depth - drive_at(set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp)
-            branch_force = branch_force - drive_at(set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp)
+            self%z = self%z - drive_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, 0)
+            self%v = self%v - drive_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, 1)
+            depth = depth - drive_at(set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp, 0)
+            branch_force = branch_force - drive_at(set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
          end associate
       end associate
    end subroutine begin_drive
@@ -342,10 +342,10 @@ contains
          terms%slope = factor*drive%slope(row)
          allocate (terms%frequency, source=drive%frequency)
          allocate (terms%harmonic, source=cmplx(factor, of_rate*drive%frequency, wp)*drive%harmonic(row, :))
-         allocate (terms%resonance, source=drive%resonance)
-         allocate (terms%share, source=[(factor*set%resonant(drive%pair(i))%row(row), i=1, size(drive%pair))])
-         allocate (terms%share_of_rate, source=[(factor*set%resonant(drive%pair(i))%row_of_rate(row) &
-            + of_rate*set%resonant(drive%pair(i))%row(row), i=1, size(drive%pair))])
+         allocate (terms%mode, source=drive%mode)
+         allocate (terms%share, source=[(factor*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))])
+         allocate (terms%share_of_rate, source=[(factor*set%driven(drive%pair(i))%row_of_rate(row) &
+            + of_rate*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))])
       end associate
    end subroutine driven_terms
 
@@ -466,8 +466,8 @@ contains
 
       call move_alone(self, time, z, v)
       if (self%loads%count == 0) return
-      z = z + drive_at(self%set%drive, self%drive, 1, size(z), time)
-      v = v + drive_rate_at(self%set%drive, self%drive, 1, size(v), time)
+      z = z + drive_at(self%set%drive, self%drive, 1, size(z), time, 0)
+      v = v + drive_at(self%set%drive, self%drive, 1, size(v), time, 1)
    end subroutine move_to
 
    !> The same less what loads do.

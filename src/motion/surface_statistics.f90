@@ -299,7 +299,7 @@ contains
       second = 0.0_wp
       start = from
       do while (start < to)
-         width = panel_width(signals, start, maxval(self%drive%frequency))
+         width = panel_width(signals, start, maxval([0.0_wp, self%drive%frequency]))
          ! what is left in two parts rather than one that is next to nothing
          if (start + width >= to) then
             width = to - start
@@ -307,7 +307,7 @@ contains
             width = 0.5_wp*(to - start)
          end if
          do j = 1, panel_points
-            rows = drive_at(self%set%drive, self%drive, 1, size(rows), start + width*point(j))
+            rows = drive_at(self%set%drive, self%drive, 1, size(rows), start + width*point(j), 0)
             besides(:, j) = rows(rows_of(self))
          end do
          call integrate_panel(signals, start + width*point, width*weight, besides, first, second)

@@ -2,10 +2,8 @@
 module scene_checks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_funptr, c_null_funptr
-   use applied_loads, only: applied_loads_t, gather_loads
    use beam_model, only: beam_model_t
    use failures, only: failure_t, status_bad_input, status_run_failed
-   use free_modes, only: find_free_modes, free_modes_t
    use frequency_types, only: frequency_table_t
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
    use history_list, only: eta_stop, eta_tip, force_stop, history_count
@@ -17,7 +15,6 @@ module scene_checks
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: impulse_momentum, law_restitution, method_exact, stop_settings_t
-   use scene_beam_model, only: run_of
    use scene_draft, only: draft_t, drop, has_name, mend, put, save_text, text_of
    use scene_drawing, only: place_of_parameter, table_file
    use scene_names, only: name_t
@@ -337,32 +334,6 @@ contains
       end associate
    end function energy_scale
 
-   !> Energy of the static shapes of all loads at their greatest: exact motion swings about them, so a mode that is too slow
-   !> to come near has lost digits to them.
-   function energy_of_loads(scene, model) result(energy)
-      type(scene_t), intent(in) :: scene
-      type(beam_model_t), intent(in) :: model
-      real(wp) :: energy
-
-      type(applied_loads_t) :: loads
-      type(free_modes_t) :: modes
-      type(failure_t), allocatable :: error
-      real(wp) :: greatest
-      integer :: g
-
-      energy = 0.0_wp
-      call gather_loads(model, run_of(scene), loads)
-      if (loads%count == 0) return
-      call find_free_modes(model, modes, error)
-      if (allocated(error)) return
-      do g = 1, loads%count
-         greatest = loads%course(g)%amplitude
-         if (allocated(loads%course(g)%value)) greatest = greatest*maxval(abs(loads%course(g)%value))
-         energy = energy + greatest**2*sum(matmul(loads%vector(:, g), modes%mode)**2 &
-            /max(modes%square, tiny(1.0_wp)))
-      end do
-   end function energy_of_loads
-
    !> How far the beam moves, which a nodal impulse can raise with the energy that it creates.
    pure function length_scale(scene, response) result(unit)
       !> The scene
@@ -492,7 +463,7 @@ contains
          at_work = e%kinetic + e%strain + e%stop
          if (allocated(e%work)) at_work = at_work - e%work
          total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
-         unit = energy_scale(response) + energy_of_loads(scene, model)
+         unit = energy_scale(response)
          share = rounding
          if (scene%response%method /= method_exact) then
             share = rounding_of_steps(model, scene%response%step)

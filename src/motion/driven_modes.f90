@@ -1,0 +1,215 @@
+!> A mode that a load drives from rest, in closed form: E'' + 2 a E' + W^2 E = exp(sigma t), or t (docs/theory.md,
+!> section 18). So go modes with which a load resonates and those that are slow, whose answers to a load without a
+!> start would be far greater than the motion.
+module driven_modes
+   use damped_oscillators, only: oscillators_t
+   use exponential_differences, only: exponential_difference
+   use kinds, only: wp
+   use load_courses, only: piece_t
+   implicit none (type, external)
+   private
+   public :: driven_mode_t, make_driven_mode, driven_mode_at, integral_of, work_on, bound_driven_mode, work_on_swing, &
+      integral_of_swing
+
+   type :: driven_mode_t
+      !> The motion is Re(force E)
+      complex(wp) :: force = (0.0_wp, 0.0_wp)
+      !> sigma = i frequency
+      real(wp) :: frequency = 0.0_wp
+      !> Driven by t, sigma = 0
+      logical :: is_ramp = .false.
+      !> 2 a, W^2 and the exponents of the mode alone
+      real(wp) :: damping = 0.0_wp
+      real(wp) :: square = 0.0_wp
+      complex(wp) :: own(2) = (0.0_wp, 0.0_wp)
+   end type driven_mode_t
+
+contains
+
+   !> A mode of a family, with nothing that drives it.
+   pure function make_driven_mode(oscillators, place) result(mode)
+      type(oscillators_t), intent(in) :: oscillators
+      integer, intent(in) :: place
+      type(driven_mode_t) :: mode
+
+      associate (decay => oscillators%decay(place), spread => oscillators%spread(place))
+         mode%square = oscillators%square(place)
+         mode%damping = oscillators%two_zeta*mode%square + oscillators%mass_rate(place)
+         if (place <= oscillators%oscillating) then
+            mode%own = [cmplx(-decay, spread, wp), cmplx(-decay, -spread, wp)]
+         else
+            mode%own = [cmplx(-decay, 0.0_wp, wp), cmplx(-(decay + 2.0_wp*spread), 0.0_wp, wp)]
+         end if
+      end associate
+   end function make_driven_mode
+
+   !> It and its derivatives.
+   pure function driven_mode_at(mode, time, most) result(derivative)
+      type(driven_mode_t), intent(in) :: mode
+      real(wp), intent(in) :: time
+      !> The highest, >= 1
+      integer, intent(in) :: most
+      real(wp) :: derivative(0:most)
+
+      complex(wp) :: e(0:most), drive, sigma
+      integer :: k
+
+      sigma = cmplx(0.0_wp, mode%frequency, wp)
+      e(0) = exponential_difference(points_of(mode), time)
+      e(1) = sigma*e(0) + exponential_difference(later_points(mode), time)
+      drive = exp(sigma*time)
+      if (mode%is_ramp) drive = time
+      do k = 2, most
+         e(k) = drive - mode%damping*e(k - 1) - mode%square*e(k - 2)
+         if (mode%is_ramp) drive = merge(1.0_wp, 0.0_wp, k == 2)
+         if (.not. mode%is_ramp) drive = sigma*drive
+      end do
+      derivative = real(mode%force*e, wp)
+   end function driven_mode_at
+
+   !> E is the divided difference of exp(s t) over these.
+   pure function points_of(mode) result(points)
+      type(driven_mode_t), intent(in) :: mode
+      complex(wp), allocatable :: points(:)
+
+      allocate (points, source=[cmplx(0.0_wp, mode%frequency, wp), later_points(mode)])
+   end function points_of
+
+   !> And E' - sigma E that over these.
+   pure function later_points(mode) result(points)
+      type(driven_mode_t), intent(in) :: mode
+      complex(wp), allocatable :: points(:)
+
+      if (mode%is_ramp) then
+         allocate (points, source=[(0.0_wp, 0.0_wp), mode%own])
+      else
+         allocate (points, source=mode%own)
+      end if
+   end function later_points
+
+   !> Its integral from the start.
+   pure function integral_of(mode, time) result(value)
+      type(driven_mode_t), intent(in) :: mode
+      real(wp), intent(in) :: time
+      real(wp) :: value
+
+      value = real(mode%force*exponential_difference([(0.0_wp, 0.0_wp), points_of(mode)], time), wp)
+   end function integral_of
+
+   !> Work that a load does on it.
+   pure function work_on(mode, piece, time) result(work)
+      type(driven_mode_t), intent(in) :: mode
+      !> The load, per unit of its share in the mode
+      type(piece_t), intent(in) :: piece
+      real(wp), intent(in) :: time
+      real(wp) :: work
+
+      real(wp) :: here(0:1)
+
+      here = driven_mode_at(mode, time, 1)
+      work = piece%constant*here(0)
+      if (abs(piece%slope) > 0.0_wp) work = work + piece%slope*(time*here(0) - integral_of(mode, time))
+      if (abs(piece%harmonic) <= 0.0_wp) return
+      associate (turning => cmplx(0.0_wp, piece%frequency, wp))
+         work = work + 0.5_wp*real(mode%force*(piece%harmonic*turned(turning) &
+            + conjg(piece%harmonic)*turned(-turning)), wp)
+      end associate
+
+   contains
+
+      !> Integral of exp(theta t) E'.
+      pure function turned(theta) result(value)
+         complex(wp), intent(in) :: theta
+         complex(wp) :: value
+
+         value = exponential_difference([(0.0_wp, 0.0_wp), later_points(mode) + theta], time)
+         if (mode%frequency > 0.0_wp) value = value + cmplx(0.0_wp, mode%frequency, wp) &
+            *exponential_difference([(0.0_wp, 0.0_wp), points_of(mode) + theta], time)
+      end function turned
+   end function work_on
+
+   !> Work of a load on the mode that swings of itself, z' = v0 h' - W^2 z0 h with h its answer to a unit impulse.
+   pure function work_on_swing(mode, start, piece, time) result(work)
+      type(driven_mode_t), intent(in) :: mode
+      !> z and z' at time 0
+      real(wp), intent(in) :: start(2)
+      !> The load, per unit of its share in the mode
+      type(piece_t), intent(in) :: piece
+      real(wp), intent(in) :: time
+      real(wp) :: work
+
+      complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
+      complex(wp) :: moved, theta
+
+      moved = start(2)*exponential_difference(mode%own, time) &
+         - mode%square*start(1)*exponential_difference([zero, mode%own], time)
+      work = piece%constant*real(moved, wp)
+      if (abs(piece%slope) > 0.0_wp) then
+         work = work + piece%slope*(time*(start(1) + real(moved, wp)) - integral_of_swing(mode, start, time))
+      end if
+      if (abs(piece%harmonic) <= 0.0_wp) return
+      theta = cmplx(0.0_wp, piece%frequency, wp)
+      associate (own => mode%own + theta)
+         work = work + real(piece%harmonic*(start(2)*exponential_difference([zero, own(2)], time) &
+            + (start(2)*mode%own(1) - mode%square*start(1))*exponential_difference([zero, own], time)), wp)
+      end associate
+   end function work_on_swing
+
+   !> Integral of the mode that swings of itself.
+   pure function integral_of_swing(mode, start, time) result(value)
+      type(driven_mode_t), intent(in) :: mode
+      !> z and z' at time 0
+      real(wp), intent(in) :: start(2)
+      real(wp), intent(in) :: time
+      real(wp) :: value
+
+      complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
+
+      value = start(1)*time + real(start(2)*exponential_difference([zero, mode%own], time) &
+         - mode%square*start(1)*exponential_difference([zero, zero, mode%own], time), wp)
+   end function integral_of_swing
+
+   !> Bounds on it and on its derivatives up to a time. Of a mode that is hit by a unit impulse neither the velocity
+   !> exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by the
+   !> equation of motion.
+   pure subroutine bound_driven_mode(mode, until, bounds)
+      type(driven_mode_t), intent(in) :: mode
+      real(wp), intent(in) :: until
+      !> From the mode itself on
+      real(wp), intent(out) :: bounds(0:)
+
+      ! whose square is a number
+      real(wp), parameter :: greatest_time = 1.0e100_wp
+      real(wp) :: drive, greatest, length, swing, time
+      integer :: k
+
+      time = min(until, greatest_time)
+      greatest = min(time, 1.0_wp/sqrt(mode%square), 2.0_wp/max(abs(mode%own(1) - mode%own(2)), tiny(1.0_wp)))
+      bounds(0) = time*min(greatest, 0.5_wp*time)
+      bounds(1) = time
+      if (abs(aimag(mode%own(1))) > 0.0_wp) then
+         ! what was long ago has died away
+         length = min(time, 2.0_wp/max(mode%damping, tiny(1.0_wp)))
+         swing = length/abs(aimag(mode%own(1)))
+         bounds(0) = min(bounds(0), swing)
+         bounds(1) = min(bounds(1), sqrt(mode%square)*swing)
+      end if
+      drive = 1.0_wp
+      if (.not. mode%frequency > 0.0_wp) then
+         bounds(0) = min(bounds(0), 2.0_wp/mode%square)
+         bounds(1) = min(bounds(1), greatest)
+         if (mode%is_ramp) then
+            bounds(1) = bounds(0)
+            bounds(0) = time*bounds(0)
+            drive = time
+         end if
+      end if
+      do k = 2, ubound(bounds, 1)
+         bounds(k) = drive + mode%damping*bounds(k - 1) + mode%square*bounds(k - 2)
+         if (mode%is_ramp) drive = merge(1.0_wp, 0.0_wp, k == 2)
+         if (.not. mode%is_ramp) drive = drive*mode%frequency
+      end do
+      bounds = abs(mode%force)*bounds
+   end subroutine bound_driven_mode
+
+end module driven_modes
