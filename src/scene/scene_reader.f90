@@ -204,7 +204,9 @@ contains
          deallocate (draft%scene)
          ! its line says nothing of a value that stands elsewhere
          problem = problem(len(scene%file) + 2:)
-         problem = problem(index(problem, ': ') + 2:)
+         k = 0
+         if (problem(1:1) /= ' ') k = index(problem, ':')
+         problem = problem(k + 2:)
          return
       end if
       made%title = scene%title

@@ -83,7 +83,7 @@ contains
          0.5_wp*physical%mass_coefficient/scene%scales%omega1, scene%zeta_mass)
       call take_ratio(input, table, 'tip_mass', 'mass', physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
       call resolve_mesh(input, scene)
-      if (scene%has_root) call resolve_root(input, table, physical%root, scene)
+      call resolve_root(input, table, physical%root, scene)
       if (scene%has_masses) call resolve_masses(input, table, physical%masses, scene)
       call choose_start(input, table, scene)
       if (input%has_problem()) return
