@@ -145,7 +145,7 @@ contains
    end subroutine take_events
 
    !> The beam is on a surface: with a new impact, if the last one is over.
-   subroutine meet(surface, tau, rest, velocity, is_within)
+   pure subroutine meet(surface, tau, rest, velocity, is_within)
       type(surface_sums_t), intent(inout) :: surface
       real(wp), intent(in) :: tau
       !> Length of a pause that ends an impact
@@ -170,7 +170,7 @@ contains
    end subroutine meet
 
    !> A contact, or a part of one within a block.
-   subroutine take_contact(surface, from, to, rest, block, integrals, greatest)
+   pure subroutine take_contact(surface, from, to, rest, block, integrals, greatest)
       type(surface_sums_t), intent(inout) :: surface
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to

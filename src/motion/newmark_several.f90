@@ -4,6 +4,7 @@
 module newmark_several
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, hold_supports
+   use block_statistics, only: finish_statistics, take_events
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: i8, wp
@@ -21,6 +22,7 @@ module newmark_several
       surface_energy
    use newmark_several_start, only: begin_at_surfaces, make_several_start
    use newmark_several_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
+   use newmark_statistics, only: open_statistics, take_step
    use newmark_stepper, only: deepest_level, make_newmark_stepper
    use number_text, only: to_text
    use response_records, only: count_samples, open_records
@@ -71,12 +73,15 @@ contains
       if (run%keeps_measures) call start_measures(model, run, error)
       if (allocated(error)) return
       call shapes_in_step(run, 0.0_wp, response)
+      if (allocated(settings%statistics)) call open_statistics(settings, run)
       call begin_at_surfaces(run, response)
+      if (allocated(run%blocks)) call take_events(run%blocks, response)
       call measure_moments(run)
       if (.not. allocated(run%error)) call take_sample(run, response)
       do while (run%sample < samples .and. .not. allocated(run%error))
          call advance(run, response)
          if (allocated(run%error)) exit
+         if (allocated(run%blocks)) call take_events(run%blocks, response)
          if (run%part > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
          if (.not. run%keeps_ledger .or. modulo(samples - run%sample, between_checks) > 0) cycle
@@ -94,6 +99,7 @@ contains
       response%factorisations = run%stepper%factorisations
       if (allocated(run%moments)) call move_alloc(run%moments, response%moments)
       if (run%keeps_measures) call finish_measures(run, settings%output%most_peaks, response)
+      if (allocated(run%blocks)) call finish_statistics(run%blocks, response)
       call finish_moments(response)
    end subroutine several_newmark_response
 
@@ -399,6 +405,7 @@ contains
       if (run%keeps_ledger) call account_step(run, step)
       if (run%keeps_measures) call measure_step(run, instant_of(run) - step, step, [energy, energy_left(run)])
       call measure_moments(run)
+      if (allocated(run%blocks)) call take_step(run, instant_of(run) - step, step)
       call shapes_in_step(run, step, response)
       call look_for_events(run, step, response)
       if (allocated(run%error)) return

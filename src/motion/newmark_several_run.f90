@@ -9,6 +9,7 @@ module newmark_several_run
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: moment_record_t, run_measures_t
    use run_recorder, only: ledger_t
+   use statistic_types, only: block_sums_t
    use step_measures, only: step_measurer_t
    use stop_surfaces, only: surface_t
    use yielding_stop, only: stop_step_t, yielding_stop_t
@@ -112,6 +113,8 @@ module newmark_several_run
       logical :: keeps_ledger = .false.
       logical :: keeps_measures = .false.
       logical :: keeps_shapes = .false.
+      !> What &statistics asks for; unallocated: nothing
+      type(block_sums_t), allocatable :: blocks
       !> Displacement and rotation of the root among the degrees of freedom; 0: held
       integer :: root_dofs(2) = 0
       !> The present state and, in the other place, the one a step leads to or came from

@@ -12,8 +12,8 @@ module step_measures
       take_impulse, tally_t
    implicit none (type, external)
    private
-   public :: step_measurer_t, piece_t, greatest_in, measure_motion, measure_contact, measure_energy, measure_event, &
-      finish_steps
+   public :: step_measurer_t, piece_t, part_of, greatest_in, measure_motion, measure_contact, measure_energy, &
+      measure_event, finish_steps
 
    !> eta of the stop point in a step
    type :: piece_t
@@ -183,6 +183,26 @@ contains
          allocate (response%measures, source=measures)
       end if
    end subroutine finish_steps
+
+   !> A part of a step.
+   pure function part_of(piece, begin, end) result(part)
+      type(piece_t), intent(in) :: piece
+      !> As shares of its length
+      real(wp), intent(in) :: begin
+      real(wp), intent(in) :: end
+      type(piece_t) :: part
+
+      real(wp) :: cubic(0:3), s(2)
+
+      part = piece
+      if (begin <= 0.0_wp .and. end >= 1.0_wp) return
+      cubic = cubic_of(piece)
+      s = [begin, end]
+      part%from = piece%from + begin*piece%length
+      part%length = (end - begin)*piece%length
+      part%eta = [cubic_value(cubic, begin), cubic_value(cubic, end)]
+      part%rate = (cubic(1) + s*(2.0_wp*cubic(2) + 3.0_wp*s*cubic(3)))/piece%length
+   end function part_of
 
    !> The greatest value in a step.
    pure function greatest_in(piece) result(greatest)

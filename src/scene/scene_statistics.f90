@@ -4,7 +4,6 @@ module scene_statistics
    use name_table, only: table_t
    use number_text, only: to_text
    use quantities, only: quantity_named, ratio_of
-   use run_settings, only: method_newmark
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use statistics_groups, only: physical_statistics_t
@@ -43,8 +42,6 @@ contains
          if (statistics%start >= end) call input%complain(group, 'start start_time', &
             'nothing is left to count: it must be before the end, '//to_text(end)//' (tau)')
       end associate
-      if (scene%response%method == method_newmark) call input%complain('response', 'method', &
-         "must be 'exact' with &statistics")
    end subroutine resolve_statistics
 
 end module scene_statistics

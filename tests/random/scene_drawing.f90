@@ -682,7 +682,6 @@ contains
       call draw_group(names, 'statistics', 0.4_wp, draft)
       ! an impulse on a node alone is none of theirs
       call drop(draft, 'stop', 'impulse')
-      if (has_name(draft, 'response', 'method')) call put(draft, 'response', 'method', '''exact''')
       duration = number_of(draft, 'response', 'duration')
       if (has_name(draft, 'statistics', 'start')) call put(draft, 'statistics', 'start', to_text(0.5_wp*duration*number()))
       if (has_name(draft, 'statistics', 'end')) call put(draft, 'statistics', 'end', &
