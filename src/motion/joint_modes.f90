@@ -144,7 +144,7 @@ contains
       do m = 1, size(keep)
          if (gone(keep(m))) cycle
          call distances(problem%secular_t, near(keep(m)), offset(keep(m)), distance)
-         call vectors_at(problem, s(keep(m)), near(keep(m)), distance, vectors)
+         call vectors_at(problem, s(keep(m)), 0, distance, vectors)
          if (vectors%condition > greatest_condition .and. size(s) > 1) then
             partner = minloc(abs(s - s(keep(m))), dim=1, mask=[(i, i=1, size(s))] /= keep(m))
             center = 0.5_wp*(s(keep(m)) + s(partner))

@@ -98,11 +98,12 @@ contains
       problem%crowded(:) = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_joint_secular
 
-   !> What belongs to an s, with the mode taken apart that has the nearest pole, or else moves the stops most.
+   !> What belongs to an s, with the mode taken apart that has the nearest pole, or else moves the stops most: a mode
+   !> that hardly moves them leaves a root of the others in T_i.
    pure subroutine vectors_at(problem, s, near, distance, vectors)
       type(joint_secular_t), intent(in) :: problem
       complex(wp), intent(in) :: s
-      !> The nearest pole
+      !> The nearest pole; 0: whatever it is
       integer, intent(in) :: near
       !> s - pole, [poles]
       complex(wp), contiguous, intent(in) :: distance(:)
@@ -118,7 +119,7 @@ contains
          vectors%matrix(stops, stops), vectors%slopes(stops, stops), vectors%solution(stops, stops + 1), &
          vectors%elimination(stops, stops), vectors%term(problem%modes, 4))
       vectors%mode = 0
-      if (near <= 2*problem%modes) then
+      if (near > 0 .and. near <= 2*problem%modes) then
          vectors%mode = (near + 1)/2
       else
          strongest = 0.0_wp
