@@ -7,7 +7,7 @@
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
-   use certified_search, only: viewed_signal_t
+   use certified_search, only: local_t, viewed_signal_t
    use driven_signal, only: driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use free_modes, only: free_modes_t
@@ -102,8 +102,7 @@ contains
       real(wp), intent(in) :: length
 
       class(viewed_signal_t), allocatable :: turned
-      real(wp) :: rate, time, value
-      logical :: is_beyond, still_rises
+      real(wp) :: rate, value
       integer :: p
 
       if (.not. allocated(moments%records)) return
@@ -111,13 +110,33 @@ contains
          associate (record => moments%records(p), signal => moments%place(p)%signal)
             call signal%evaluate(0.0_wp, value, rate)
             call enter_moment(record, value, tau)
-            call greatest_value(signal, length, record%greatest, is_beyond, still_rises, value, time)
-            if (is_beyond) call enter_moment(record, value, tau + time)
+            call seek_beyond(signal, 1.0_wp)
             call signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, turned)
-            call greatest_value(turned, length, -record%least, is_beyond, still_rises, value, time)
-            if (is_beyond) call enter_moment(record, -value, tau + time)
+            call seek_beyond(turned, -1.0_wp)
          end associate
       end do
+
+   contains
+
+      !> A greater value than so far of the moment, or of it with its sign turned.
+      subroutine seek_beyond(signal, sign)
+         class(viewed_signal_t), intent(in) :: signal
+         real(wp), intent(in) :: sign
+
+         ! a thousandth of all terms, of whose sizes rounding tells
+         real(wp), parameter :: share = 1.0e-3_wp/(4.0_wp*epsilon(1.0_wp))
+         type(local_t) :: here
+         real(wp) :: known, peak, time
+         logical :: is_beyond, still_rises
+
+         call signal%look(0.0_wp, 0, here)
+         associate (record => moments%records(p))
+            known = merge(record%greatest, -record%least, sign > 0.0_wp)
+            call greatest_value(signal, length, known, is_beyond, still_rises, peak, time, &
+               max(record%greatest, -record%least, share*here%rounding))
+            if (is_beyond) call enter_moment(record, sign*peak, tau + time)
+         end associate
+      end subroutine seek_beyond
    end subroutine measure_moments
 
    !> The moment at a place through the present phase.

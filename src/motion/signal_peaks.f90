@@ -35,7 +35,7 @@ contains
    !>
    !> Where the signal is proven to stay below the best value known it is not looked into; where it comes up to it,
    !> the next turn gives a better one.
-   subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time)
+   subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time, scale)
       !> The signal, without a surface that relaxes
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
@@ -49,24 +49,29 @@ contains
       !> The greatest value (within `peak_tolerance`) and its time
       real(wp), intent(out) :: value
       real(wp), intent(out) :: time
+      !> A value by which the tolerance goes, too, where the signal is near zero; default: it does not
+      real(wp), intent(in), optional :: scale
 
       integer, parameter :: cap = 10000
       class(viewed_signal_t), allocatable :: part
       type(search_t) :: search
-      real(wp) :: level, slope, t, turn
+      real(wp) :: least, level, slope, t, turn
       integer :: attempt
 
+      least = 0.0_wp
+      if (present(scale)) least = scale
       exceeds = .false.
       still_rises = .false.
       value = threshold
       time = 0.0_wp
       level = threshold
+      if (least > 0.0_wp) level = raised(threshold, least)
       t = 0.0_wp
       call signal%evaluate(t, turn, slope)
       if (turn > threshold) then
          exceeds = .true.
          value = turn
-         level = raised(turn)
+         level = raised(turn, least)
       end if
       do attempt = 1, cap
          call signal%view(t, -1.0_wp, level, 0, part)
@@ -88,17 +93,19 @@ contains
             value = turn
             time = t
          end if
-         level = raised(max(turn, level))
+         level = raised(max(turn, level), least)
       end do
    end subroutine greatest_value
 
    !> What a better peak must reach.
-   elemental function raised(level) result(higher)
+   elemental function raised(level, scale) result(higher)
       !> The best so far
       real(wp), intent(in) :: level
+      !> What counts where that is near zero
+      real(wp), intent(in) :: scale
       real(wp) :: higher
 
-      higher = level + peak_tolerance*abs(level) + tiny(1.0_wp)
+      higher = level + peak_tolerance*max(abs(level), scale) + tiny(1.0_wp)
    end function raised
 
    !> When a signal was last above a level.
