@@ -146,7 +146,8 @@ contains
       real(qp), intent(in) :: lambda
       integer :: count
 
-      real(qp) :: block(2, 2), coupling(2, 2), diagonal(2, 2), next(2, 2)
+      real(qp), parameter :: least = epsilon(1.0_qp)**2
+      real(qp) :: block(2, 2), coupling(2, 2), diagonal(2, 2), next(2, 2), determinant
       integer :: i, held
 
       count = 0
@@ -168,15 +169,17 @@ contains
             if (beam%joints(i + 1)%is_held(1)) coupling(:, 1) = 0.0_qp
             if (beam%joints(i + 1)%is_held(2)) coupling(:, 2) = 0.0_qp
          end if
-         associate (determinant => diagonal(1, 1)*diagonal(2, 2) - diagonal(1, 2)**2)
-            if (determinant < 0.0_qp) then
-               count = count + 1
-            else if (diagonal(1, 1) < 0.0_qp) then
-               count = count + 2
-            end if
-            block(1, :) = (diagonal(2, 2)*coupling(1, :) - diagonal(1, 2)*coupling(2, :))/determinant
-            block(2, :) = (diagonal(1, 1)*coupling(2, :) - diagonal(1, 2)*coupling(1, :))/determinant
-         end associate
+         determinant = diagonal(1, 1)*diagonal(2, 2) - diagonal(1, 2)**2
+         if (determinant < 0.0_qp) then
+            count = count + 1
+         else if (diagonal(1, 1) < 0.0_qp) then
+            count = count + 2
+         end if
+         if (i == size(beam%pieces)) exit
+         ! a root of what lies before the joint: next to it the count is the same
+         determinant = sign(max(abs(determinant), least*sum(diagonal**2)), determinant)
+         block(1, :) = (diagonal(2, 2)*coupling(1, :) - diagonal(1, 2)*coupling(2, :))/determinant
+         block(2, :) = (diagonal(1, 1)*coupling(2, :) - diagonal(1, 2)*coupling(1, :))/determinant
          diagonal = next - matmul(transpose(coupling), block)
       end do
    end function roots_below
