@@ -85,6 +85,8 @@ contains
          call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
       else if (index(trouble%message, 'contact_tolerance ') == 1) then
          call complain_of_scene(scene, 'response', 'contact_tolerance', subject//trouble%message, error)
+      else if (index(trouble%message, 'the mode of the start ') == 1) then
+         call complain_of_scene(scene, 'start', 'mode', subject//trouble%message, error)
       else if (index(trouble%message, 'the support at ') == 1) then
          call complain_of_scene(scene, 'support', '', subject//trouble%message, error)
       else if (any([(index(trouble%message, trim(of_stops(i))) == 1, i=1, size(of_stops))])) then
@@ -95,14 +97,14 @@ contains
       end if
    end subroutine check_run
 
-   !> Does the longest step of a Newmark scheme, or the start among several stops, depend on this parameter?
+   !> Does the longest step of a Newmark scheme, or the start among several stops or in a mode, depend on this parameter?
    elemental function changes_start(parameter, is_plain_scene) result(changes)
       type(parameter_t), intent(in) :: parameter
       !> One stop below the beam
       logical, intent(in) :: is_plain_scene
       logical :: changes
 
-      changes = parameter%is_of_beam .or. parameter%name == 'zeta' .or. &
+      changes = parameter%is_of_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
          (parameter%group == 'stop' .and. .not. is_plain_scene)
    end function changes_start
 

@@ -6,10 +6,11 @@ module motion_run
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use load_settings, only: start_pull
+   use load_settings, only: field_mode, start_mode, start_pull, start_velocity
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
    use newmark_several, only: check_several_newmark, several_newmark_response
+   use number_text, only: to_text
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
    use static_states, only: find_static_start
@@ -37,6 +38,7 @@ contains
       type(set_store_t), target, intent(inout), optional :: sets
 
       call check_node(model, settings, error)
+      if (.not. allocated(error)) call check_mode_of_start(model, settings, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
@@ -65,6 +67,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       call check_node(model, settings, error)
+      if (.not. allocated(error)) call check_mode_of_start(model, settings, error)
       if (allocated(error)) return
       if (settings%response%method /= method_newmark) return
       if (is_plain_run(model, settings)) then
@@ -106,6 +109,23 @@ contains
       call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &
       &method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; else take 'consistent' or 'auto'")
    end subroutine check_node
+
+   !> A beam that starts in a mode must have it, and the run keep it.
+   pure subroutine check_mode_of_start(model, settings, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> Set when there are fewer modes
+      type(failure_t), allocatable, intent(inout) :: error
+
+      integer :: modes
+
+      if (settings%start%kind /= start_mode .and. .not. (settings%start%kind == start_velocity .and. &
+         settings%start%field == field_mode)) return
+      modes = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
+      if (settings%response%mode_count > 0) modes = min(modes, settings%response%mode_count)
+      if (settings%start%mode > modes) call fail(error, status_bad_input, 'the mode of the start must be from 1 to ' &
+         //to_text(modes)//', the modes that this run keeps on its mesh')
+   end subroutine check_mode_of_start
 
    !> What all runs of one beam by one method have in common; empty where that is nothing.
    subroutine find_shared_modes(model, settings, modes, error)

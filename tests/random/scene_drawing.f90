@@ -847,6 +847,7 @@ contains
          group = trim(names(i)%group)
          name = trim(names(i)%name)
          if (group//'_'//name == parameter) return
+         if (group == parameter .and. name == 'mass') return
          ! of several groups the label stands before the name
          if (name == parameter .and. index(group, '_1') == 0) return
       end do
