@@ -1,7 +1,7 @@
 !> Scenes drawn at random from the table of names: each number over its whole range, its ends, its default, special
 !> values and their neighbours, and, half of the time, where beams live. What makes a run long is kept small.
 module scene_drawing
-   use kinds, only: wp
+   use kinds, only: lambda1_power4, wp
    use load_settings, only: base_displacement, course_table, start_names, start_pull, time_course_t
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, start_random
@@ -948,6 +948,8 @@ contains
          real(wp) :: unit
 
          call put(draft, 'scene', 'displacement_scale', to_text(length))
+         call instead('statistics', 'threshold_ratio', 'force_threshold', scene%statistics%threshold*lambda1_power4*length &
+            *scene%scales%bending_stiffness/(scene%scales%height_ratio*scene%scales%length**3))
          if (allocated(scene%forces)) then
             unit = stiffness*length
             if (.not. allocated(scene%forces(1)%position)) unit = unit/scene%scales%length
@@ -1048,6 +1050,7 @@ contains
          call take('statistics', 'start', scene%statistics%start)
          call take('statistics', 'end', scene%statistics%end)
          call take('statistics', 'rest', scene%statistics%rest)
+         call take('statistics', 'threshold_ratio', scene%statistics%threshold)
       end if
 
    contains
