@@ -169,6 +169,9 @@ contains
       if (choice < 0.95_wp .and. chance(0.25_wp)) then
          call put(draft, 'stress', '', '')
          call draw_group(names, 'stress', 0.5_wp, draft)
+         ! extremes are sought as long as the beam swings
+         call drop(draft, 'response', 'duration_time')
+         call put(draft, 'response', 'duration', to_text(between(0.5_wp, 40.0_wp, .true.)))
       end if
    end subroutine draw_scene
 
