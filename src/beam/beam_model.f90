@@ -12,7 +12,7 @@ module beam_model
    implicit none (type, external)
    private
    public :: beam_model_t, beam_support_t, beam_root_t, point_mass_t, make_beam_model
-   public :: element_dofs, node_dofs, has_rigid_mode, hold_supports, static_shape
+   public :: element_dofs, is_mechanism, node_dofs, has_rigid_mode, hold_supports, static_shape
 
    !> A support along the beam, a stop that is always closed.
    type :: beam_support_t
@@ -211,6 +211,14 @@ contains
       answer = model%root%is_pinned
    end function has_rigid_mode
 
+   !> Does it turn about its root, with nothing that holds it?
+   pure function is_mechanism(model) result(answer)
+      type(beam_model_t), intent(in) :: model
+      logical :: answer
+
+      answer = has_rigid_mode(model) .and. size(model%supports) == 0
+   end function is_mechanism
+
    !> The beam with its rigid supports held: their degrees of freedom are bound to nothing else, and stay at rest.
    pure function hold_supports(model) result(held)
       type(beam_model_t), intent(in) :: model
@@ -243,7 +251,8 @@ contains
       end associate
    end subroutine cut_off
 
-   !> The static shape under a point force at the stop point that moves this point by 1.
+   !> The static shape under a point force at the stop point that moves this point by 1; a root that turns freely is
+   !> held.
    pure subroutine static_shape(model, shape, error)
       type(beam_model_t), intent(in) :: model
       !> y and dy/dx of the nodes, [2 n]
@@ -254,6 +263,7 @@ contains
       type(skyline_t) :: factors
 
       factors = model%stiffness
+      if (is_mechanism(model)) call cut_off(factors, model%root_dofs(2))
       call factorise(factors, error)
       if (allocated(error)) return
       allocate (shape(factors%order))

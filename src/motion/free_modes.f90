@@ -34,6 +34,9 @@ module free_modes
       type(support_t) :: support
    end type free_modes_t
 
+   !> W^2 of a rigid mode: from a polynomial in time it differs by (W t)^2/2.
+   real(wp), parameter :: rigid_square = 1.0e-24_wp
+
 contains
 
    !> Solve for all modes of an assembled beam.
@@ -56,7 +59,7 @@ contains
       modes%stop_dof = model%stop_dof
       modes%tip_dof = model%tip_dof
       modes%root_dofs = model%root_dofs
-      allocate (modes%square, source=(modes%lambda/lambda1)**4)
+      allocate (modes%square, source=max((modes%lambda/lambda1)**4, rigid_square))
       allocate (unit(model%mass%order), mass_column(model%mass%order))
       if (model%has_massless_node) then
          modes%node_flexibility = lambda1**4/model%stiffness%values(model%stiffness%diagonal(model%stop_dof))

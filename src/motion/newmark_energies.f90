@@ -30,6 +30,11 @@ contains
       real(wp), intent(out) :: energy
 
       associate (n => stepper%order)
+         if (stepper%is_general) then
+            call multiply(stepper%stiffness, state%displacement(1:n), stepper%result(1:n))
+            energy = 0.5_wp*dot_product(state%displacement(1:n), stepper%result(1:n))
+            return
+         end if
          call negative_product(n, stepper%stiffness_diagonals, state%displacement, stepper%result)
          energy = -0.5_wp*dot_product(state%displacement(1:n), stepper%result(1:n))
       end associate

@@ -3,7 +3,7 @@
 !> has a way of its own (`newmark_motion`). Rigid supports are held exactly.
 module newmark_several
    use applied_loads, only: has_loads
-   use beam_model, only: beam_model_t, hold_supports
+   use beam_model, only: beam_model_t, hold_supports, is_mechanism
    use block_statistics, only: finish_statistics, take_events
    use failures, only: fail, failure_t, status_bad_input
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
@@ -448,7 +448,7 @@ contains
       acting_ones = pack([(k, k=1, size(run%surfaces))], run%surfaces%status /= is_idle)
       forces = 0.0_wp
       energy = no_rest
-      if (run%loads%count == 0) then
+      if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
          call find_static_rest(model, run%surfaces(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
          if (allocated(error)) return
       end if

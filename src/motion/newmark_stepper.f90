@@ -134,10 +134,13 @@ contains
       stepper%stiffness%values = model%stiffness%values/lambda1_power4
       stepper%mass = combine(1.0_wp, model%mass, &
          step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
-      stepper%is_general = present(further)
-      if (stepper%is_general) then
+      ! the degrees of freedom of a root come last, far from those that they move
+      stepper%is_general = present(further) .or. any(model%root_dofs > 0)
+      if (present(further)) then
          stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), further)
          stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 1.0_wp, further)
+      else if (stepper%is_general) then
+         stepper%damping = combine(stepper%double_zeta, stepper%stiffness, 0.0_wp, stepper%stiffness)
       end if
 
       allocate (stepper%stiffness_diagonals(stepper%order, -band:band))

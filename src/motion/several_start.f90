@@ -1,7 +1,7 @@
 !> Beginning and end of a run among several surfaces.
 module several_start
    use applied_loads, only: gather_loads, has_loads
-   use beam_model, only: beam_model_t
+   use beam_model, only: beam_model_t, is_mechanism
    use block_statistics, only: finish_statistics, open_blocks, take_events
    use contact_sets, only: set_store_t
    use damped_oscillators, only: make_oscillators
@@ -10,7 +10,7 @@ module several_start
    use held_sets, only: free_beam_t
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
-   use load_settings, only: start_pull
+   use load_settings, only: start_balance, start_pull
    use modal_starts, only: find_modal_start
    use mode_choice, only: rates_of_modes
    use moment_places, only: finish_moments
@@ -67,6 +67,8 @@ contains
          if (has_loads(settings)) then
             call take_loads(model, modes, settings, now)
             rest_energy = no_rest
+         else if (is_mechanism(model)) then
+            rest_energy = no_rest
          else if (settings%output%measures) then
             call rest_on(model, surfaces, acts, rest, rest_energy, error)
             if (allocated(error)) return
@@ -79,6 +81,8 @@ contains
             call make_surface_state(surfaces(k), now%states(k))
          end do
          call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces)
+         if (settings%start%kind == start_balance .and. is_mechanism(model)) call check_balance(now, forces, error)
+         if (allocated(error)) return
          ! a pull was checked before the modes were found
          if (settings%start%kind /= start_pull) call check_start(surfaces, beam, forces, motion%q, error)
          if (allocated(error)) return
@@ -139,6 +143,20 @@ contains
       allocate (now%load(size(modes%square)), now%load_rate(size(modes%square)))
       call find_load(now, 0.0_wp)
    end subroutine take_loads
+
+   !> Does a beam that turns freely hang in the air?
+   subroutine check_balance(now, forces, error)
+      type(several_t), intent(in) :: now
+      !> Of each surface
+      real(wp), intent(in) :: forces(:)
+      !> Set when it does
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (any(forces > 0.0_wp) .or. now%loads%count == 0) return
+      if (abs(now%load(1)) <= 0.0_wp) return
+      call fail(error, status_bad_input, 'nothing carries the beam, which turns freely about its root: it has no ' &
+         //'balance to start in')
+   end subroutine check_balance
 
    !> Is a surface in the way that does not carry the beam?
    subroutine check_start(surfaces, beam, forces, q, error)

@@ -3,7 +3,9 @@ module scene_body
    use body_groups, only: physical_mass_t, physical_root_t
    use body_settings, only: root_pinned
    use kinds, only: wp
+   use load_settings, only: start_balance, start_pull
    use name_table, only: table_t
+   use run_settings, only: method_newmark
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use unit_ratios, only: take_ratio
@@ -31,9 +33,13 @@ contains
       unit = unit/scene%beam%length**2
       call take_ratio(input, table, 'root', 'translation_stiffness', physical%translation_stiffness/unit, &
          scene%root%translation_stiffness_ratio)
-      if (scene%root%kind == root_pinned .and. scene%wants_response .and. .not. scene%has_supports) then
+      if (scene%root%kind /= root_pinned .or. .not. scene%wants_response .or. scene%has_supports) return
+      if (scene%start%kind == start_pull) then
          call input%complain('root', 'kind', 'a beam that turns freely about its root needs a &support to be pulled ' &
-            //'away from a stop; without one it only has &frequencies')
+            //'away from a stop; without one give another &start, or only &frequencies')
+      else if (scene%start%kind == start_balance .and. scene%response%method == method_newmark) then
+         call input%complain('root', 'kind', 'the balance of a beam that turns freely about its root is found by ' &
+            //"method = 'exact' alone")
       end if
    end subroutine resolve_root
 
