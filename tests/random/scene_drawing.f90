@@ -171,7 +171,9 @@ contains
          call draw_group(names, 'stress', 0.5_wp, draft)
          ! extremes are sought as long as the beam swings
          call drop(draft, 'response', 'duration_time')
+         call drop(draft, 'response', 'step_time')
          call put(draft, 'response', 'duration', to_text(between(0.5_wp, 40.0_wp, .true.)))
+         call put(draft, 'response', 'step', to_text(between(0.01_wp, 0.5_wp, .true.)))
       end if
    end subroutine draw_scene
 
