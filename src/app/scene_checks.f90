@@ -97,7 +97,7 @@ contains
       end if
    end subroutine check_run
 
-   !> Does the longest step of a Newmark scheme, or the start among several stops or in a mode, depend on this parameter?
+   !> Does the longest step of a Newmark scheme, or the start in a mode or among several stops, depend on it?
    elemental function changes_start(parameter, is_plain_scene) result(changes)
       type(parameter_t), intent(in) :: parameter
       !> One stop below the beam

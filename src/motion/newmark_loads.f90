@@ -31,7 +31,6 @@ contains
       type(run_settings_t), intent(in) :: settings
       type(several_run_t), intent(inout) :: run
 
-      real(wp), allocatable :: instants(:)
       integer :: g, i
 
       allocate (run%jumps(0))
@@ -41,8 +40,9 @@ contains
          if (model%supports(i)%stiffness <= 0.0_wp) run%loads%vector(model%supports(i)%dof, :) = 0.0_wp
       end do
       do g = 1, run%loads%count
-         instants = jumps_of(run%loads%course(g))
-         run%jumps = [run%jumps, pack(instants, instants > 0.0_wp .and. instants <= settings%response%duration)]
+         associate (instants => jumps_of(run%loads%course(g)))
+            run%jumps = [run%jumps, pack(instants, instants > 0.0_wp .and. instants <= settings%response%duration)]
+         end associate
       end do
       run%jumps = run%jumps(ascending_order(run%jumps))
    end subroutine prepare_loads
