@@ -79,9 +79,7 @@ contains
       if (is_new_beam) call motion_model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
       if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
       if (.not. allocated(trouble)) return
-      if (index(trouble%message, 'not computed yet') == 1) then
-         call complain_of_scene(scene, '', '', subject//trouble%message, error)
-      else if (index(trouble%message, 'mass = ') == 1) then
+      if (index(trouble%message, 'mass = ') == 1) then
          call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
       else if (index(trouble%message, 'contact_tolerance ') == 1) then
          call complain_of_scene(scene, 'response', 'contact_tolerance', subject//trouble%message, error)

@@ -218,8 +218,8 @@ contains
          call find_point_forces(dynamic, held%value(:, pressed), flexibility, cmplx(drive%load(:, load), 0.0_wp, wp), &
             unmoved, force, z)
       else
-         z = drive%load(:, load)/dynamic
-         where (left_out) z = (0.0_wp, 0.0_wp)
+         z = (0.0_wp, 0.0_wp)
+         where (.not. left_out) z = drive%load(:, load)/dynamic
       end if
       associate (at => drive%at)
          answer(at%modes + 1:at%modes + held%count) = z

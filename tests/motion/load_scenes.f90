@@ -63,8 +63,7 @@ contains
       real(wp), intent(in) :: position
       type(force_settings_t) :: force
 
-      force%course = course
-      allocate (force%position(1), source=[position])
+      force = force_settings_t(course=course, position=[position])
    end function force_of
 
    !> The tip of a free beam at one instant: Duhamel's integral mode by mode, by a Gauss rule between the breaks.

@@ -173,7 +173,7 @@ contains
          'too uneven', &
          'contact_tolerance is too small', &
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
-         'cannot be pulled away from a stop', 'nothing carries the beam', 'not computed yet', &
+         'cannot be pulled away from a stop', 'nothing carries the beam', 'is for one stop below the beam alone', &
          'is too near to that of another', 'the stops at ', 'the support at ']
       integer :: i
 
