@@ -195,7 +195,7 @@ contains
       integer :: m
 
       associate (set => now%set, joint => now%set%joint, oscillators => now%set%held%oscillators)
-         of_force = matmul(mass, set%held%value(:, set%pressed))
+         of_force = [(sum(mass*set%held%value(:, set%pressed(m))), m=1, size(set%pressed))]
          allocate (exponential)
          exponential%offset = static + sum(weight*set%rest) + sum(of_force*set%rest_force)
          allocate (exponential%exponent, source=joint%exponent)
@@ -236,7 +236,7 @@ contains
 
       associate (set => now%set, at => now%set%drive%at, drive => now%drive, &
          two_zeta => now%set%held%oscillators%two_zeta)
-         of_force = matmul(mass, set%held%value(:, set%pressed))
+         of_force = [(sum(mass*set%held%value(:, set%pressed(m))), m=1, size(set%pressed))]
          of_load = load + matmul(mass, set%drive%load)
          associate (modes => drive%constant(at%modes + 1:at%gaps), slopes => drive%slope(at%modes + 1:at%gaps))
             terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(of_load*drive%piece%constant) &

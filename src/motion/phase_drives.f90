@@ -100,7 +100,7 @@ contains
       ! what a step in s has to be for the derivative there, which needs no difference
       real(wp), parameter :: tiny_step = 1.0e-100_wp
       complex(wp), allocatable :: answer(:)
-      logical, allocatable :: is_slow(:), is_driven(:)
+      logical, dimension(held%count) :: is_slow, is_driven
       real(wp) :: mobility(size(held%held), size(held%held))
       integer :: g, i, surfaces, total
 
@@ -126,7 +126,7 @@ contains
       mobility = matmul(transpose(beam%value(:, held%held)), beam%value(:, held%held))
       allocate (drive%share(size(held%held), total), source=0.0_wp)
       allocate (drive%driven(0))
-      allocate (is_slow, source=held%oscillators%frequency < loads%slow .and. size(pressed) == 0)
+      is_slow = held%oscillators%frequency < loads%slow .and. size(pressed) == 0
       do i = 1, held%count
          if (is_slow(i)) call add_driven(held, i, by_constant, 0, drive)
          if (is_slow(i)) call add_driven(held, i, by_slope, 0, drive)
