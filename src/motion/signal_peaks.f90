@@ -34,7 +34,7 @@ contains
    !> The greatest value of a signal in a phase, if it exceeds a threshold.
    !>
    !> Where the signal is proven to stay below the best value known it is not looked into; where it comes up to it,
-   !> the next turn gives a better one.
+   !> the next turn gives a better one. Where ripples on a rise make many turns, samples ahead tell how far it goes.
    subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time, scale)
       !> The signal, without a surface that relaxes
       class(viewed_signal_t), intent(in) :: signal
@@ -93,9 +93,39 @@ contains
             value = turn
             time = t
          end if
-         level = raised(max(turn, level), least)
+         if (popcnt(attempt) == 1 .and. attempt >= 16) call look_ahead(signal, t, length, value, time)
+         level = raised(max(value, level), least)
       end do
    end subroutine greatest_value
+
+   !> The best of samples ahead, then of those about the best.
+   subroutine look_ahead(signal, from, to, value, time)
+      class(viewed_signal_t), intent(in) :: signal
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: to
+      !> The best so far, and where
+      real(wp), intent(inout) :: value
+      real(wp), intent(inout) :: time
+
+      integer, parameter :: samples = 200
+      real(wp) :: first, here, last, slope, t, width
+      integer :: i, zoom
+
+      first = from
+      last = to
+      do zoom = 1, 3
+         width = (last - first)/real(samples, wp)
+         do i = 0, samples
+            t = first + width*real(i, wp)
+            call signal%evaluate(t, here, slope)
+            if (here <= value) cycle
+            value = here
+            time = t
+         end do
+         first = max(from, time - width)
+         last = min(to, time + width)
+      end do
+   end subroutine look_ahead
 
    !> What a better peak must reach.
    elemental function raised(level, scale) result(higher)
