@@ -64,7 +64,9 @@ contains
       type(stop_settings_t) :: stops(size(stops_of(settings)))
       logical :: is_at_tip(size(stops))
 
+      answer = .false.
       stops = stops_of(settings)
+      if (size(stops) == 0) return
       is_at_tip(1) = mesh%stop_node == mesh%elements
       if (size(stops) > 1) is_at_tip(2:) = mesh%more_nodes(:size(stops) - 1) == mesh%elements
       answer = tip_mass_ratio > 0.0_wp .and. any(is_at_tip) .and. .not. any(is_at_tip .and. .not. is_rigid(stops))

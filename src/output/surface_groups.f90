@@ -33,7 +33,7 @@ contains
       call group%put('side', [surfaces%sign], '1: below the beam, -1: above it', along)
       call group%put('position', [surfaces%position], 'length', 'position{ Lc/L}', along)
       call group%put('height', [surfaces%height], 'displacement', 'd, up from the unstressed beam', along)
-      if (present(tau)) call write_histories(group, surfaces, tau)
+      if (present(tau) .and. size(surfaces) > 0) call write_histories(group, surfaces, tau)
       if (all([(allocated(surfaces(i)%measures), i=1, size(surfaces))])) call write_measures(group, surfaces)
    end subroutine write_surfaces
 
