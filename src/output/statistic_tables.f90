@@ -29,6 +29,8 @@ contains
          'contact_share', 'impact_rate', 'mean_impact_velocity', 'mean_impulse', 'rms_displacement']
       character(*), parameter :: titles(*) = [character(24) :: 'mean force', 'RMS force', 'greatest force', &
          'share in contact', 'impact rate', 'mean velocity', 'mean impulse', 'RMS displacement']
+      !> The last column of forces, and those of the rest
+      integer, parameter :: forces = 6, others(*) = [1, 2, 7, 8, 9, 10]
       character(column_width) :: cells(size(shown) + 2, size(surfaces))
       character(size_of_heading) :: headings(size(shown) + 2)
       real(wp) :: rows(measure_count, size(surfaces))
@@ -47,7 +49,11 @@ contains
       do k = 1, size(shown)
          call fill_column(measure_named(shown(k)), rows, trim(titles(k)), units, headings(k + 2), cells(k + 2, :))
       end do
-      if (size(surfaces) > 0) call print_columns(unit, headings, cells)
+      if (size(surfaces) == 0) return
+      ! side by side they are wider than a terminal
+      call print_columns(unit, headings(:forces), cells(:forces, :))
+      write (unit, '()')
+      call print_columns(unit, headings(others), cells(others, :))
 
    contains
 
