@@ -1,10 +1,9 @@
 !> Modified Bessel functions, scaled against overflow. (J and Y are intrinsics, in every precision.)
 !>
-!> `bessel_i_scaled`, `bessel_k_scaled`: the GNU Scientific Library, double precision.
+!> `bessel_i_scaled`, `bessel_k_scaled`: double precision.
 !> `bessel_i_scaled_quad`, `bessel_k_scaled_quad`: quadruple precision, for the few places where a
 !> determinant cancels more digits than a double has; slower.
 module bessel_functions
-   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
    use, intrinsic :: iso_fortran_env, only: real128
    use kinds, only: i8, wp
    implicit none (type, external)
@@ -14,71 +13,125 @@ module bessel_functions
    !> Quadruple precision.
    integer, parameter :: qp = real128
 
-   !> From here on I_2, I_3 ... come from I_0 and I_1 by recurrence: nothing cancels at such
-   !> arguments, while GSL 2.7's own I_n loses digits (I_3: 8e-13 at x = 1234, 6e-9 at 1e5).
-   real(wp), parameter :: recurrence_from = 20.0_wp
-
+   !> exp(-40) is below the rounding of double precision.
+   real(wp), parameter :: negligible_double = -40.0_wp
    !> exp(-80) is below the rounding of quadruple precision.
    real(qp), parameter :: negligible_exponent = -85.0_qp
-
-   interface
-      function gsl_sf_bessel_In_scaled(n, x) bind(c, name='gsl_sf_bessel_In_scaled') result(value)
-         import :: c_double, c_int
-         implicit none (type, external)
-         integer(c_int), value :: n
-         real(c_double), value :: x
-         real(c_double) :: value
-      end function gsl_sf_bessel_In_scaled
-      function gsl_sf_bessel_Kn_scaled(n, x) bind(c, name='gsl_sf_bessel_Kn_scaled') result(value)
-         import :: c_double, c_int
-         implicit none (type, external)
-         integer(c_int), value :: n
-         real(c_double), value :: x
-         real(c_double) :: value
-      end function gsl_sf_bessel_Kn_scaled
-      function gsl_set_error_handler_off() bind(c, name='gsl_set_error_handler_off') result(previous)
-         import :: c_ptr
-         implicit none (type, external)
-         type(c_ptr) :: previous
-      end function gsl_set_error_handler_off
-   end interface
 
 contains
 
    !> exp(-x) I_n(x)
-   function bessel_i_scaled(n, x) result(value)
+   pure function bessel_i_scaled(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
       !> Argument, > 0
       real(wp), intent(in) :: x
       real(wp) :: value
 
-      call keep_gsl_from_aborting()
-      if (n < 2 .or. x < recurrence_from*real(max(1, n - 2), wp)) then
-         value = gsl_sf_bessel_In_scaled(int(n, c_int), x)
+      if (is_short_series(n, x)) then
+         value = real(bessel_i_series(n, real(x, qp)), wp)
       else
-         value = recurrence(n, -x, gsl_sf_bessel_In_scaled(0_c_int, x), gsl_sf_bessel_In_scaled(1_c_int, x))
+         value = bessel_i_integral(n, x)
       end if
    end function bessel_i_scaled
 
-   !> exp(x) K_n(x). K_2, K_3 ... from K_0 and K_1: the recurrence adds positive terms, while GSL
-   !> 2.7's own K_n loses digits (K_3: 1e-14 at x = 4.6, 2e-11 at 1e5).
-   function bessel_k_scaled(n, x) result(value)
+   !> exp(x) K_n(x). The recurrence adds positive terms.
+   pure function bessel_k_scaled(n, x) result(value)
       !> Order, >= 0
       integer, intent(in) :: n
       !> Argument, > 0
       real(wp), intent(in) :: x
       real(wp) :: value
 
-      call keep_gsl_from_aborting()
       if (n < 2) then
-         value = gsl_sf_bessel_Kn_scaled(int(n, c_int), x)
+         value = bessel_k_integral(n, x)
       else
-         value = recurrence(n, x, gsl_sf_bessel_Kn_scaled(0_c_int, x), gsl_sf_bessel_Kn_scaled(1_c_int, x))
+         value = recurrence(n, x, bessel_k_integral(0, x), bessel_k_integral(1, x))
       end if
    end function bessel_k_scaled
 
-   !> K_n(x) from K_0 and K_1; I_n(-x) from I_0 and I_1.
+   !> The series of I_n has few terms there; beyond, its integral loses no digit, as I_n is above I_0/2.
+   pure function is_short_series(n, x) result(is_short)
+      !> Order, >= 0
+      integer, intent(in) :: n
+      !> Argument, > 0
+      real(wp), intent(in) :: x
+      logical :: is_short
+
+      is_short = x < real(max(5, n**2), wp)
+   end function is_short_series
+
+   !> exp(-x) I_n(x) = exp(-x) (x/2)^n/n! (1 + (x/2)^2/(1 (n + 1)) (1 + (x/2)^2/(2 (n + 2)) (1 + ...))),
+   !> all terms positive (DLMF 10.25.2).
+   pure function bessel_i_series(n, x) result(value)
+      !> Order, >= 0
+      integer, intent(in) :: n
+      !> Argument, > 0
+      real(qp), intent(in) :: x
+      real(qp) :: value
+
+      real(qp) :: square
+      integer :: k
+
+      square = 0.25_qp*x**2
+      value = 1.0_qp
+      do k = 20 + ceiling(2.0_qp*x), 1, -1
+         value = 1.0_qp + square/real(k*(n + k), qp)*value
+      end do
+      value = value*exp(-x)
+      do k = 1, n
+         value = value*(0.5_qp*x/real(k, qp))
+      end do
+   end function bessel_i_series
+
+   !> The integral of `bessel_i_scaled_quad` in double precision.
+   pure function bessel_i_integral(n, x) result(value)
+      !> Order, >= 0
+      integer, intent(in) :: n
+      !> Argument, >= 5 and n^2
+      real(wp), intent(in) :: x
+      real(wp) :: value
+
+      real(wp), parameter :: pi = acos(-1.0_wp)
+      real(wp) :: exponent, step
+      integer(i8) :: intervals, k
+
+      intervals = 8_i8 + ceiling(5.0_wp*sqrt(x), i8) + int(n, i8)
+      step = pi/real(intervals, wp)
+      value = 0.5_wp
+      do k = 1_i8, intervals
+         exponent = -2.0_wp*x*sin(0.5_wp*step*real(k, wp))**2
+         if (exponent < negligible_double) exit
+         value = value + merge(0.5_wp, 1.0_wp, k == intervals)*exp(exponent)*cos(real(int(n, i8)*k, wp)*step)
+      end do
+      value = value/real(intervals, wp)
+   end function bessel_i_integral
+
+   !> The integral of `bessel_k_scaled_quad` in double precision.
+   pure function bessel_k_integral(n, x) result(value)
+      !> Order
+      integer, intent(in) :: n
+      !> Argument, > 0
+      real(wp), intent(in) :: x
+      real(wp) :: value
+
+      real(wp) :: exponent, step, t
+      integer :: k
+
+      step = min(0.2_wp, 0.6_wp/sqrt(x))
+      value = 0.5_wp
+      k = 0
+      do
+         k = k + 1
+         t = step*real(k, wp)
+         exponent = -2.0_wp*x*sinh(0.5_wp*t)**2
+         if (exponent + real(n, wp)*t < negligible_double) exit
+         value = value + exp(exponent)*cosh(real(n, wp)*t)
+      end do
+      value = value*step
+   end function bessel_k_integral
+
+   !> K_n(x) from K_0 and K_1.
    pure function recurrence(n, x, zeroth, first) result(value)
       !> Order, >= 1
       integer, intent(in) :: n
@@ -112,6 +165,10 @@ contains
       real(qp) :: exponent, weight
       integer(i8) :: intervals, k
 
+      if (is_short_series(n, real(x, wp))) then
+         value = bessel_i_series(n, x)
+         return
+      end if
       intervals = max(48_i8, ceiling(10.0_qp*sqrt(x), i8)) + int(n, i8)
       value = 0.5_qp
       do k = 1_i8, intervals
@@ -149,12 +206,5 @@ contains
       end do
       value = value*step
    end function bessel_k_scaled_quad
-
-   !> GSL's default is to abort the program when a result underflows.
-   subroutine keep_gsl_from_aborting()
-      type(c_ptr) :: previous
-
-      previous = gsl_set_error_handler_off()
-   end subroutine keep_gsl_from_aborting
 
 end module bessel_functions
