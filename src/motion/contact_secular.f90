@@ -128,6 +128,8 @@ contains
                spread = sqrt((decay - frequency)*(decay + frequency))
                p = -cmplx([squares(i)/(decay + spread), decay + spread], 0.0_wp, wp)
                e = -p*(p + mass_rate(i))/squares(i)
+               ! of a mode so slow that the faster pole is -alpha
+               if (frequency < mass_rate(i)) e(2) = 1.0_wp + 2.0_wp*zeta*p(2)
             else
                p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)
                p(2) = conjg(p(1))

@@ -29,6 +29,8 @@ module damped_oscillators
       real(wp), allocatable :: spread(:)
       !> alpha, of damping proportional to mass, or 2 xi W of each mode's own; zeros follow, [as decay]
       real(wp), allocatable :: mass_rate(:)
+      !> Beyond critical damping: the fast root's rate less alpha, [as decay]
+      real(wp), allocatable :: fast_excess(:)
       !> W^2, 1/W^2, and 1/spread, finite at critical damping, [as decay]
       real(wp), allocatable :: lane_square(:)
       real(wp), allocatable :: inverse_square(:)
@@ -88,6 +90,7 @@ contains
          allocate (oscillators%decay(padded(n)), oscillators%spread(padded(n)), source=1.0_wp)
          allocate (oscillators%lane_square(padded(n)), oscillators%inverse_square(padded(n)), &
             oscillators%inverse_spread(padded(n)), source=1.0_wp)
+         allocate (oscillators%fast_excess(padded(n)), source=0.0_wp)
          allocate (oscillators%mass_rate(padded(n)), source=0.0_wp)
          if (present(mass_rate)) oscillators%mass_rate(:n) = mass_rate
          oscillators%lane_square(:n) = square
@@ -103,6 +106,11 @@ contains
                oscillators%spread(i) = oscillators%frequency(i)*sqrt((xi - 1.0_wp)*(xi + 1.0_wp))
                oscillators%decay(i) = square(i)/(zeta*square(i) + 0.5_wp*oscillators%mass_rate(i) &
                   + oscillators%spread(i))
+               oscillators%fast_excess(i) = oscillators%decay(i) + 2.0_wp*oscillators%spread(i) &
+                  - oscillators%mass_rate(i)
+               if (oscillators%frequency(i) < oscillators%mass_rate(i)) then
+                  oscillators%fast_excess(i) = oscillators%two_zeta*square(i) - oscillators%decay(i)
+               end if
             end if
             oscillators%inverse_spread(i) = 1.0_wp/max(oscillators%spread(i), tiny(1.0_wp)**0.25_wp)
          end do
@@ -315,7 +323,7 @@ contains
          ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
          value(i) = -oscillators%inverse_square(i)* &
             ((z0(i) - fast_part)*(slow*(slow - oscillators%mass_rate(i)))*exp(-min(slow*t, greatest_exponent)) &
-            + fast_part*(fast*(fast - oscillators%mass_rate(i)))*exp(-min(fast*t, greatest_exponent)))
+            + fast_part*(fast*oscillators%fast_excess(i))*exp(-min(fast*t, greatest_exponent)))
       end do
    end function elastic_and_viscous
 

@@ -34,8 +34,9 @@ module free_modes
       type(support_t) :: support
    end type free_modes_t
 
-   !> W^2 of a rigid mode: from a polynomial in time it differs by (W t)^2/2.
-   real(wp), parameter :: rigid_square = 1.0e-24_wp
+   !> W^2 of a rigid mode, whose motion differs from a polynomial in time, or with alpha from an exponential, by
+   !> (W t)^2/2: no run is so long that this is more than rounding.
+   real(wp), parameter :: rigid_square = 1.0e-40_wp
 
 contains
 

@@ -168,7 +168,7 @@ contains
          fast_rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
          slow(i) = -slow(i)*oscillators%inverse_square(i)*(oscillators%decay(i) &
             *(oscillators%decay(i) - oscillators%mass_rate(i)))
-         fast(i) = -fast(i)*oscillators%inverse_square(i)*(fast_rate*(fast_rate - oscillators%mass_rate(i)))
+         fast(i) = -fast(i)*oscillators%inverse_square(i)*(fast_rate*oscillators%fast_excess(i))
       end do
    end subroutine split_exponentials
 

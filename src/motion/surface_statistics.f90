@@ -224,6 +224,7 @@ contains
          exponent(:term) = signals%exponent
          amplitude(:, :term) = signals%amplitude
          do j = 1, size(modes)
+            i = modes(j)
             do k = 1, size(swings(j)%exponent)
                term = term + 1
                associate (s => swings(j)%exponent(k), c => swings(j)%amplitude(k))
@@ -232,8 +233,9 @@ contains
                   amplitude(n + 1, term) = c*held%tip_value(modes(j))
                   if (size(set%pressed) > 0) cycle
                   viscous = 1.0_wp + oscillators%two_zeta*s
-                  if (.not. swings(j)%is_circle) viscous = -s*(s + oscillators%mass_rate(modes(j))) &
-                     /oscillators%square(modes(j))
+                  if (.not. swings(j)%is_circle .and. oscillators%frequency(i) >= oscillators%mass_rate(i)) then
+                     viscous = -s*(s + oscillators%mass_rate(i))/oscillators%square(i)
+                  end if
                   do place = 1, size(held%held)
                      amplitude(n + 1 + held%held(place), term) = c*viscous*held%reaction(place, modes(j))
                   end do
