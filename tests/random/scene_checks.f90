@@ -15,7 +15,7 @@ module scene_checks
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: impulse_momentum, law_restitution, method_exact, stop_settings_t
-   use scene_draft, only: draft_t, drop, has_name, mend, put, save_text, text_of
+   use scene_draft, only: draft_t, drop, has_name, mend, numbered, put, save_text, text_of
    use scene_drawing, only: place_of_parameter, table_file
    use scene_names, only: name_t
    use scene_reader, only: parse_scene, read_scene
@@ -584,7 +584,7 @@ contains
       call parse_scene(text_of(draft), 'draft.nml', whole, error)
       do i = 1, size(status)
          tally%rows = tally%rows + 1
-         single = draft
+         single = numbered(draft)
          call drop(single, 'sweep', '')
          call drop(single, 'best', '')
          call give_ratios(names, whole%echo, single)
@@ -733,7 +733,7 @@ contains
 
       do i = 1, size(scene%cases%values)
          tally%rows = tally%rows + 1
-         single = draft
+         single = numbered(draft)
          parameter = trim(scene%cases%parameter%name)
          call put_parameter(names, parameter, scene%cases%values(i), file, single)
          call drop(single, 'cases', '')

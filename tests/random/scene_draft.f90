@@ -3,7 +3,7 @@ module scene_draft
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: draft_t, draft_of, put, drop, has_name, value_of, number_of, text_of, mend, save_text
+   public :: draft_t, draft_of, put, drop, has_name, value_of, number_of, text_of, numbered, mend, save_text
 
    !> Groups of which a scene may have several.
    character(*), parameter :: repeating(5) = [character(7) :: 'stop', 'support', 'mass', 'force', 'base']
@@ -118,8 +118,12 @@ contains
             more(:draft%count) = draft%lines
             call move_alloc(more, draft%lines)
          end if
+         ! repeated groups stand in the order of their numbers, as the program counts them as they stand
+         do place = 1, draft%count
+            if (base_of(draft%lines(place)%group) == base_of(group) .and. draft%lines(place)%group > group) exit
+         end do
+         draft%lines(place + 1:draft%count + 1) = draft%lines(place:draft%count)
          draft%count = draft%count + 1
-         place = draft%count
       end if
       draft%lines(place) = line_t(group, name, value)
    end subroutine put
@@ -163,6 +167,31 @@ contains
          text = text//' /'//new_line('a')
       end do
    end function text_of
+
+   !> The scene with its repeated groups numbered without a gap, as the program counts them.
+   pure function numbered(draft) result(same)
+      !> The scene
+      type(draft_t), intent(in) :: draft
+      type(draft_t) :: same
+
+      character(:), allocatable :: base
+      character(2) :: number
+      integer :: i, k, place
+
+      same = draft
+      do k = 1, size(repeating)
+         base = trim(repeating(k))
+         place = 0
+         do i = 1, draft%count
+            if (base_of(draft%lines(i)%group) /= base) cycle
+            if (any(draft%lines(:i - 1)%group == draft%lines(i)%group)) cycle
+            place = place + 1
+            number = '_'//achar(iachar('0') + place)
+            if (base == 'stop' .and. place == 1) number = ''
+            where (draft%lines(:draft%count)%group == draft%lines(i)%group) same%lines(:draft%count)%group = base//number
+         end do
+      end do
+   end function numbered
 
    !> The name of a group in a file: 'stop' of 'stop_2'.
    pure function base_of(group) result(base)
