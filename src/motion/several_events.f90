@@ -253,7 +253,9 @@ contains
             mobility(n, a) = mobility(a, n)
          end do
          before(n) = 0.0_wp
-         if (.not. self%states(k)%is_closed) before(n) = min(velocity_of(self, k, motion), 0.0_wp)
+         if (.not. self%states(k)%is_closed) before(n) = velocity_of(self, k, motion)
+         ! without restitution, and so without a gain of energy, what is on its way out may be turned back
+         if (k == first .or. .not. captures(k)%is_in) before(n) = min(before(n), 0.0_wp)
          restitution(n) = self%states(k)%surface%settings%restitution
          if (captures(k)%is_in .or. self%states(k)%is_closed) restitution(n) = 0.0_wp
       end do
@@ -268,6 +270,7 @@ contains
       do a = 1, n
          motion%v(:) = motion%v + self%beam%value(:, taking(a))*impulse(a)
       end do
+      call charge_event(motion%recorder%ledger, 0.5_wp*sum(impulse(:n)*(before(:n) + after(:n))))
       do a = 1, n
          k = taking(a)
          event = event_of(self, k, event_impact, motion)
@@ -275,7 +278,6 @@ contains
          event%velocity_after = self%states(k)%surface%sign*after(a)
          event%impulse = impulse(a)
          event%energy_change = 0.5_wp*impulse(a)*(before(a) + after(a))
-         call charge_event(motion%recorder%ledger, event%energy_change)
          self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - event%energy_change
          call enter_impact(self, k, event, hop_tolerance, captures, motion, response)
       end do
@@ -288,7 +290,7 @@ contains
          logical :: answer
 
          answer = k == first .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed)
-         if (.not. answer .and. reached(k)) answer = .not. velocity_of(self, k, motion) > 0.0_wp
+         if (.not. answer .and. reached(k)) answer = captures(k)%is_in .or. .not. velocity_of(self, k, motion) > 0.0_wp
       end function takes_part
    end subroutine solve_impact
 
@@ -322,6 +324,17 @@ contains
          captures(k)%velocity = captures(k)%velocity + self%states(k)%surface%sign*event%velocity_before
          captures(k)%impulse = captures(k)%impulse + event%impulse
          captures(k)%energy_change = captures(k)%energy_change + event%energy_change
+         if (.not. leaves > speed_noise(self, k, motion)) return
+         ! what hits others lifts it
+         if (captures(k)%impulse > 0.0_wp) then
+            other%velocity_before = self%states(k)%surface%sign*captures(k)%velocity
+            other%impulse = captures(k)%impulse
+            other%energy_change = captures(k)%energy_change
+            call append_event(response, other)
+            call take_blow(self, k, other%impulse, motion)
+         end if
+         captures(k) = capture_t()
+         call start_flight(self, k, 1, hop_tolerance)
       else
          if (event%impulse > 0.0_wp .or. .not. leaves > 0.0_wp) then
             call append_event(response, event)
@@ -406,7 +419,7 @@ contains
                state%is_indented = .false.
                state%start_order = 0
                ! with no impulse given and none to hold it there was no capture to speak of
-               if (state%is_closed .or. abs(captures(k)%velocity) > 0.0_wp) then
+               if (state%is_closed .or. abs(captures(k)%velocity) > 0.0_wp .or. captures(k)%impulse > 0.0_wp) then
                   event = event_of(self, k, event_capture, motion)
                   event%velocity_before = state%surface%sign*captures(k)%velocity
                   event%velocity_after = 0.0_wp
