@@ -20,7 +20,7 @@ module program_run
    use sweep_ranks, only: greatest_of_all, is_first_rank, start_ranks, stop_ranks
    implicit none (type, external)
    private
-   public :: program_t, run_program, read_scenes, run_scene
+   public :: program_t, run_program, read_scenes, check_needs, run_scene
 
    !> What a program is.
    type :: program_t

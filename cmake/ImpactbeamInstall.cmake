@@ -1,0 +1,74 @@
+# `cmake --install`: programs, scripts, scenes, pages, completion, and the library for programs of others. Nothing that is
+# installed knows where it is.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(share "${CMAKE_INSTALL_DATADIR}/impactbeam")
+set(scripts_folder "${share}/scripts")
+set(modules_folder "${CMAKE_INSTALL_LIBDIR}/impactbeam/modules")
+set(packages_folder "${CMAKE_INSTALL_LIBDIR}/cmake/impactbeam")
+
+install(TARGETS impactbeam impactbeam-paper impactbeam-benchmark RUNTIME)
+install(DIRECTORY inputs/ DESTINATION "${share}/examples" FILES_MATCHING PATTERN "*.nml" PATTERN "*.txt")
+install(DIRECTORY examples/ DESTINATION "${share}/examples")
+install(DIRECTORY scripts/ DESTINATION "${scripts_folder}" USE_SOURCE_PERMISSIONS
+  FILES_MATCHING PATTERN "*.py" PATTERN "impactbeam-plot" PATTERN "__pycache__" EXCLUDE)
+file(RELATIVE_PATH scripts_from_programs "/${CMAKE_INSTALL_BINDIR}" "/${scripts_folder}")
+install(CODE "file(MAKE_DIRECTORY \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
+  file(CREATE_LINK \"${scripts_from_programs}/impactbeam-plot\"
+    \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}/impactbeam-plot\" SYMBOLIC)")
+install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
+configure_file(packaging/impactbeam.1.in impactbeam.1 @ONLY)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/impactbeam.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
+install(FILES packaging/completion/impactbeam.bash RENAME impactbeam
+  DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions")
+install(FILES packaging/completion/_impactbeam DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/site-functions")
+
+# One archive of all folders, so that others link one library.
+set(objects "")
+foreach(folder IN ITEMS base posix system settings scene blas_threads algebra beam frequencies stop motion output study app)
+  list(APPEND objects "$<TARGET_OBJECTS:impactbeam_${folder}>")
+endforeach()
+add_library(impactbeam_archive STATIC ${objects})
+set_target_properties(impactbeam_archive PROPERTIES OUTPUT_NAME impactbeam EXPORT_NAME impactbeam LINKER_LANGUAGE Fortran)
+target_link_libraries(impactbeam_archive INTERFACE hdf5::hdf5_fortran hdf5::hdf5_hl_fortran LAPACK::LAPACK ZLIB::ZLIB m
+  $<$<BOOL:${OpenMP_Fortran_FOUND}>:OpenMP::OpenMP_Fortran> $<$<BOOL:${IMPACTBEAM_MPI_FOUND}>:MPI::MPI_Fortran>)
+target_include_directories(impactbeam_archive INTERFACE "$<INSTALL_INTERFACE:${modules_folder}>")
+install(TARGETS impactbeam_archive EXPORT impactbeam-targets ARCHIVE)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/src/app/modules/impactbeam_library.mod" DESTINATION "${modules_folder}")
+install(EXPORT impactbeam-targets NAMESPACE impactbeam:: DESTINATION "${packages_folder}")
+configure_package_config_file(packaging/impactbeam-config.cmake.in impactbeam-config.cmake
+  INSTALL_DESTINATION "${packages_folder}" PATH_VARS modules_folder)
+write_basic_package_version_file(impactbeam-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/impactbeam-config.cmake"
+  "${CMAKE_CURRENT_BINARY_DIR}/impactbeam-config-version.cmake"
+  cmake/ImpactbeamHDF5.cmake DESTINATION "${packages_folder}")
+
+# pkg-config has no targets: the libraries of others by name, with their folder where the linker does not know it.
+set(libraries_of_others "")
+set(libraries ${HDF5_Fortran_HL_LIBRARIES} ${HDF5_Fortran_LIBRARIES} ${LAPACK_LIBRARIES} ${ZLIB_LIBRARIES})
+list(FILTER libraries EXCLUDE REGEX "NOTFOUND$")
+if(IMPACTBEAM_MPI_FOUND)
+  list(APPEND libraries ${MPI_Fortran_LIBRARIES})
+endif()
+list(REMOVE_DUPLICATES libraries)
+foreach(library IN LISTS libraries)
+  cmake_path(GET library PARENT_PATH folder)
+  cmake_path(GET library STEM name)
+  string(REGEX REPLACE "^lib" "" name "${name}")
+  if(NOT folder)
+    list(APPEND libraries_of_others "${library}")
+  elseif(folder IN_LIST CMAKE_C_IMPLICIT_LINK_DIRECTORIES)
+    list(APPEND libraries_of_others "-l${name}")
+  else()
+    list(APPEND libraries_of_others "-L${folder}" "-l${name}")
+  endif()
+endforeach()
+list(APPEND libraries_of_others ${OpenMP_Fortran_FLAGS} -lm)
+list(REMOVE_DUPLICATES libraries_of_others)
+list(JOIN libraries_of_others " " libraries_of_others)
+file(RELATIVE_PATH prefix_from_pc "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+string(REGEX REPLACE "/$" "" prefix_from_pc "${prefix_from_pc}")
+configure_file(packaging/impactbeam.pc.in impactbeam.pc @ONLY)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/impactbeam.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
