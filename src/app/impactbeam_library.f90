@@ -19,7 +19,7 @@ module impactbeam_library
 
 contains
 
-   !> Run a scene as the program `impactbeam` does: the same checks, the same results file. Nothing is printed, and nothing
+   !> Run a scene as the program `impactbeam` does: the same checks, the same results file. Nothing is printed, nothing
    !> stops. One call at a time.
    subroutine run_scene_file(scene_file, folder, results, status, message, threads)
       !> Namelist file of the scene
