@@ -12,7 +12,7 @@ module program_run
    use program_identity, only: name_of_program, program_version
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
-   use scene_checks, only: check_scene
+   use scene_checks, only: check_scene, misfits_of
    use scene_reader, only: read_scene
    use scene_reference, only: reference_table
    use scene_types, only: scene_t
@@ -272,7 +272,12 @@ contains
       !> Why it could not be said
       type(failure_t), allocatable, intent(inout) :: error
 
-      if (.not. quiet .and. is_first_rank()) call print_text(scene%file//': good'//new_line('a'), error)
+      character(:), allocatable :: words
+
+      if (quiet .or. .not. is_first_rank()) return
+      words = misfits_of(scene)
+      if (words /= '') words = ', but '//words
+      call print_text(scene%file//': good'//words//new_line('a'), error)
    end subroutine say_good
 
    !> Print a failure; the gravest status stays.

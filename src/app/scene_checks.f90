@@ -2,17 +2,19 @@
 module scene_checks
    use beam_model, only: beam_model_t
    use failures, only: failure_t
+   use kinds, only: wp
    use motion_run, only: check_motion
    use number_text, only: to_text
    use run_settings, only: method_newmark
    use scene_beam_model, only: motion_model_of, run_of
-   use scene_reader, only: complain_of_scene, set_parameters
+   use scene_reader, only: complain_of_scene, draft_t, set_parameters
    use scene_types, only: mass_redistributed, scene_t
    use stop_surfaces, only: is_plain
+   use sweep_plan, only: case_values, make_plan, plan_t
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)
    private
-   public :: check_scene
+   public :: check_scene, misfits_of
 
 contains
 
@@ -27,9 +29,14 @@ contains
       type(scene_t) :: one
       character(:), allocatable :: problem
       integer :: i
-      logical :: is_plain_scene
+      logical :: is_lost, is_plain_scene
 
       if (.not. scene%wants_response) return
+      if (scene%wants_sweep .and. scene%has_misfits) then
+         problem = misfits_of(scene, is_lost)
+         if (is_lost) call complain_of_scene(scene, 'sweep', '', problem, error)
+         if (is_lost) return
+      end if
       is_plain_scene = is_plain(run_of(scene)) .and. .not. scene%has_supports .and. scene%response%mode_count == 0
       if (is_plain_scene .and. scene%response%method /= method_newmark) then
          if (scene%mesh%mass /= mass_redistributed) return
@@ -76,8 +83,7 @@ contains
       type(failure_t), allocatable :: trouble
       integer :: i
 
-      if (is_new_beam) call motion_model_of(one, one%mesh%elements, one%mesh%ratio, model, trouble)
-      if (.not. allocated(trouble)) call check_motion(model, run_of(one), trouble)
+      call find_trouble(one, is_new_beam, model, trouble)
       if (.not. allocated(trouble)) return
       if (index(trouble%message, 'mass = ') == 1) then
          call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
@@ -94,6 +100,71 @@ contains
             subject//trouble%message, error)
       end if
    end subroutine check_run
+
+   !> What keeps a run from starting.
+   subroutine find_trouble(scene, is_new_beam, model, trouble)
+      type(scene_t), intent(in) :: scene
+      !> The beam must be made
+      logical, intent(in) :: is_new_beam
+      type(beam_model_t), intent(inout) :: model
+      type(failure_t), allocatable, intent(out) :: trouble
+
+      if (is_new_beam) call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, trouble)
+      if (.not. allocated(trouble)) call check_motion(model, run_of(scene), trouble)
+   end subroutine find_trouble
+
+   !> Cases of a sweep that cannot start, in words; of a long one some are looked at, from the first to the last. Empty:
+   !> all can.
+   function misfits_of(scene, are_all) result(words)
+      !> Read and checked
+      type(scene_t), intent(in) :: scene
+      !> None can start
+      logical, intent(out), optional :: are_all
+      character(:), allocatable :: words
+
+      integer, parameter :: most_cases = 1000
+      type(draft_t), allocatable :: draft
+      type(beam_model_t) :: model
+      type(failure_t), allocatable :: trouble
+      type(plan_t) :: plan
+      type(scene_t) :: one
+      character(:), allocatable :: problem
+      real(wp), allocatable :: values(:)
+      integer :: cases, failing, i, k
+      logical :: has_beam
+
+      words = ''
+      has_beam = .false.
+      if (present(are_all)) are_all = .false.
+      if (.not. scene%wants_sweep) return
+      call make_plan(scene, plan)
+      allocate (draft)
+      allocate (values(size(plan%axes)))
+      cases = min(plan%cases, most_cases)
+      failing = 0
+      one = scene
+      do i = 1, cases
+         call case_values(plan, 1 + nint(real(i - 1, wp)*real(plan%cases - 1, wp)/real(max(cases - 1, 1), wp)), values)
+         call set_parameters(one, plan%axes%parameter, values, problem, draft)
+         ! a mesh that is to be found is not known yet
+         if (.not. allocated(problem) .and. scene%mesh%tolerance <= 0.0_wp) then
+            call find_trouble(one, .not. has_beam .or. any(plan%axes%parameter%is_of_beam), model, trouble)
+            has_beam = model%mesh%elements > 0
+            if (allocated(trouble)) problem = trouble%message
+         end if
+         if (.not. allocated(problem)) cycle
+         failing = failing + 1
+         if (failing > 1) cycle
+         do k = 1, size(values)
+            words = words//trim(plan%axes(k)%parameter%name)//' = '//to_text(values(k))//', '
+         end do
+         words = words(:len(words) - 2)//': '//problem
+      end do
+      if (failing == 0) return
+      if (present(are_all)) are_all = failing == plan%cases
+      words = to_text(failing)//' of '//to_text(cases)//' cases'//trim(merge(' looked at', '          ', &
+         cases < plan%cases))//' cannot start; '//words
+   end function misfits_of
 
    !> Does the longest step of a Newmark scheme, or the start in a mode or among several stops, depend on it?
    elemental function changes_start(parameter, is_plain_scene) result(changes)

@@ -373,16 +373,27 @@ contains
 
       integer :: place
 
+      place = find_group(input%namelist, group, occurrence)
+      has = is_added(input, group, name, occurrence)
+      if (place > 0) has = has .or. find_item(input%namelist, place, name) > 0
+   end function has
+
+   !> Was it added to what the file gives?
+   pure function is_added(input, group, name, occurrence) result(is)
+      type(scene_input_t), intent(in) :: input
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of the groups of this name; absent: the first
+      integer, intent(in), optional :: occurrence
+      logical :: is
+
       integer :: which
 
-      place = find_group(input%namelist, group, occurrence)
-      has = .false.
-      if (place > 0) has = find_item(input%namelist, place, name) > 0
-      if (has .or. .not. allocated(input%added)) return
       which = 1
       if (present(occurrence)) which = occurrence
-      has = any(input%added == group//' '//to_text(which)//' '//name)
-   end function has
+      is = allocated(input%added)
+      if (is) is = any(input%added == group//' '//to_text(which)//' '//name)
+   end function is_added
 
    !> A name counts as given hereafter.
    pure subroutine add(input, group, name, occurrence)
@@ -396,9 +407,8 @@ contains
       input%added = [character(name_length) :: input%added, group//' '//to_text(occurrence)//' '//name]
    end subroutine add
 
-   !> Report a problem with a name, or with its group or the whole file where that is absent.
-   !>
-   !> Of several names for one quantity the first that the file has is told.
+   !> Report a problem with a name, or with its group or the whole file where that is absent. Of several names for one
+   !> quantity the first that the file has is told.
    subroutine complain(input, group, name, problem, occurrence)
       class(scene_input_t), intent(inout) :: input
       !> The group, or nothing
@@ -409,15 +419,16 @@ contains
       !> Which of the groups of this name; absent: the first
       integer, intent(in), optional :: occurrence
 
+      character(:), allocatable :: found
       integer :: place, item
 
       place = find_group(input%namelist, group, occurrence)
-      if (place == 0) then
-         call input%report(0, problem)
-         return
-      end if
+      if (place == 0) call input%report(0, problem)
+      if (place == 0) return
       do item = input%namelist%groups(place)%first_item, input%namelist%groups(place)%last_item
-         if (.not. is_among(item_name(input%namelist, item), name)) cycle
+         found = item_name(input%namelist, item)
+         ! of what was added the file has another value
+         if (.not. is_among(found, name) .or. is_added(input, group, found, occurrence)) cycle
          call input%reject(item, 0, problem)
          return
       end do

@@ -73,7 +73,7 @@ contains
          if (.not. draft%input%has_problem()) call resolve_scene(draft%input, draft%table, reader, draft%physical, &
             scene)
          if (.not. allocated(scene%title)) scene%title = scene%name
-         if (.not. draft%input%has_problem()) call check_values_in_units(draft%input, scene)
+         if (.not. draft%input%has_problem()) call check_extremes(draft%input, scene)
          if (.not. draft%input%has_problem()) call make_echo(draft%table, scene)
          call draft%input%get_problem(problem)
       end if
@@ -148,12 +148,12 @@ contains
       type(draft_t), allocatable :: own
       integer :: k
 
-      if (any(parameters%quantity /= '')) then
+      if (any(parameters%quantity /= '') .or. scene%has_misfits) then
          if (present(draft)) then
-            call set_units(scene, parameters, values, draft, problem)
+            call resolve_anew(scene, parameters, values, draft, problem)
          else
             allocate (own)
-            call set_units(scene, parameters, values, own, problem)
+            call resolve_anew(scene, parameters, values, own, problem)
          end if
       end if
       if (allocated(problem)) return
@@ -176,8 +176,9 @@ contains
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter
 
-   !> Resolve a scene anew as if its file gave these values of quantities in units: one may change the ratios of all.
-   subroutine set_units(scene, parameters, values, draft, problem)
+   !> Resolve a scene anew as if its file gave these values: one of a quantity in units may change the ratios of all,
+   !> any may not fit the others.
+   subroutine resolve_anew(scene, parameters, values, draft, problem)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameters(:)
       real(wp), intent(in) :: values(:)
@@ -192,7 +193,7 @@ contains
       if (.not. allocated(draft%scene)) call read_for_cases(scene, parameters, draft, problem)
       made = draft%scene
       do k = 1, size(parameters)
-         if (parameters(k)%quantity == '') cycle
+         if (keeps_others(parameters(k))) cycle
          call one%give_one(parameters(k)%occurrence, trim(parameters(k)%name_in_group), values(k))
          call list_group(trim(parameters(k)%group), one, made, draft%physical)
          deallocate (one%groups, one%entries)
@@ -213,11 +214,20 @@ contains
       made%output = scene%output
       made%wants_sweep = scene%wants_sweep
       made%wants_cases = scene%wants_cases
+      made%has_misfits = scene%has_misfits
       if (allocated(scene%echo)) made%echo = scene%echo
       scene = made
-   end subroutine set_units
+   end subroutine resolve_anew
 
-   !> Read a scene's file, in which the parameters in units count as given.
+   !> A taper is set with the mean height kept, whatever the file gives of the section.
+   pure function keeps_others(parameter) result(keeps)
+      type(parameter_t), intent(in) :: parameter
+      logical :: keeps
+
+      keeps = parameter%name == 'taper'
+   end function keeps_others
+
+   !> Read a scene's file, in which the parameters count as given.
    subroutine read_for_cases(scene, parameters, draft, problem)
       type(scene_t), intent(in) :: scene
       type(parameter_t), intent(in) :: parameters(:)
@@ -229,7 +239,7 @@ contains
 
       call read_draft(scene%text, scene%file, program_any, draft, made, problem)
       do k = 1, size(parameters)
-         if (parameters(k)%quantity == '') cycle
+         if (keeps_others(parameters(k))) cycle
          associate (parameter => parameters(k), table => draft%table)
             call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
             place = table%find(table%find_group(parameter%group, parameter%occurrence), parameter%name_in_group)
@@ -241,23 +251,22 @@ contains
       allocate (draft%scene, source=made)
    end subroutine read_for_cases
 
-   !> The least and the greatest values in units of a sweep or of cases make scenes; problems go into the input.
-   subroutine check_values_in_units(input, scene)
+   !> The least and the greatest values of a sweep or of cases make scenes. Problems of quantities in units, and of
+   !> cases, go into the input; those of a sweep's ratios are told of each case that has them.
+   subroutine check_extremes(input, scene)
       type(scene_input_t), intent(inout) :: input
       !> Resolved
-      type(scene_t), intent(in) :: scene
+      type(scene_t), intent(inout) :: scene
 
-      ! of more, a case that cannot be fails
-      integer, parameter :: most_checked = 6
       type(parameter_t), allocatable :: parameters(:)
-      type(scene_t) :: one
-      character(:), allocatable :: given, problem
-      real(wp), allocatable :: ends(:, :), values(:)
-      integer :: corner, k
+      character(:), allocatable :: problem
+      real(wp), allocatable :: ends(:, :)
+      logical, allocatable :: refuses(:)
+      integer :: k
 
       if (scene%wants_sweep) then
          associate (swept => scene%sweep%swept)
-            parameters = pack(swept%parameter, is_swept(swept) .and. swept%parameter%quantity /= '')
+            parameters = pack(swept%parameter, is_swept(swept))
             allocate (ends(2, size(parameters)))
             do k = 1, size(parameters)
                associate (all => values_given(swept(place_of(trim(parameters(k)%name), swept))))
@@ -265,29 +274,58 @@ contains
                end associate
             end do
          end associate
-      else if (scene%wants_cases .and. scene%cases%parameter%quantity /= '') then
+      else if (scene%wants_cases) then
          parameters = [scene%cases%parameter]
          ends = reshape([minval(scene%cases%values), maxval(scene%cases%values)], [2, 1])
       else
          return
       end if
-      if (size(parameters) == 0 .or. size(parameters) > most_checked) return
-      allocate (values(size(parameters)))
-      do corner = 0, 2**size(parameters) - 1
+      refuses = parameters%quantity /= '' .or. scene%wants_cases
+      call try_corners(scene, pack(parameters, refuses), reshape(pack(ends, spread(refuses, 1, 2)), &
+         [2, count(refuses)]), problem)
+      if (allocated(problem)) then
+         k = findloc(refuses, .true., dim=1)
+         call input%complain(trim(merge('sweep', 'cases', scene%wants_sweep)), trim(parameters(k)%name) &
+            //' '//trim(parameters(k)%name)//'_range '//trim(parameters(k)%name)//'_log_range values', problem)
+      else if (scene%wants_sweep) then
+         call try_corners(scene, parameters, ends, problem)
+         scene%has_misfits = allocated(problem)
+      end if
+   end subroutine check_extremes
+
+   !> What is wrong with the first scene that does not fit, of all with the least or greatest value of each parameter.
+   subroutine try_corners(scene, parameters, ends, problem)
+      type(scene_t), intent(in) :: scene
+      type(parameter_t), intent(in) :: parameters(:)
+      !> Least and greatest value, [2, parameters]
+      real(wp), intent(in) :: ends(:, :)
+      !> Unallocated: they all fit
+      character(:), allocatable, intent(out) :: problem
+
+      ! of more, some corners are left out
+      integer, parameter :: most_checked = 6
+      type(draft_t), allocatable :: draft
+      type(scene_t) :: one
+      character(:), allocatable :: given
+      real(wp) :: values(size(parameters))
+      integer :: corner, k
+
+      if (size(parameters) == 0) return
+      allocate (draft)
+      do corner = 0, 2**min(size(parameters), most_checked) - 1
          given = ''
          do k = 1, size(parameters)
-            values(k) = ends(1 + ibits(corner, k - 1, 1), k)
+            values(k) = ends(1 + ibits(corner, modulo(k - 1, most_checked), 1), k)
             given = given//trim(parameters(k)%name)//' = '//to_text(values(k))//', '
          end do
          one = scene
-         call set_parameters(one, parameters, values, problem)
+         one%has_misfits = .true.
+         call set_parameters(one, parameters, values, problem, draft)
          if (.not. allocated(problem)) cycle
-         call input%complain(trim(merge('sweep', 'cases', scene%wants_sweep)), trim(parameters(1)%name) &
-            //' '//trim(parameters(1)%name)//'_range '//trim(parameters(1)%name)//'_log_range values', &
-            given(:len(given) - 2)//': '//problem)
+         problem = given(:len(given) - 2)//': '//problem
          return
       end do
-   end subroutine check_values_in_units
+   end subroutine try_corners
 
    !> Name of a file without folders and ending.
    pure function name_of_file(file) result(name)

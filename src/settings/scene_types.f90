@@ -286,6 +286,8 @@ module scene_types
       type(sweep_settings_t) :: sweep
       logical :: wants_best = .false.
       type(best_settings_t) :: best
+      !> Some cases of the sweep have values that do not fit together; each is then read anew
+      logical :: has_misfits = .false.
       !> &cases is there
       logical :: wants_cases = .false.
       type(cases_settings_t) :: cases

@@ -820,8 +820,6 @@ contains
       case ('start', 'end')
          call put(draft, group, 'kind', '''step''')
          call put(draft, group, 'quantity', '''acceleration''')
-         ! each row by itself would be refused where a load ceases before it sets in
-         call drop(draft, group, trim(merge('end  ', 'start', name == 'start')))
          if (group /= 'start') call drop(draft, group, 'start_time')
          if (group /= 'start') call drop(draft, group, 'end_time')
       case ('velocity_ratio')
