@@ -17,6 +17,7 @@ module exact_motion
    use response_types, only: mode_check_t, response_t
    use run_recorder, only: make_recorder, recorder_t
    use run_settings, only: impulse_nodal, run_settings_t
+   use section_types, only: section_state_t
    use several_contacts, only: several_contacts_t
    use several_start, only: finish_several, start_several
    use stop_laws, only: is_rigid, make_yielding_stop
@@ -30,7 +31,7 @@ module exact_motion
 contains
 
    !> Run with the modes that the mode tolerance asks for.
-   subroutine exact_response(model, settings, response, error, shared, sets)
+   subroutine exact_response(model, settings, response, error, shared, sets, carried)
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -42,6 +43,8 @@ contains
       type(free_modes_t), intent(in), optional :: shared
       !> Sets of closed surfaces that the runs before made, for this one and those to come
       type(set_store_t), target, intent(inout), optional :: sets
+      !> The motion that the run takes over, if it has a state; then that at its end
+      type(section_state_t), intent(inout), optional :: carried
 
       type(free_modes_t) :: own
       type(set_store_t), target :: own_sets
@@ -51,18 +54,18 @@ contains
       if (present(sets)) kept => sets
       if (present(shared)) then
          if (allocated(shared%lambda)) then
-            call respond(model, shared, settings, kept, response, error)
+            call respond(model, shared, settings, kept, response, error, carried)
             return
          end if
       end if
       call find_free_modes(model, own, error)
       if (allocated(error)) return
-      call respond(model, own, settings, kept, response, error)
+      call respond(model, own, settings, kept, response, error, carried)
       response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
    !> Choose the modes and run.
-   subroutine respond(model, modes, settings, sets, response, error)
+   subroutine respond(model, modes, settings, sets, response, error, carried)
       type(beam_model_t), intent(in) :: model
       !> The modes of the free beam
       type(free_modes_t), intent(in) :: modes
@@ -73,6 +76,8 @@ contains
       type(response_t), intent(out) :: response
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
+      !> Of a run among surfaces
+      type(section_state_t), intent(inout), optional :: carried
 
       type(mode_check_t) :: check
       type(free_modes_t) :: few
@@ -83,12 +88,12 @@ contains
       if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
          if (check%kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
             settings%zeta_mass <= 0.0_wp) then
-            call run_among_surfaces(model, modes, settings, sets, response, error)
+            call run_among_surfaces(model, modes, settings, sets, response, error, carried)
          else
             few = modes
             ours = settings
             call take_modes(check%kept, few, ours)
-            call run_among_surfaces(model, few, ours, sets, response, error)
+            call run_among_surfaces(model, few, ours, sets, response, error, carried)
          end if
          return
       end if
@@ -197,7 +202,7 @@ contains
    end subroutine run_in_modes
 
    !> Any number of stops, with all modes.
-   subroutine run_among_surfaces(model, modes, settings, sets, response, error)
+   subroutine run_among_surfaces(model, modes, settings, sets, response, error, carried)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
@@ -205,6 +210,7 @@ contains
       type(response_t), intent(out) :: response
       !> Set when the run cannot start, or fails
       type(failure_t), allocatable, intent(out) :: error
+      type(section_state_t), intent(inout), optional :: carried
 
       type(several_contacts_t), target :: phase
       type(motion_t) :: motion
@@ -216,6 +222,7 @@ contains
          is_driven=has_loads(settings))
       call open_moments(model, settings, samples, response)
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
+      if (present(carried)) allocate (phase%carried, source=carried)
       call start_several(model, modes, settings, samples, sets, phase, motion, response, error)
       if (allocated(error)) return
       standstill = 0
@@ -230,6 +237,7 @@ contains
          call move_alloc(motion%error, error)
          return
       end if
+      if (present(carried)) carried = phase%carried
       call finish_several(settings, phase, motion, response)
       if (.not. allocated(response%shape_tau)) return
       if (phase%now%pulled > 0) then

@@ -13,6 +13,8 @@ module motion_run
    use number_text, only: to_text
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
+   use section_records, only: check_period
+   use section_types, only: section_state_t
    use static_states, only: find_static_start
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
@@ -24,7 +26,7 @@ module motion_run
 contains
 
    !> From rest in the static shape of a force at the stop, the stop point at eta = 1, to the end of the run.
-   subroutine run_motion(model, settings, response, error, shared, sets)
+   subroutine run_motion(model, settings, response, error, shared, sets, carried)
       type(beam_model_t), intent(in) :: model
       !> What is run
       type(run_settings_t), intent(in) :: settings
@@ -36,18 +38,22 @@ contains
       type(free_modes_t), intent(in), optional :: shared
       !> Sets of closed surfaces that the runs before made, for this one and those to come; of one thread alone
       type(set_store_t), target, intent(inout), optional :: sets
+      !> A motion under loads that the run takes over, if it has a state, by the same method on the same mesh; then the
+      !> state at its end
+      type(section_state_t), intent(inout), optional :: carried
 
       call check_node(model, settings, error)
+      if (.not. allocated(error)) call check_period(settings, error)
       if (.not. allocated(error)) call check_mode_of_start(model, settings, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
-         call exact_response(model, settings, response, error, shared, sets)
+         call exact_response(model, settings, response, error, shared, sets, carried)
       case (method_newmark)
          if (is_plain_run(model, settings)) then
             call newmark_response(model, settings, response, error)
          else
-            call several_newmark_response(model, settings, response, error)
+            call several_newmark_response(model, settings, response, error, carried)
          end if
       end select
       response%mesh_check%elements = model%mesh%elements

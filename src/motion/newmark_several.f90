@@ -16,11 +16,12 @@ module newmark_several
    use newmark_motion, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_run, only: level_of, nowhere, whole_step
    use newmark_samples, only: keep_shapes
+   use newmark_sections, only: resume, start_sections, state_of, take_over, take_sections
    use newmark_several_contacts, only: settle
    use newmark_several_events, only: give_way, look_for_events
    use newmark_several_run, only: energy_left, instant_of, is_held, is_idle, is_in_contact, several_run_t, &
       surface_energy
-   use newmark_several_start, only: begin_at_surfaces, make_several_start
+   use newmark_several_start, only: begin_at_surfaces, make_several_start, open_surfaces
    use newmark_several_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
    use newmark_statistics, only: open_statistics, take_step
    use newmark_stepper, only: deepest_level, make_newmark_stepper
@@ -30,6 +31,8 @@ module newmark_several
    use run_measures, only: gather_measures, no_rest, open_tally
    use run_recorder, only: keep_sample, sample_t
    use run_settings, only: impulse_nodal, law_spring_damper, run_settings_t
+   use section_records, only: finish_sections
+   use section_types, only: section_state_t
    use skyline_matrix, only: skyline_t, solve_factorised
    use static_states, only: find_static_rest, find_static_start
    use step_measures, only: finish_steps
@@ -42,7 +45,7 @@ module newmark_several
 contains
 
    !> The motion from rest in the static shape of a force at the pulled stop until the end of the run.
-   subroutine several_newmark_response(model, settings, response, error)
+   subroutine several_newmark_response(model, settings, response, error, carried)
       type(beam_model_t), intent(in) :: model
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
@@ -50,14 +53,20 @@ contains
       type(response_t), intent(out) :: response
       !> Set when it cannot start, an event cannot be located, or rounding opens the ledger
       type(failure_t), allocatable, intent(out) :: error
+      !> The motion that the run takes over, if it has a state; then that at its end
+      type(section_state_t), intent(inout), optional :: carried
 
       ! at least so many samples, if there are, are held against the ledger where energies are no output
       integer, parameter :: fewest_checks = 8
       type(several_run_t) :: run
       integer :: between_checks, samples
+      logical :: goes_on
 
       call make_run(model, settings, run, error)
       if (allocated(error)) return
+      goes_on = .false.
+      if (present(carried)) goes_on = allocated(carried%q)
+      if (goes_on) call take_over(carried, run)
       samples = count_samples(settings%response%duration, settings%response%step)
       between_checks = max(1, samples/fewest_checks)
       call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
@@ -73,9 +82,7 @@ contains
       if (run%keeps_measures) call start_measures(model, run, error)
       if (allocated(error)) return
       call shapes_in_step(run, 0.0_wp, response)
-      if (allocated(settings%statistics)) call open_statistics(settings, run)
-      call begin_at_surfaces(run, response)
-      if (allocated(run%blocks)) call take_events(run%blocks, response)
+      call begin(settings, goes_on, run, response)
       call measure_moments(run)
       if (.not. allocated(run%error)) call take_sample(run, response)
       do while (run%sample < samples .and. .not. allocated(run%error))
@@ -100,8 +107,28 @@ contains
       if (allocated(run%moments)) call move_alloc(run%moments, response%moments)
       if (run%keeps_measures) call finish_measures(run, settings%output%most_peaks, response)
       if (allocated(run%blocks)) call finish_statistics(run%blocks, response)
+      if (allocated(run%sections)) call finish_sections(run%sections, response)
+      if (present(carried)) call state_of(run, carried)
       call finish_moments(response)
    end subroutine several_newmark_response
+
+   !> What is asked of the motion from its start on, and that.
+   subroutine begin(settings, goes_on, run, response)
+      type(run_settings_t), intent(in) :: settings
+      !> It takes over a motion
+      logical, intent(in) :: goes_on
+      type(several_run_t), intent(inout) :: run
+      type(response_t), intent(inout) :: response
+
+      if (allocated(settings%statistics)) call open_statistics(settings, run)
+      if (allocated(settings%poincare)) call start_sections(settings, run)
+      if (goes_on) then
+         call resume(run, response)
+      else
+         call begin_at_surfaces(run, response)
+      end if
+      if (allocated(run%blocks)) call take_events(run%blocks, response)
+   end subroutine begin
 
    !> Can a run start? What would keep it from that is known without running it.
    subroutine check_several_newmark(model, settings, error)
@@ -275,35 +302,6 @@ contains
       end associate
    end subroutine check_surface
 
-   !> Room for what is kept of each surface.
-   subroutine open_surfaces(settings, run, response)
-      !> Output
-      type(run_settings_t), intent(in) :: settings
-      type(several_run_t), intent(in) :: run
-      !> Its histories have room
-      type(response_t), intent(inout) :: response
-
-      integer :: k, n
-
-      n = 0
-      if (allocated(response%tau)) n = size(response%tau)
-      allocate (response%surfaces(size(run%surfaces)))
-      do k = 1, size(run%surfaces)
-         associate (surface => run%surfaces(k)%surface)
-            associate (record => response%surfaces(surface%number))
-               record%stop = surface%stop
-               record%sign = nint(surface%sign)
-               record%position = surface%settings%position
-               record%height = surface%sign*surface%height
-               if (settings%output%history(eta_stop)) allocate (record%eta(n), source=0.0_wp)
-               if (settings%output%history(velocity_stop)) allocate (record%velocity(n), source=0.0_wp)
-               if (settings%output%history(force_stop)) allocate (record%force(n), source=0.0_wp)
-               if (settings%output%energy) allocate (record%energy(n), record%dissipated(n), source=0.0_wp)
-            end associate
-         end associate
-      end do
-   end subroutine open_surfaces
-
    !> Keep the present state as a sample.
    pure subroutine take_sample(run, response)
       type(several_run_t), intent(inout) :: run
@@ -406,6 +404,7 @@ contains
       if (run%keeps_measures) call measure_step(run, instant_of(run) - step, step, [energy, energy_left(run)])
       call measure_moments(run)
       if (allocated(run%blocks)) call take_step(run, instant_of(run) - step, step)
+      if (allocated(run%sections)) call take_sections(run, step)
       call shapes_in_step(run, step, response)
       call look_for_events(run, step, response)
       if (allocated(run%error)) return

@@ -9,6 +9,7 @@ module newmark_several_run
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: moment_record_t, run_measures_t
    use run_recorder, only: ledger_t
+   use section_types, only: run_sections_t
    use statistic_types, only: block_sums_t
    use step_measures, only: step_measurer_t
    use stop_surfaces, only: surface_t
@@ -115,6 +116,8 @@ module newmark_several_run
       logical :: keeps_shapes = .false.
       !> What &statistics asks for; unallocated: nothing
       type(block_sums_t), allocatable :: blocks
+      !> What &poincare asks for; unallocated: nothing
+      type(run_sections_t), allocatable :: sections
       !> Displacement and rotation of the root among the degrees of freedom; 0: held
       integer :: root_dofs(2) = 0
       !> The present state and, in the other place, the one a step leads to or came from

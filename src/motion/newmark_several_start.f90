@@ -5,6 +5,7 @@ module newmark_several_start
    use complementarity, only: solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
+   use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: lambda1_power4, wp
    use load_settings, only: field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
       start_settings_t, start_table, start_velocity
@@ -22,7 +23,7 @@ module newmark_several_start
    use stop_surfaces, only: surface_t
    implicit none (type, external)
    private
-   public :: make_several_start, begin_at_surfaces
+   public :: make_several_start, open_surfaces, begin_at_surfaces
 
 contains
 
@@ -175,6 +176,35 @@ contains
       end function inertia_of
 
    end subroutine set_in_motion
+
+   !> Room for what is kept of each surface.
+   subroutine open_surfaces(settings, run, response)
+      !> Output
+      type(run_settings_t), intent(in) :: settings
+      type(several_run_t), intent(in) :: run
+      !> Its histories have room
+      type(response_t), intent(inout) :: response
+
+      integer :: k, n
+
+      n = 0
+      if (allocated(response%tau)) n = size(response%tau)
+      allocate (response%surfaces(size(run%surfaces)))
+      do k = 1, size(run%surfaces)
+         associate (surface => run%surfaces(k)%surface)
+            associate (record => response%surfaces(surface%number))
+               record%stop = surface%stop
+               record%sign = nint(surface%sign)
+               record%position = surface%settings%position
+               record%height = surface%sign*surface%height
+               if (settings%output%history(eta_stop)) allocate (record%eta(n), source=0.0_wp)
+               if (settings%output%history(velocity_stop)) allocate (record%velocity(n), source=0.0_wp)
+               if (settings%output%history(force_stop)) allocate (record%force(n), source=0.0_wp)
+               if (settings%output%energy) allocate (record%energy(n), record%dissipated(n), source=0.0_wp)
+            end associate
+         end associate
+      end do
+   end subroutine open_surfaces
 
    !> Is a surface in the way that does not carry the beam?
    subroutine check_surfaces(model, surfaces, run, error)

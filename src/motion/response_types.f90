@@ -7,6 +7,7 @@
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
+   use section_types, only: run_sections_t
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
@@ -129,6 +130,10 @@ module response_types
       integer :: mesh_elements = 0
       !> Statistics of all surfaces together, [statistic_count]; unallocated: not asked for
       real(wp), allocatable :: statistics(:)
+      !> From sections, if they are asked for
+      logical :: has_sections = .false.
+      integer :: motion_period = 0
+      real(wp) :: impacts_per_period = 0.0_wp
    end type run_measures_t
 
    !> How many modes a run kept, and what a run of fewer of them told.
@@ -225,6 +230,10 @@ module response_types
       type(run_measures_t), allocatable :: measures
       !> Statistics; unallocated: not asked for
       type(run_statistics_t), allocatable :: statistics
+      !> Sections; unallocated: not asked for
+      type(run_sections_t), allocatable :: sections
+      !> Surfaces, in the scene's order, that were closed as the run took over a motion; unallocated: it took over none
+      logical, allocatable :: starts_closed(:)
       !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant],
       !> clamp first
       real(wp), allocatable :: shape_tau(:)

@@ -287,9 +287,14 @@ contains
       logical :: in_contact
       real(wp), allocatable :: limits(:, :)
 
-      allocate (limits(2, response%event_count))
+      allocate (limits(2, response%event_count + 1))
       contacts = 0
       in_contact = .false.
+      if (present(surface) .and. allocated(response%starts_closed)) in_contact = response%starts_closed(surface)
+      if (in_contact) then
+         contacts = 1
+         limits(:, 1) = [0.0_wp, measures%duration]
+      end if
       do i = 1, response%event_count
          if (present(surface)) then
             if (response%events(i)%surface /= surface) cycle
@@ -398,6 +403,10 @@ contains
          row(findloc(name, 'greatest_stress_tau', 1)) = measures%greatest_stress_tau
          row(findloc(name, 'greatest_stress_position', 1)) = measures%greatest_stress_position
          row(findloc(name, 'stress_range', 1)) = measures%stress_range
+      end if
+      if (measures%has_sections) then
+         row(findloc(name, 'motion_period', 1)) = real(measures%motion_period, wp)
+         row(findloc(name, 'impacts_per_period', 1)) = measures%impacts_per_period
       end if
       row(findloc(name, 'mesh_elements', 1)) = real(measures%mesh_elements, wp)
       if (allocated(measures%statistics)) row(first_statistic:) = measures%statistics

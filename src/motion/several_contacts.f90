@@ -14,6 +14,8 @@ module several_contacts
    use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
+   use section_states, only: state_at, take_sections
+   use section_types, only: run_sections_t, section_state_t
    use several_events, only: follow_end
    use several_measures, only: measure_surfaces
    use several_state, only: end_force, end_gap, find_load, free_state, move_alone, move_to, several_t, signal_of, &
@@ -48,6 +50,10 @@ module several_contacts
       type(moments_t) :: moments
       !> What &statistics asks for; unallocated: nothing
       type(block_sums_t), allocatable :: blocks
+      !> What &poincare asks for; unallocated: nothing
+      type(run_sections_t), allocatable :: sections
+      !> The state from which the run goes on, if it has one, and in the end the last; unallocated: not asked for
+      type(section_state_t), allocatable :: carried
    contains
       procedure :: begin
       procedure :: find_end
@@ -431,6 +437,8 @@ contains
       type(motion_t), intent(inout) :: motion
 
       if (allocated(self%blocks)) call take_phase(self%now, motion%tau, self%search%time, self%blocks)
+      if (allocated(self%sections)) call take_sections(self%now, motion%tau, self%search%time, self%sections)
+      if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
       if (.not. motion%measurer%is_wanted) return
       if (is_last) then
          call move_to(self%now, self%search%time, self%z_end, self%v_end)

@@ -16,7 +16,7 @@ module several_events
    use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    implicit none (type, external)
    private
-   public :: follow_end, meet_at_start
+   public :: follow_end, meet_at_start, resume
 
    !> So many problems at one instant, then all that is hit is captured.
    integer, parameter :: most_rounds = 100
@@ -47,9 +47,7 @@ contains
       type(capture_t) :: captures(size(self%states))
 
       if (search%outcome == found_break) then
-         call find_load(self, motion%tau)
-         call settle(self, captures, motion, response)
-         call check_dampers(self, motion, response)
+         call resume(self, motion, response)
          return
       end if
       associate (state => self%states(k))
@@ -80,6 +78,19 @@ contains
          end select
       end associate
    end subroutine follow_end
+
+   !> Loads, or what surfaces are, changed: which of those that are closed stay so?
+   subroutine resume(self, motion, response)
+      type(several_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      type(capture_t) :: captures(size(self%states))
+
+      if (self%loads%count > 0) call find_load(self, motion%tau)
+      call settle(self, captures, motion, response)
+      call check_dampers(self, motion, response)
+   end subroutine resume
 
    !> The run starts on some surfaces.
    subroutine meet_at_start(self, hop_tolerance, motion, response)

@@ -21,8 +21,11 @@ module several_start
    use response_types, only: response_t, surface_record_t
    use run_measures, only: no_rest, open_tally
    use run_settings, only: output_settings_t, run_settings_t
+   use section_records, only: finish_sections, open_sections
+   use section_states, only: put_state
+   use section_types, only: run_sections_t
    use several_contacts, only: several_contacts_t
-   use several_events, only: meet_at_start
+   use several_events, only: meet_at_start, resume
    use several_measures, only: finish_surfaces
    use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
@@ -52,14 +55,14 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(surface_t), allocatable :: surfaces(:)
-      real(wp), allocatable :: rest(:), forces(:)
+      real(wp), allocatable :: rest(:)
       logical, allocatable :: acts(:)
       real(wp) :: rest_energy
       integer :: k
 
       allocate (surfaces, source=surfaces_of(settings))
       allocate (acts, source=acting(surfaces, model%stop_dofs(surfaces%stop)))
-      allocate (rest(size(surfaces)), forces(size(surfaces)), source=0.0_wp)
+      allocate (rest(size(surfaces)), source=0.0_wp)
       rest_energy = 0.0_wp
       associate (beam => phase%now%beam, now => phase%now)
          now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
@@ -80,18 +83,16 @@ contains
          do k = 1, size(surfaces)
             call make_surface_state(surfaces(k), now%states(k))
          end do
-         call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces)
-         if (settings%start%kind == start_balance .and. is_mechanism(model)) call check_balance(now, forces, error)
-         if (allocated(error)) return
-         ! a pull was checked before the modes were found
-         if (settings%start%kind /= start_pull) call check_start(surfaces, beam, forces, motion%q, error)
-         if (allocated(error)) return
-         do k = 1, size(surfaces)
-            now%states(k)%is_indented = forces(k) > 0.0_wp
-            if (forces(k) > 0.0_wp .and. .not. now%states(k)%is_rigid) then
-               now%states(k)%depth = forces(k)/now%states(k)%spring%stiffness
-            end if
-         end do
+         if (goes_on(phase)) then
+            allocate (motion%q, source=phase%carried%q)
+            allocate (motion%v, source=phase%carried%v)
+            call put_state(phase%carried, now)
+            allocate (response%starts_closed(size(surfaces)))
+            response%starts_closed(surfaces%number) = phase%carried%is_closed
+         else
+            call begin_anew(model, modes, settings, acts, now, motion, error)
+            if (allocated(error)) return
+         end if
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
             + sum([(energy_in(now%states(k)), k=1, size(surfaces))])
          do k = 1, size(surfaces)
@@ -110,11 +111,79 @@ contains
          end if
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
-         if (allocated(settings%statistics)) call open_statistics(settings, now, phase%blocks)
-         call meet_at_start(now, settings%response%hop_tolerance, motion, response)
-         if (allocated(phase%blocks)) call take_events(phase%blocks, response)
       end associate
+      call begin(settings, phase, motion, response)
    end subroutine start_several
+
+   !> What is asked of the motion from its start on, and that.
+   subroutine begin(settings, phase, motion, response)
+      type(run_settings_t), intent(in) :: settings
+      type(several_contacts_t), intent(inout) :: phase
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      if (allocated(settings%statistics)) call open_statistics(settings, phase%now, phase%blocks)
+      if (allocated(settings%poincare)) call start_sections(settings, phase%now, size(motion%q), phase%sections)
+      if (goes_on(phase)) then
+         call resume(phase%now, motion, response)
+      else
+         call meet_at_start(phase%now, settings%response%hop_tolerance, motion, response)
+      end if
+      if (allocated(phase%blocks)) call take_events(phase%blocks, response)
+   end subroutine begin
+
+   !> Does the run take over a motion?
+   pure function goes_on(phase)
+      type(several_contacts_t), intent(in) :: phase
+      logical :: goes_on
+
+      goes_on = .false.
+      if (allocated(phase%carried)) goes_on = allocated(phase%carried%q)
+   end function goes_on
+
+   !> As &start says, with the surfaces that carry the beam.
+   subroutine begin_anew(model, modes, settings, acts, now, motion, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      !> Surfaces that can be met
+      logical, intent(in) :: acts(:)
+      type(several_t), intent(inout) :: now
+      !> Gets its state
+      type(motion_t), intent(inout) :: motion
+      !> Set when a surface is in the way
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp) :: forces(size(acts))
+      integer :: k
+
+      call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces)
+      if (settings%start%kind == start_balance .and. is_mechanism(model)) call check_balance(now, forces, error)
+      if (allocated(error)) return
+      ! a pull was checked before the modes were found
+      if (settings%start%kind /= start_pull) call check_start(now, forces, motion%q, error)
+      if (allocated(error)) return
+      do k = 1, size(forces)
+         associate (state => now%states(k))
+            state%is_indented = forces(k) > 0.0_wp
+            if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%depth = forces(k)/state%spring%stiffness
+         end associate
+      end do
+   end subroutine begin_anew
+
+   subroutine start_sections(settings, now, modes, sections)
+      type(run_settings_t), intent(in) :: settings
+      type(several_t), intent(in) :: now
+      !> Number of them
+      integer, intent(in) :: modes
+      type(run_sections_t), allocatable, intent(out) :: sections
+
+      integer :: pulled
+
+      pulled = 0
+      if (now%pulled > 0) pulled = now%states(now%pulled)%surface%number
+      call open_sections(settings, size(now%states), pulled, sections, modes)
+   end subroutine start_sections
 
    subroutine open_statistics(settings, now, blocks)
       type(run_settings_t), intent(in) :: settings
@@ -159,9 +228,8 @@ contains
    end subroutine check_balance
 
    !> Is a surface in the way that does not carry the beam?
-   subroutine check_start(surfaces, beam, forces, q, error)
-      type(surface_t), intent(in) :: surfaces(:)
-      type(free_beam_t), intent(in) :: beam
+   subroutine check_start(now, forces, q, error)
+      type(several_t), intent(in) :: now
       !> Of each
       real(wp), intent(in) :: forces(:)
       !> State of the free modes
@@ -174,11 +242,11 @@ contains
       real(wp) :: gap
       integer :: k
 
-      do k = 1, size(surfaces)
-         gap = sum(beam%value(:, k)*q) - beam%height(k)
-         if (forces(k) > 0.0_wp .or. gap >= -tolerance*max(1.0_wp, abs(beam%height(k)))) cycle
+      do k = 1, size(now%states)
+         gap = sum(now%beam%value(:, k)*q) - now%beam%height(k)
+         if (forces(k) > 0.0_wp .or. gap >= -tolerance*max(1.0_wp, abs(now%beam%height(k)))) cycle
          call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
-            to_text(surfaces(k)%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
+            to_text(now%states(k)%surface%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
          return
       end do
    end subroutine check_start
@@ -279,6 +347,7 @@ contains
       if (allocated(response%moments)) response%moments = phase%moments%records
       if (settings%output%measures) call finish_surfaces(phase%now, settings%response%duration, motion, response)
       if (allocated(phase%blocks)) call finish_statistics(phase%blocks, response)
+      if (allocated(phase%sections)) call finish_sections(phase%sections, response)
       call finish_moments(response)
    end subroutine finish_several
 

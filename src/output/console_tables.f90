@@ -227,7 +227,7 @@ contains
       row = row_of(measures)
       write (unit, '()')
       do i = 1, measure_count
-         if (measure_table(i)%is_of_stress .and. ieee_is_nan(row(i))) cycle
+         if (measure_table(i)%group /= '' .and. ieee_is_nan(row(i))) cycle
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units))
       end do
@@ -325,6 +325,8 @@ contains
             if (entry%lead /= '') words = words_in(units, 'not until {tau~t} = ')//reading_in(units, 'time', duration)
          else if (entry%is_whole) then
             words = to_text(nint(value))
+            if (entry%lead /= '') words = trim(entry%lead)//' '//words
+            if (entry%lead /= '' .and. nint(value) == 0) words = 'none found'
          else
             words = said(entry%quantity, value, units)
             if (entry%lead /= '') words = words_in(units, trim(entry%lead))//' '//words

@@ -23,7 +23,7 @@ contains
          associate (measure => measure_table(i))
             if (measure%run_name == '') cycle
             ! a share of no energy is no number, but is there
-            if (ieee_is_nan(row(i)) .and. measure%quantity /= 'number') cycle
+            if (ieee_is_nan(row(i)) .and. (measure%quantity /= 'number' .or. measure%group /= '')) cycle
             if (measure%is_whole) then
                call group%put(trim(measure%run_name), nint(row(i)), measure%meaning)
             else
@@ -59,8 +59,7 @@ contains
 
       do i = 1, measure_count
          if (names(i) == '') cycle
-         if ((measure_table(i)%is_of_stress .or. measure_table(i)%is_statistic) .and. &
-            all(ieee_is_nan(rows(i, :)))) cycle
+         if (measure_table(i)%group /= '' .and. all(ieee_is_nan(rows(i, :)))) cycle
          if (measure_table(i)%is_whole) then
             call group%put(trim(names(i)), nint(rows(i, :)), measure_table(i)%meaning, along)
          else

@@ -73,7 +73,7 @@ contains
       do i = 1, measure_count
          associate (measure => measure_table(i))
             if (.not. is_shown(i)) cycle
-            if ((measure%is_of_stress .or. measure%is_statistic) .and. all(ieee_is_nan(errors%row(i, :)))) cycle
+            if (measure%group /= '' .and. all(ieee_is_nan(errors%row(i, :)))) cycle
             call own%put(trim(measure%name), [errors%error(i, :)], measure%quantity, &
                'estimated error of the mesh; nan: it does not settle: '//measure%meaning, 'case')
             call own%put('order_'//trim(measure%name), [errors%order(i, :)], 'number', &

@@ -6,6 +6,7 @@ module response_groups
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_blow, event_names, response_t, run_measures_t
    use run_measures, only: row_of
+   use section_groups, only: write_sections
    use statistic_groups, only: write_statistics
    use stress_groups, only: write_stress
    use surface_groups, only: names_of, write_surfaces
@@ -33,6 +34,9 @@ contains
          allocated(response%surfaces))
       if (allocated(response%statistics)) then
          call write_statistics(group%part('statistics'), response%statistics, names_of(response%surfaces))
+      end if
+      if (allocated(response%sections)) then
+         call write_sections(group%part('poincare'), response%sections, names_of(response%surfaces))
       end if
       ! sample times that are not allocated are not present
       if (allocated(response%surfaces)) call write_surfaces(group%part('surfaces'), response%surfaces, response%tau)

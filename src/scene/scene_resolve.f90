@@ -14,6 +14,7 @@ module scene_resolve
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
+   use scene_poincare, only: resolve_poincare
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
    use scene_statistics, only: resolve_statistics
@@ -93,6 +94,8 @@ contains
       if (input%has_problem()) return
       call resolve_loads(input, table, physical, scene)
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
+      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, scene)
+      if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
       if (scene%wants_statistics) call resolve_statistics(input, table, physical%statistics, scene)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
@@ -220,6 +223,19 @@ contains
       call take_ratio(input, table, 'response', 'duration_time', physical%duration_time*omega1, response%duration)
       call take_ratio(input, table, 'response', 'step_time', physical%step_time*omega1, response%step)
       if (input%has_problem()) return
+      if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
+         call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
+      end if
+      if (response%mode_count > 0 .and. (response%keep_all_modes .or. input%has('response', 'mode_tolerance'))) then
+         call input%complain('response', 'modes', 'is a number that is given; it does not go with mode_tolerance or ' &
+            //'keep_all_modes')
+      end if
+   end subroutine resolve_response
+
+   !> The samples of a run whose duration is known.
+   subroutine check_samples(input, response)
+      type(scene_input_t), intent(inout) :: input
+      type(response_settings_t), intent(in) :: response
 
       if (response%step > response%duration) then
          call input%complain('response', 'step step_time', 'step ' &
@@ -229,14 +245,7 @@ contains
             'duration over step is '//to_text(response%duration/response%step) &
             //' samples: must be at most '//to_text(most_numbers)//' to fit into memory')
       end if
-      if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
-         call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
-      end if
-      if (response%mode_count > 0 .and. (response%keep_all_modes .or. input%has('response', 'mode_tolerance'))) then
-         call input%complain('response', 'modes', 'is a number that is given; it does not go with mode_tolerance or ' &
-            //'keep_all_modes')
-      end if
-   end subroutine resolve_response
+   end subroutine check_samples
 
    !> &frequencies
    subroutine resolve_frequencies(input, scene)

@@ -32,12 +32,13 @@ module scene_rules
    ! They come first: what else such a scene has would need things that it cannot have
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
-      'beam section root mass mesh damping tip_mass stop support force base start response statistics frequencies '// &
-      'precision sweep best cases stress output', &
+      'beam section root mass mesh damping tip_mass stop support force base start response statistics '// &
+      'poincare frequencies precision sweep best cases stress output', &
       ', which has beams, stops and runs of its own'), &
       exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
       exclusion_t('precision', 'force base start', ', which measures beams released from rest'), &
-      exclusion_t('precision', 'response statistics sweep best cases stress output', ', which has runs of its own')]
+      exclusion_t('precision', 'response statistics poincare sweep best cases stress output', &
+      ', which has runs of its own')]
 
    type(exclusion_t), parameter :: exclusions(*) = [ &
       exclusion_t('sweep', 'frequencies cases', '; give it a scene of its own'), &
@@ -60,6 +61,7 @@ module scene_rules
       demand_t('start', '', 'response', a_response), &
       demand_t('stress', '', 'response', a_response), &
       demand_t('statistics', '', 'response', a_response), &
+      demand_t('poincare', '', 'response', a_response), &
       demand_t('sweep', '', 'response', a_response), &
       demand_t('cases', '', 'response', a_response), &
       demand_t('best', '', 'sweep response', a_sweep//', and &response /'), &

@@ -49,11 +49,13 @@ contains
          call input%complain('sweep', 'design', 'needs count, the number of cases')
       end if
       if (scene%wants_best) then
-         if (measure_table(scene%best%measure)%is_of_stress .and. .not. scene%wants_stress) then
-            call input%complain('best', 'measure', 'needs &stress, which tells where')
-         else if (measure_table(scene%best%measure)%is_statistic .and. .not. scene%wants_statistics) then
-            call input%complain('best', 'measure', 'needs &statistics')
-         end if
+         associate (group => measure_table(scene%best%measure)%group)
+            if (group == 'stress' .and. .not. scene%wants_stress) then
+               call input%complain('best', 'measure', 'needs &stress, which tells where')
+            else if (.not. scene%has_group(group)) then
+               call input%complain('best', 'measure', 'needs &'//trim(group))
+            end if
+         end associate
       end if
       call check_count(input, scene)
       call check_beams(input, scene)

@@ -20,10 +20,8 @@ module measure_list
       character(16) :: lead = ''
       !> Each of several surfaces has its own
       logical :: is_of_surface = .false.
-      !> Only a scene with &stress has it
-      logical :: is_of_stress = .false.
-      !> Only one with &statistics has it
-      logical :: is_statistic = .false.
+      !> Only a scene with this group has it; empty: each has
+      character(12) :: group = ''
    end type measure_t
 
    type(measure_t), parameter :: measure_table(*) = [ &
@@ -68,52 +66,58 @@ module measure_list
       measure_t('created', 'created', 'that the nodal reading of the impulse created', 'number', .false.), &
       measure_t('left', 'left', 'that is left at the end', 'number', .false.), &
       measure_t('greatest_moment', 'greatest_moment', 'greatest bending moment at the places of &stress, in magnitude' &
-      //'{, Pbar L}', 'moment', .false., is_of_stress=.true.), &
+      //'{, Pbar L}', 'moment', .false., group='stress'), &
       measure_t('greatest_stress', 'greatest_stress', 'greatest stress at the outer fibre there, in magnitude' &
-      //'{, in E D/L}', 'stress', .false., 'greatest stress', is_of_stress=.true.), &
+      //'{, in E D/L}', 'stress', .false., 'greatest stress', group='stress'), &
       measure_t('greatest_stress_tau', 'greatest_stress_tau', 'instant of it', 'time', .false., 'reached', &
-      'at {tau~t} =', is_of_stress=.true.), &
+      'at {tau~t} =', group='stress'), &
       measure_t('greatest_stress_position', 'greatest_stress_position', 'its place{, x/L}', 'length', .false., &
-      'and at', '{x/L~x} =', is_of_stress=.true.), &
+      'and at', '{x/L~x} =', group='stress'), &
       measure_t('stress_range', 'stress_range', 'greatest less least stress of a place, the greatest of all places: ' &
-      //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', is_of_stress=.true.), &
+      //'twice an amplitude of fatigue{, in E D/L}', 'stress', .false., 'range of stress', group='stress'), &
       measure_t('mesh_elements', '', 'elements of the mesh', 'number', .true.), &
+      measure_t('motion_period', 'motion_period', &
+      'period of the motion in periods of the load, from sections; 0: none was found', 'number', .true., &
+      'repeats after', 'load periods:', group='poincare'), &
+      measure_t('impacts_per_period', 'impacts_per_period', &
+      'impacts in a period of the load, over that of the motion or, where none was found, over all sections kept', &
+      'number', .false., 'impacts a period', group='poincare'), &
       measure_t('mean_force', '', 'mean force, which is the impulse over the time, that of impacts included', &
-      'force', .false., is_statistic=.true.), &
+      'force', .false., group='statistics'), &
       measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &
-      'force', .false., is_statistic=.true.), &
+      'force', .false., group='statistics'), &
       measure_t('maximum_force', '', 'greatest force; with restitution there is none', &
-      'force', .false., is_statistic=.true.), &
+      'force', .false., group='statistics'), &
       measure_t('mean_contact_force', '', 'mean force over the time in contact, without impulses', &
-      'force', .false., is_statistic=.true.), &
+      'force', .false., group='statistics'), &
       measure_t('rms_contact_force', '', 'RMS force over the time in contact; with restitution there is none', &
-      'force', .false., is_statistic=.true.), &
-      measure_t('impact_rate', '', 'impacts over time', 'rate', .false., is_statistic=.true.), &
+      'force', .false., group='statistics'), &
+      measure_t('impact_rate', '', 'impacts over time', 'rate', .false., group='statistics'), &
       measure_t('mean_impact_velocity', '', 'mean velocity with which impacts begin', &
-      'velocity', .false., is_statistic=.true.), &
-      measure_t('maximum_impact_velocity', '', 'the greatest', 'velocity', .false., is_statistic=.true.), &
+      'velocity', .false., group='statistics'), &
+      measure_t('maximum_impact_velocity', '', 'the greatest', 'velocity', .false., group='statistics'), &
       measure_t('mean_impulse', '', 'mean impulse of an impact, with those that belong to it', &
-      'impulse', .false., is_statistic=.true.), &
-      measure_t('maximum_impulse', '', 'the greatest', 'impulse', .false., is_statistic=.true.), &
-      measure_t('contact_time', '', 'time in contact', 'time', .false., is_statistic=.true.), &
-      measure_t('contact_share', '', 'share of time in contact', 'number', .false., is_statistic=.true.), &
+      'impulse', .false., group='statistics'), &
+      measure_t('maximum_impulse', '', 'the greatest', 'impulse', .false., group='statistics'), &
+      measure_t('contact_time', '', 'time in contact', 'time', .false., group='statistics'), &
+      measure_t('contact_share', '', 'share of time in contact', 'number', .false., group='statistics'), &
       measure_t('mean_displacement', '', 'mean displacement of the stop point, up from the unstressed beam', &
-      'displacement', .false., is_statistic=.true.), &
-      measure_t('rms_displacement', '', 'its RMS value', 'displacement', .false., is_statistic=.true.), &
-      measure_t('minimum_displacement', '', 'its least', 'displacement', .false., is_statistic=.true.), &
-      measure_t('maximum_displacement', '', 'its greatest', 'displacement', .false., is_statistic=.true.), &
+      'displacement', .false., group='statistics'), &
+      measure_t('rms_displacement', '', 'its RMS value', 'displacement', .false., group='statistics'), &
+      measure_t('minimum_displacement', '', 'its least', 'displacement', .false., group='statistics'), &
+      measure_t('maximum_displacement', '', 'its greatest', 'displacement', .false., group='statistics'), &
       measure_t('mean_tip', '', 'mean displacement of the tip, up from the unstressed beam', &
-      'displacement', .false., is_statistic=.true.), &
-      measure_t('rms_tip', '', 'its RMS value', 'displacement', .false., is_statistic=.true.), &
-      measure_t('minimum_tip', '', 'its least', 'displacement', .false., is_statistic=.true.), &
-      measure_t('maximum_tip', '', 'its greatest', 'displacement', .false., is_statistic=.true.)]
+      'displacement', .false., group='statistics'), &
+      measure_t('rms_tip', '', 'its RMS value', 'displacement', .false., group='statistics'), &
+      measure_t('minimum_tip', '', 'its least', 'displacement', .false., group='statistics'), &
+      measure_t('maximum_tip', '', 'its greatest', 'displacement', .false., group='statistics')]
 
    integer, parameter :: measure_count = size(measure_table)
    !> Those that the program itself asks for by name
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
    integer, parameter :: measure_quiet = findloc(measure_table%name, 'quiet_tau', dim=1)
    !> After it all are statistics
-   integer, parameter :: first_statistic = findloc(measure_table%is_statistic, .true., dim=1)
+   integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
    !> Rebounds whose peaks are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
 

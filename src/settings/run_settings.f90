@@ -9,7 +9,7 @@ module run_settings
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
-   public :: statistics_settings_t
+   public :: statistics_settings_t, poincare_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
    public :: stop_released_from
    public :: side_below, side_above, side_both, side_names
@@ -142,6 +142,27 @@ module run_settings
       integer :: classes = 20
    end type statistics_settings_t
 
+   !> &poincare: the state once a period of the load
+   type :: poincare_settings_t
+      !> Where in the period, as a share of it, from tau = 0
+      real(wp) :: phase = 0.0_wp
+      !> Sections that are passed over, and kept after them
+      integer :: skip = 100
+      integer :: keep = 100
+      !> Whose period among all harmonic loads, forces first; 0: that of all together
+      integer :: load = 0
+      !> Longest period of the motion that is looked for, in those of the load, and how near a state must return, as a
+      !> share of the greatest
+      integer :: most_periods = 16
+      real(wp) :: tolerance = 1.0e-6_wp
+      !> The whole state in the modes is kept too
+      logical :: keeps_modes = .false.
+      !> Nothing else says how long the run is: the periods passed over and kept
+      logical :: sets_duration = .false.
+      !> That of the load, tau, as `period_of` tells
+      real(wp) :: period = 0.0_wp
+   end type poincare_settings_t
+
    type :: run_settings_t
       !> zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
@@ -169,6 +190,8 @@ module run_settings
       type(stress_settings_t), allocatable :: stress
       !> What is asked of a part of the run; unallocated: nothing
       type(statistics_settings_t), allocatable :: statistics
+      !> Unallocated: no sections are asked for
+      type(poincare_settings_t), allocatable :: poincare
    end type run_settings_t
 
 contains

@@ -7,8 +7,8 @@ module scene_types
    use body_settings, only: mass_settings_t, root_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
-   use run_settings, only: name_length, output_settings_t, response_settings_t, statistics_settings_t, &
-      stop_settings_t, stress_settings_t
+   use run_settings, only: name_length, output_settings_t, poincare_settings_t, response_settings_t, &
+      statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
@@ -275,6 +275,9 @@ module scene_types
       !> &statistics is there
       logical :: wants_statistics = .false.
       type(statistics_settings_t) :: statistics
+      !> &poincare is there
+      logical :: wants_poincare = .false.
+      type(poincare_settings_t) :: poincare
       !> &frequencies is there
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies
@@ -300,6 +303,29 @@ module scene_types
       integer :: unit_system = 0
       !> One of the `output_` constants: what results are in; 0: the file does not say
       integer :: output_units = 0
+   contains
+      procedure :: has_group
    end type scene_t
+
+contains
+
+   !> Is a group there of which measures are?
+   elemental function has_group(scene, group) result(has)
+      class(scene_t), intent(in) :: scene
+      !> Empty: all are there without any
+      character(*), intent(in) :: group
+      logical :: has
+
+      select case (group)
+      case ('stress')
+         has = scene%wants_stress
+      case ('statistics')
+         has = scene%wants_statistics
+      case ('poincare')
+         has = scene%wants_poincare
+      case default
+         has = .true.
+      end select
+   end function has_group
 
 end module scene_types

@@ -11,6 +11,7 @@ module scene_beam_model
    use mass_choice, only: errs_less_redistributed
    use number_text, only: to_text
    use run_settings, only: run_settings_t, stop_released_from
+   use scene_poincare, only: set_period
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
    use section_shapes, only: is_uniform, profile_stepped
@@ -226,6 +227,10 @@ contains
       settings%stop = scene%stop
       settings%response = scene%response
       if (scene%wants_statistics) settings%statistics = scene%statistics
+      if (scene%wants_poincare) then
+         settings%poincare = scene%poincare
+         call set_period(scene, settings%poincare, settings%response)
+      end if
       settings%output = scene%output
       ! of a beam without stops there is the tip alone
       if (.not. scene%has_stop) settings%output%history([eta_stop, velocity_stop, force_stop]) = .false.

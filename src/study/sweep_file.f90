@@ -179,8 +179,7 @@ contains
       type(scene_t), intent(in) :: scene
       logical :: answer(measure_count)
 
-      answer = (scene%wants_stress .or. .not. measure_table%is_of_stress) .and. (scene%wants_statistics .or. .not. &
-         measure_table%is_statistic)
+      answer = scene%has_group(measure_table%group)
    end function is_there
 
    !> /best: the table, and what the refinement found.

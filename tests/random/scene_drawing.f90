@@ -175,7 +175,49 @@ contains
          call put(draft, 'response', 'duration', to_text(between(0.5_wp, 40.0_wp, .true.)))
          call put(draft, 'response', 'step', to_text(between(0.01_wp, 0.5_wp, .true.)))
       end if
+      if (choice < 0.95_wp) call draw_poincare(names, draft)
    end subroutine draw_scene
+
+   !> &poincare, where there is a harmonic load, mostly with sections in the run.
+   subroutine draw_poincare(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
+      real(wp) :: period, periods
+      integer :: k
+
+      period = 0.0_wp
+      do k = size(loads), 1, -1
+         associate (group => loads(k))
+            if (.not. has_name(draft, group, 'amplitude_ratio')) cycle
+            if (all(value_of(draft, group, 'kind') /= [character(10) :: '', '''harmonic'''])) cycle
+            period = 2.0_wp*acos(-1.0_wp)
+            if (has_name(draft, group, 'frequency_ratio')) period = period/number_of(draft, group, 'frequency_ratio')
+         end associate
+      end do
+      if (period <= 0.0_wp .or. chance(0.3_wp)) return
+      call put(draft, 'poincare', '', '')
+      call draw_group(names, 'poincare', 0.4_wp, draft)
+      if (chance(0.8_wp)) call put(draft, 'poincare', 'load', '1')
+      if (period < 10.0_wp .and. chance(0.3_wp)) then
+         ! the run ends with the last of a few
+         call drop(draft, 'response', 'duration')
+         call drop(draft, 'response', 'duration_time')
+         call put(draft, 'response', 'step', to_text(0.05_wp*period))
+         call put(draft, 'poincare', 'skip', to_text(int(5.0_wp*number())))
+         call put(draft, 'poincare', 'keep', to_text(1 + int(5.0_wp*number())))
+      else
+         periods = number_of(draft, 'response', 'duration')/period
+         if (periods < 2.0_wp) then
+            call drop(draft, 'poincare', '')
+         else if (chance(0.9_wp)) then
+            call put(draft, 'poincare', 'skip', to_text(int(min(1.0e6_wp, (periods - 1.0_wp)*number()))))
+         end if
+      end if
+   end subroutine draw_poincare
 
    !> A mesh of given nodes.
    subroutine draw_nodes(draft)

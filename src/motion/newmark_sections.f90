@@ -1,0 +1,146 @@
+!> Sections of a Newmark run among several surfaces, and a run that takes over a motion (docs/theory.md, section 21).
+module newmark_sections
+   use kinds, only: wp
+   use newmark_energies, only: kinetic_energy, strain_energy
+   use newmark_several_contacts, only: settle
+   use newmark_several_run, only: gap_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, is_open, &
+      several_run_t, surface_energy
+   use newmark_stepper, only: restart_acceleration
+   use response_types, only: response_t
+   use run_settings, only: run_settings_t
+   use section_records, only: next_section, open_sections
+   use section_types, only: section_state_t
+   implicit none (type, external)
+   private
+   public :: start_sections, take_sections, state_of, take_over, resume
+
+contains
+
+   !> Begin a run.
+   subroutine start_sections(settings, run)
+      !> With sections
+      type(run_settings_t), intent(in) :: settings
+      !> Its surfaces are there
+      type(several_run_t), intent(inout) :: run
+
+      integer :: pulled
+
+      pulled = 0
+      if (run%pulled > 0) pulled = run%surfaces(run%pulled)%surface%number
+      call open_sections(settings, size(run%surfaces), pulled, run%sections)
+   end subroutine start_sections
+
+   !> Those within the step just accepted, its end included, from the cubic between its ends.
+   pure subroutine take_sections(run, step)
+      !> With sections
+      type(several_run_t), intent(inout) :: run
+      !> Its length
+      real(wp), intent(in) :: step
+
+      real(wp) :: end, share
+      integer :: k
+
+      end = instant_of(run)
+      associate (sections => run%sections)
+         do while (next_section(sections) <= end + 8.0_wp*epsilon(1.0_wp)*end)
+            sections%count = sections%count + 1
+            share = 1.0_wp + min(0.0_wp, (sections%tau(sections%count) - end)/step)
+            sections%tip(:, sections%count) = at(run%stepper%tip_dof)
+            do k = 1, size(run%surfaces)
+               sections%stop(:, run%surfaces(k)%surface%number, sections%count) = at(run%surfaces(k)%dof)
+            end do
+         end do
+      end associate
+
+   contains
+
+      !> Displacement and velocity of a degree of freedom.
+      pure function at(dof) result(state)
+         integer, intent(in) :: dof
+         real(wp) :: state(2)
+
+         real(wp) :: rate
+
+         associate (old => run%states(3 - run%now)%beam, new => run%states(run%now)%beam, s => share)
+            rate = (new%displacement(dof) - old%displacement(dof))/step
+            ! what the end moves less or more than the chord
+            associate (first => old%velocity(dof) - rate, last => new%velocity(dof) - rate)
+               state(1) = old%displacement(dof) + s*step*rate + step*s*(1.0_wp - s)*(first*(1.0_wp - s) - last*s)
+               state(2) = rate + first*(1.0_wp - s)*(1.0_wp - 3.0_wp*s) + last*s*(3.0_wp*s - 2.0_wp)
+            end associate
+         end associate
+      end function at
+   end subroutine take_sections
+
+   !> The present state.
+   pure subroutine state_of(run, state)
+      type(several_run_t), intent(in) :: run
+      type(section_state_t), intent(out) :: state
+
+      state%tau = instant_of(run)
+      associate (now => run%states(run%now))
+         state%q = now%beam%displacement
+         state%v = now%beam%velocity
+         state%is_closed = run%surfaces%status == is_held .or. run%surfaces%status == is_in_contact
+         state%is_indented = run%surfaces%status == is_lifted
+         state%depth = now%indentation
+         state%branch_force = now%branch_force
+         state%hop_tolerance = run%surfaces%peak
+         state%is_low = run%surfaces%judged
+      end associate
+   end subroutine state_of
+
+   !> Take over a motion.
+   subroutine take_over(state, run)
+      type(section_state_t), intent(in) :: state
+      !> Ready to start
+      type(several_run_t), intent(inout) :: run
+
+      real(wp) :: kinetic
+      integer :: k
+
+      associate (now => run%states(run%now))
+         now%beam%displacement(:) = state%q
+         now%beam%velocity(:) = state%v
+         now%force = 0.0_wp
+         now%indentation = state%depth
+         now%branch_force = state%branch_force
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k))
+               if (met%status == is_idle) cycle
+               met%status = is_open
+               met%judged = state%is_low(k)
+               met%peak = state%hop_tolerance(k)
+               if (state%is_indented(k)) met%status = is_lifted
+               if (state%is_closed(k)) met%status = merge(is_in_contact, is_held, allocated(met%stop))
+               ! as deep as it was
+               if (met%status == is_in_contact) met%shift = state%depth(k) - met%surface%height &
+                  + met%surface%sign*now%beam%displacement(met%dof)
+               met%leaving = met%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
+            end associate
+         end do
+         call restart_acceleration(run%stepper, now%beam, .false.)
+         call strain_energy(run%stepper, now%beam, run%start_energy)
+         call kinetic_energy(run%stepper, now%beam, kinetic)
+         run%start_energy = run%start_energy + kinetic + sum([(surface_energy(run, k, now), k=1, size(run%surfaces))])
+      end associate
+      run%states(3 - run%now) = run%states(run%now)
+   end subroutine take_over
+
+   !> Under its loads some that were closed may open at once.
+   pure subroutine resume(run, response)
+      type(several_run_t), intent(inout) :: run
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      allocate (response%starts_closed(size(run%surfaces)))
+      do k = 1, size(run%surfaces)
+         associate (met => run%surfaces(k))
+            response%starts_closed(met%surface%number) = met%status == is_held .or. met%status == is_in_contact
+         end associate
+      end do
+      call settle(run, response)
+   end subroutine resume
+
+end module newmark_sections

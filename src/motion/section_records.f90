@@ -1,0 +1,146 @@
+!> Sections of a run by any method: when they are, and what they tell (docs/theory.md, section 21).
+module section_records
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use failures, only: fail, failure_t, status_bad_input
+   use kinds, only: wp
+   use response_types, only: event_contact, event_impact, response_t
+   use run_settings, only: run_settings_t
+   use section_types, only: run_sections_t
+   implicit none (type, external)
+   private
+   public :: check_period, open_sections, next_section, finish_sections
+
+contains
+
+   !> Do the loads of a case have a period?
+   pure subroutine check_period(settings, error)
+      type(run_settings_t), intent(in) :: settings
+      !> Set when they have none, but sections go by it
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (.not. allocated(settings%poincare)) return
+      if (settings%poincare%period > 0.0_wp) return
+      call fail(error, status_bad_input, 'the harmonic loads have no period in common by which sections could go')
+   end subroutine check_period
+
+   !> The instants, and room for what is kept.
+   pure subroutine open_sections(settings, surfaces, pulled, sections, modes)
+      !> With sections
+      type(run_settings_t), intent(in) :: settings
+      !> Number of them, and of that from which the beam is released
+      integer, intent(in) :: surfaces
+      integer, intent(in) :: pulled
+      type(run_sections_t), allocatable, intent(out) :: sections
+      !> Number of modes whose state is kept too; absent: of none
+      integer, intent(in), optional :: modes
+
+      real(wp) :: first
+      integer :: k, n
+
+      allocate (sections)
+      associate (asked => settings%poincare, duration => settings%response%duration)
+         sections%period = asked%period
+         sections%most_periods = asked%most_periods
+         sections%tolerance = asked%tolerance
+         sections%pulled = pulled
+         first = modulo(asked%phase, 1.0_wp)
+         ! at tau = 0 there is none
+         if (first <= 0.0_wp) first = 1.0_wp
+         ! what rounding takes from the end of the run stays in it
+         n = int(max(0.0_wp, min(real(asked%keep, wp), duration/asked%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
+            - (real(asked%skip, wp) + first) + 1.0_wp)))
+         allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, surfaces, n), sections%impacts(n))
+         sections%tau = [(min(duration, (real(asked%skip + k - 1, wp) + first)*asked%period), k=1, n)]
+         if (present(modes) .and. asked%keeps_modes) allocate (sections%modes(2, modes, n))
+      end associate
+   end subroutine open_sections
+
+   !> When the next section is.
+   pure function next_section(sections) result(tau)
+      type(run_sections_t), intent(in) :: sections
+      real(wp) :: tau
+
+      tau = huge(1.0_wp)
+      if (sections%count < size(sections%tau)) tau = sections%tau(sections%count + 1)
+   end function next_section
+
+   !> The end of the run.
+   pure subroutine finish_sections(sections, response)
+      type(run_sections_t), allocatable, intent(inout) :: sections
+      !> Gets them; its events are there, and its measures, if they are asked for
+      type(response_t), intent(inout) :: response
+
+      integer :: last
+
+      call count_impacts(response, sections)
+      call find_period(sections)
+      last = sections%motion_period
+      if (last == 0) last = sections%count
+      sections%impacts_per_period = ieee_value(1.0_wp, ieee_quiet_nan)
+      associate (first => sections%count - last + 1)
+         if (last > 0) sections%impacts_per_period = real(sum(sections%impacts(first:sections%count)), wp) &
+            /real(last, wp)
+      end associate
+      if (allocated(response%measures)) then
+         response%measures%has_sections = .true.
+         response%measures%motion_period = sections%motion_period
+         response%measures%impacts_per_period = sections%impacts_per_period
+      end if
+      call move_alloc(sections, response%sections)
+   end subroutine finish_sections
+
+   !> Impacts in the period before each section.
+   pure subroutine count_impacts(response, sections)
+      type(response_t), intent(in) :: response
+      type(run_sections_t), intent(inout) :: sections
+
+      integer :: i, k
+
+      sections%impacts = 0
+      k = 1
+      do i = 1, response%event_count
+         associate (event => response%events(i))
+            if (event%kind /= event_impact .and. event%kind /= event_contact) cycle
+            do while (k <= sections%count)
+               if (event%tau <= sections%tau(k)) exit
+               k = k + 1
+            end do
+            if (k > sections%count) return
+            if (event%tau > sections%tau(k) - sections%period) sections%impacts(k) = sections%impacts(k) + 1
+         end associate
+      end do
+   end subroutine count_impacts
+
+   !> After how many periods of the load does the state return? As long as it lasted at the end.
+   pure subroutine find_period(sections)
+      type(run_sections_t), intent(inout) :: sections
+
+      real(wp) :: greatest, miss
+      integer :: p
+
+      associate (n => sections%count, tip => sections%tip, stop => sections%stop)
+         greatest = max(size_of(tip(:, :n)), size_of(reshape(stop(:, :, :n), [2, size(stop, 2)*n])))
+         do p = 1, min(sections%most_periods, n/2)
+            miss = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
+               size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])))
+            if (miss > sections%tolerance*greatest) cycle
+            sections%motion_period = p
+            return
+         end do
+      end associate
+
+   contains
+
+      !> Greatest displacement, or velocity over the frequency of the load.
+      pure function size_of(states) result(greatest)
+         !> [2, states]
+         real(wp), intent(in) :: states(:, :)
+         real(wp) :: greatest
+
+         real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
+
+         greatest = max(0.0_wp, maxval(abs(states(1, :))), maxval(abs(states(2, :)))*sections%period/one_turn)
+      end function size_of
+   end subroutine find_period
+
+end module section_records

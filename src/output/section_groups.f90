@@ -1,0 +1,51 @@
+!> The group of the sections of a run in a results file: the state once a period of the load.
+module section_groups
+   use kinds, only: wp
+   use quantity_groups, only: quantity_group_t
+   use section_types, only: run_sections_t
+   implicit none (type, external)
+   private
+   public :: write_sections
+
+contains
+
+   subroutine write_sections(group, sections, names)
+      type(quantity_group_t), intent(in) :: group
+      type(run_sections_t), intent(in) :: sections
+      !> Of the surfaces, with blanks between them
+      character(*), intent(in) :: names
+
+      character(*), parameter :: at_stops(2) = [character(7) :: 'surface', 'tau'], of_modes(2) = ['mode', 'tau ']
+      integer :: k, surfaces
+
+      associate (n => sections%count)
+         call group%put_attribute('period', sections%period, 'time')
+         call group%attribute('motion_period', [sections%motion_period])
+         call group%attribute('impacts_per_period', sections%impacts_per_period)
+         call group%attribute('tolerance', sections%tolerance)
+         call group%put('tau', sections%tau(:n), 'time', 'instant of the section{, tau}', is_scale=.true.)
+         call group%put('load_period', ceiling(sections%tau(:n)/sections%period - 1.0e-9_wp), &
+            'in which period of the load it is', 'tau')
+         call group%put('impacts', sections%impacts(:n), 'impacts since one period before', 'tau')
+         call group%put('displacement_tip', sections%tip(1, :n), 'displacement', &
+            'displacement of the tip, up from the unstressed beam', 'tau')
+         call group%put('velocity_tip', sections%tip(2, :n), 'velocity', 'its velocity', 'tau')
+         surfaces = size(sections%stop, 2)
+         if (surfaces > 0) then
+            call group%put('surface', [(k, k=1, surfaces)], 'surface, in the order of &stop, below before above', &
+               is_scale=.true.)
+            call group%attribute('flag_values', [(k, k=1, surfaces)], 'surface')
+            call group%attribute('flag_meanings', names, 'surface')
+            call group%put('displacement_stop', sections%stop(1, :, :n), 'displacement', &
+               'displacement of the beam there, up from the unstressed beam', at_stops)
+            call group%put('velocity_stop', sections%stop(2, :, :n), 'velocity', 'its velocity', at_stops)
+         end if
+         if (.not. allocated(sections%modes)) return
+         call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &
+            is_scale=.true.)
+         call group%put('displacement_mode', sections%modes(1, :, :n), 'displacement', 'its coordinate', of_modes)
+         call group%put('velocity_mode', sections%modes(2, :, :n), 'velocity', 'the rate of that', of_modes)
+      end associate
+   end subroutine write_sections
+
+end module section_groups
