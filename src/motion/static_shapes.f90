@@ -96,14 +96,14 @@ contains
       integer, intent(in) :: dof
       real(wp), allocatable :: shape(:)
 
-      real(wp) :: direction(size(beam%excluded, 1))
+      real(wp), allocatable :: direction(:)
 
       if (beam%is_pinned) then
          allocate (shape(beam%factors%order), source=0.0_wp)
          shape(dof) = 1.0_wp
          call solve_factorised(beam%factors, shape)
       else
-         direction = 0.0_wp
+         allocate (direction(size(beam%excluded, 1)), source=0.0_wp)
          direction(:beam%natural%order) = coordinates_of_force(beam%natural, dof)
          call take_out(beam%excluded, direction)
          allocate (shape(beam%natural%dofs), source=0.0_wp)
