@@ -405,31 +405,35 @@ contains
       !> Without the weight, [count]
       complex(wp), intent(out) :: amplitude(:)
 
-      complex(wp) :: as_is, other, forces
-      real(wp) :: scale, other_scale, places, memory(size(height)), force_scale
+      complex(wp) :: as_is, other, forces, held(size(height))
+      real(wp) :: scale, other_scale, places, force_scale
+      real(wp), dimension(size(height)) :: memory, viscous, elastic
+      logical :: has_damper(size(height))
       integer :: m
 
-      do m = 1, size(height)
-         associate (spring => modes%spring(m))
-            memory(m) = branch_force(m) - spring%branch_stiffness*indentation(m)
-            if (spring%branch_stiffness <= 0.0_wp) memory(m) = -spring%viscosity*indentation(m)
-         end associate
-      end do
+      has_damper = modes%spring%branch_stiffness <= 0.0_wp
+      memory = merge(0.0_wp, branch_force - modes%spring%branch_stiffness*indentation, has_damper)
+      viscous = merge(modes%spring%viscosity*indentation, 0.0_wp, has_damper)
+      elastic = modes%spring%stiffness*indentation
       do m = 1, modes%count
-         associate (s => modes%exponent(m), shape => modes%of_mode(:, m))
+         associate (s => modes%exponent(m), shape => modes%of_mode(:, m), of_height => modes%of_height(:, m), &
+            of_memory => modes%of_memory(:, m))
             ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
-            ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation
+            ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation, and with
+            ! (k + c s)/s - c = k/s
             forces = sum(shape*(square*z))
             force_scale = sum(size_of(shape)*abs(square*z))
             places = sum(size_of(shape)*abs(z))
-            as_is = sum(modes%of_height(:, m)*height)/s - (s*sum(shape*z) + sum(shape*(modes%mass_rate*z))) &
-               - modes%two_zeta*forces
-            scale = sum(size_of(modes%of_height(:, m))*abs(height))/size_of(s) + size_of(s)*places &
-               + sum(size_of(shape)*abs(modes%mass_rate*z)) + modes%two_zeta*force_scale
-            other = (sum(modes%of_height(:, m)*indentation) + forces)/s
-            other_scale = (sum(size_of(modes%of_height(:, m))*abs(indentation)) + force_scale)/size_of(s)
+            as_is = sum(of_height*height)/s - (s*sum(shape*z) + sum(shape*(modes%mass_rate*z))) &
+               - modes%two_zeta*forces - sum(of_memory*viscous)
+            scale = sum(size_of(of_height)*abs(height))/size_of(s) + size_of(s)*places &
+               + sum(size_of(shape)*abs(modes%mass_rate*z)) + modes%two_zeta*force_scale &
+               + sum(size_of(of_memory)*abs(viscous))
+            held = merge(of_memory*elastic, of_height*indentation, has_damper)
+            other = (sum(held) + forces)/s
+            other_scale = (sum(size_of(held)) + force_scale)/size_of(s)
             if (other_scale < scale) as_is = other
-            amplitude(m) = as_is - sum(shape*v) + sum(modes%of_memory(:, m)*memory)
+            amplitude(m) = as_is - sum(shape*v) + sum(of_memory*memory)
          end associate
       end do
    end subroutine joint_amplitudes
