@@ -1,6 +1,7 @@
 !> What the user typed after the program's name.
 module command_line
    use failures, only: fail, failure_t, status_bad_input
+   use scene_templates, only: template_kinds
    implicit none (type, external)
    private
    public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
@@ -28,6 +29,8 @@ module command_line
       logical :: wants_help = .false.
       !> Print every name that a scene can hold
       logical :: wants_names = .false.
+      !> Print a scene of this kind to begin from
+      character(:), allocatable :: template
    end type command_line_t
 
 contains
@@ -92,6 +95,10 @@ contains
                   call read_threads(word(len('--threads=') + 1:), command%threads, error)
                end if
                if (allocated(error)) return
+            else if (word == '--new' .or. index(word, '--new=') == 1) then
+               if (word == '--new') i = i + 1
+               call read_template(arguments, i, command%template, error)
+               if (allocated(error)) return
             else if (word == '--out') then
                i = i + 1
                if (i > size(arguments)) then
@@ -103,7 +110,7 @@ contains
                command%folder = word(len('--out=') + 1:)
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
-               &--estimate, --threads N, --quiet, --names, --version, --help')
+               &--estimate, --threads N, --quiet, --new KIND, --names, --version, --help')
                return
             end if
          end associate
@@ -115,7 +122,7 @@ contains
       allocate (command%scenes(count(is_scene)))
       command%scenes(:) = pack(arguments, is_scene)
       if (size(command%scenes) == 0 .and. .not. (command%wants_help .or. command%wants_version &
-         .or. command%wants_names)) then
+         .or. command%wants_names .or. allocated(command%template))) then
          call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
       end if
    end subroutine parse_arguments
@@ -143,18 +150,46 @@ contains
       end if
    end subroutine read_threads
 
+   !> The kind of a scene to begin from.
+   pure subroutine read_template(arguments, i, template, error)
+      !> The words, and that which holds the kind, behind '--new=' or alone
+      type(argument_t), intent(in) :: arguments(:)
+      integer, intent(in) :: i
+      character(:), allocatable, intent(inout) :: template
+      !> Set when there is none of that kind
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: kinds
+      integer :: k
+
+      kinds = trim(template_kinds(1))
+      do k = 2, size(template_kinds)
+         kinds = kinds//', '//trim(template_kinds(k))
+      end do
+      if (i > size(arguments)) then
+         call fail(error, status_bad_input, '--new needs one of '//kinds//' after it')
+         return
+      end if
+      template = arguments(i)%text
+      if (index(template, '--new=') == 1) template = template(len('--new=') + 1:)
+      if (all(template_kinds /= template)) call fail(error, status_bad_input, &
+         '--new '//template//': must be one of '//kinds)
+   end subroutine read_template
+
    !> The help text, lines separated by new_line('a').
-   pure function usage(name, purpose) result(text)
+   pure function usage(name, purpose, example) result(text)
       !> The program's name, and what it does
       character(*), intent(in) :: name
       character(*), intent(in) :: purpose
+      !> What to type first, lines ended by new_line('a')
+      character(*), intent(in), optional :: example
       character(:), allocatable :: text
 
       character, parameter :: next = new_line('a')
 
       text = 'usage: '//name// &
-         ' SCENE.nml... [--out DIR] [--check] [--estimate] [--threads N] [--quiet] [--names] '// &
-         '[--version] [--help]'//next//next// &
+         ' SCENE.nml... [--out DIR] [--check] [--estimate] [--threads N] [--quiet]'//next// &
+         '          [--new KIND] [--names] [--version] [--help]'//next//next// &
          purpose//next// &
          'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
          next// &
@@ -163,11 +198,13 @@ contains
          '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//next// &
          '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
          '  --quiet     no tables'//next// &
+         '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//next// &
          '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &
          '  --version   print the version'//next// &
          '  --help      print this'//next// &
-         next// &
-         'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'
+         next
+      if (present(example)) text = text//'To begin:'//next//next//example//next
+      text = text//'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'//next
    end function usage
 
 end module command_line

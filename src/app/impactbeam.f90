@@ -1,15 +1,21 @@
 !> impactbeam: responses and frequencies, cases, sweeps.
 program impactbeam
+   use, intrinsic :: iso_c_binding, only: c_int
    use program_identity, only: program_motion
    use program_run, only: program_t, run_program
    use scene_needs, only: needs_of_scene
    use scene_run, only: run_motion_scene
+   use process, only: end_process
    implicit none (type, external)
 
+   character, parameter :: next = new_line('a')
    integer :: status
 
    call run_program(program_t(program_motion, &
       'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.', &
-      needs_of_scene, run_motion_scene), status)
-   if (status /= 0) stop status, quiet=.true.
+      needs_of_scene, run_motion_scene, &
+      '  impactbeam --new beam > my.nml'//next// &
+      '  impactbeam my.nml'//next// &
+      '  impactbeam-plot response results/my.h5'//next), status)
+   if (status /= 0) call end_process(int(status, c_int))
 end program impactbeam

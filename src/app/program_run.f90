@@ -15,6 +15,7 @@ module program_run
    use scene_checks, only: check_scene, misfits_of
    use scene_reader, only: read_scene
    use scene_reference, only: reference_table
+   use scene_templates, only: template_text
    use scene_types, only: scene_t
    use study_job, only: job_t
    use sweep_ranks, only: greatest_of_all, is_first_rank, start_ranks, stop_ranks
@@ -30,6 +31,8 @@ module program_run
       character(:), allocatable :: purpose
       procedure(needs_interface), pointer, nopass :: needs_of => null()
       procedure(run_interface), pointer, nopass :: run => null()
+      !> What to type first, if that is not plain, lines ended by new_line('a')
+      character(:), allocatable :: example
    end type program_t
 
    !> A run of a program, and what came of it.
@@ -101,17 +104,19 @@ contains
       type(argument_t), allocatable :: arguments(:)
       type(command_line_t) :: command
       type(scene_t), allocatable :: scenes(:)
-      type(failure_t), allocatable :: error
+      type(failure_t), allocatable :: error, unprinted
       integer :: i
 
       status = 0
       call get_arguments(arguments)
       call parse_arguments(arguments, command, error)
       if (allocated(error)) then
+         command%wants_help = size(arguments) == 0
+         if (command%wants_help) call print_answers(program, command, unprinted)
          call report(program, error%message, error%status, status)
          return
       end if
-      if (command%wants_version .or. command%wants_help .or. command%wants_names) then
+      if (command%wants_version .or. command%wants_help .or. command%wants_names .or. allocated(command%template)) then
          call print_answers(program, command, error)
          if (allocated(error)) call report(program, error%message, error%status, status)
          return
@@ -256,11 +261,12 @@ contains
       if (.not. is_first_rank()) return
       text = ''
       if (command%wants_version) text = text//name_of_program(program%number)//' '//program_version//next
-      if (command%wants_help) text = text//usage(name_of_program(program%number), program%purpose)//next
+      if (command%wants_help) text = text//usage(name_of_program(program%number), program%purpose, program%example)
       if (command%wants_names) then
          call reference_table(names, program%number)
          text = text//names//next
       end if
+      if (allocated(command%template)) text = text//template_text(command%template)
       call print_text(text, error)
    end subroutine print_answers
 

@@ -1,13 +1,15 @@
 !> impactbeam-benchmark: run time against error.
 program impactbeam_benchmark
+   use, intrinsic :: iso_c_binding, only: c_int
    use precision_study, only: needs_of_precision, run_precision_scene
    use program_identity, only: program_benchmark
    use program_run, only: program_t, run_program
+   use process, only: end_process
    implicit none (type, external)
 
    integer :: status
 
    call run_program(program_t(program_benchmark, 'Measures run time against error: scenes with &precision.', &
       needs_of_precision, run_precision_scene), status)
-   if (status /= 0) stop status, quiet=.true.
+   if (status /= 0) call end_process(int(status, c_int))
 end program impactbeam_benchmark

@@ -8,6 +8,7 @@ module exact_run
    use motion_phases, only: contact_t, found_taken_back, motion_t, phase_t, record_phase
    use number_text, only: to_text
    use response_types, only: response_t
+   use run_reach, only: tell_reach
    use run_settings, only: response_settings_t
    implicit none (type, external)
    private
@@ -87,6 +88,7 @@ contains
          if (motion%tau + phase%search%time > motion%tau) standstill = 0
          motion%tau = motion%tau + phase%search%time
       end if
+      call tell_reach(motion%tau, settings%duration)
       call phase%follow(motion, response)
       call watch_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
    end subroutine advance

@@ -20,6 +20,7 @@ module newmark_motion
    use response_records, only: count_samples, open_records
    use response_types, only: miss_of_energies, response_t
    use run_measures, only: start_tally
+   use run_reach, only: tell_reach
    use run_settings, only: response_settings_t, run_settings_t
    use skyline_matrix, only: multiply, skyline_t
    use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
@@ -73,6 +74,7 @@ contains
          end if
          if (run%progress%part > 0 .or. run%progress%offset > 0_i8) cycle
          call take_sample(run, response)
+         call tell_reach(real(run%progress%sample, wp), real(samples, wp))
          if (.not. run%keeps_ledger .or. modulo(samples - run%progress%sample, between_checks) > 0) cycle
          call miss_of_ledger(run, miss)
          call check_ledger(instant(run, run%progress), miss, whole_energy(run), error)

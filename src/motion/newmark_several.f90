@@ -29,6 +29,7 @@ module newmark_several
    use response_records, only: count_samples, open_records
    use response_types, only: miss_of_energies, response_t, run_measures_t
    use run_measures, only: gather_measures, no_rest, open_tally
+   use run_reach, only: tell_reach
    use run_recorder, only: keep_sample, sample_t
    use run_settings, only: impulse_nodal, law_spring_damper, run_settings_t
    use section_records, only: finish_sections
@@ -91,6 +92,7 @@ contains
          if (allocated(run%blocks)) call take_events(run%blocks, response)
          if (run%part > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
+         call tell_reach(real(run%sample, wp), real(samples, wp))
          if (.not. run%keeps_ledger .or. modulo(samples - run%sample, between_checks) > 0) cycle
          call check_energy(run)
       end do

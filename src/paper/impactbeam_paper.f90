@@ -1,13 +1,15 @@
 !> impactbeam-paper: what the paper says, judged.
 program impactbeam_paper
+   use, intrinsic :: iso_c_binding, only: c_int
    use paper_run, only: needs_of_statements, run_statements
    use program_identity, only: program_paper
    use program_run, only: program_t, run_program
+   use process, only: end_process
    implicit none (type, external)
 
    integer :: status
 
    call run_program(program_t(program_paper, 'Judges what the paper says: scenes with &statements.', &
       needs_of_statements, run_statements), status)
-   if (status /= 0) stop status, quiet=.true.
+   if (status /= 0) call end_process(int(status, c_int))
 end program impactbeam_paper

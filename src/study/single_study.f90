@@ -15,6 +15,7 @@ module single_study
    use progress_line, only: start_progress, stop_progress
    use response_types, only: response_t
    use results_file, only: write_results
+   use run_reach, only: forget_reach, watch_reach
    use run_settings, only: run_settings_t
    use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
@@ -100,13 +101,16 @@ contains
             return
          end if
          model = beam%model
+         call watch_reach()
          call run_motion(model, settings, response, error, beam%modes)
          response%mesh_check = beam%check
       else
          call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
          if (allocated(error)) return
+         call watch_reach()
          call run_motion(model, settings, response, error)
       end if
+      call forget_reach()
    end subroutine compute_scene
 
 end module single_study

@@ -5,7 +5,7 @@ module process
    use file_system, only: reason
    implicit none (type, external)
    private
-   public :: prepare_process, work_on_usual_stack, open_text, text_of, print_text
+   public :: prepare_process, work_on_usual_stack, open_text, text_of, print_text, end_process
 
    integer(c_int), parameter :: standard_output_descriptor = 1_c_int
 
@@ -37,6 +37,13 @@ module process
          !> What the work is given
          type(c_ptr), value :: data
       end subroutine work_on_usual_stack
+
+      !> End with a status, in silence, as `stop` cannot everywhere: for main programs alone.
+      subroutine end_process(status) bind(c, name='exit')
+         import :: c_int
+         implicit none (type, external)
+         integer(c_int), value :: status
+      end subroutine end_process
 
       function impactbeam_write_all(descriptor, bytes, count) bind(c) result(code)
          import :: c_char, c_int, c_size_t

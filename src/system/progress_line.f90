@@ -1,7 +1,8 @@
-!> A line on the terminal that says what a long run is busy with, and for how many seconds.
+!> A line on the terminal that says what a long run is busy with, for how many seconds, and how far it has come.
 module progress_line
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr
    use file_system, only: is_terminal, standard_error_descriptor
+   use run_reach, only: place_of_reach
    implicit none (type, external)
    private
    public :: start_progress, stop_progress, terminal_width
@@ -11,12 +12,13 @@ module progress_line
 
    interface
       ! These are explained in progress_line_posix.c.
-      subroutine impactbeam_start_progress(label, descriptor, delay) bind(c)
-         import :: c_char, c_int
+      subroutine impactbeam_start_progress(label, descriptor, delay, reach) bind(c)
+         import :: c_char, c_int, c_ptr
          implicit none (type, external)
          character(kind=c_char), intent(in) :: label(*)
          integer(c_int), value :: descriptor
          integer(c_int), value :: delay
+         type(c_ptr), value :: reach
       end subroutine impactbeam_start_progress
 
       subroutine impactbeam_stop_progress() bind(c)
@@ -48,9 +50,9 @@ contains
       first = long_run
       if (present(delay)) first = delay
       if (present(descriptor)) then
-         call impactbeam_start_progress(trim(label)//c_null_char, descriptor, first)
+         call impactbeam_start_progress(trim(label)//c_null_char, descriptor, first, place_of_reach())
       else if (is_terminal(standard_error_descriptor)) then
-         call impactbeam_start_progress(trim(label)//c_null_char, standard_error_descriptor, first)
+         call impactbeam_start_progress(trim(label)//c_null_char, standard_error_descriptor, first, place_of_reach())
       end if
    end subroutine start_progress
 

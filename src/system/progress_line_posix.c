@@ -9,12 +9,15 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { longest_label = 160, room_for_seconds = 32, milliseconds_between_lines = 1000, usual_width = 80 };
+enum { longest_label = 160, room_for_figures = 96, milliseconds_between_lines = 1000, usual_width = 80 };
 
-static char line[longest_label + room_for_seconds];
+static char line[longest_label + room_for_figures];
 static size_t label_length;
 static int line_descriptor;
 static struct timespec begin;
+/* How far the run is, 0 to 1; and where it was, and when, as its pace began to be counted */
+static volatile const double *reach;
+static double last_reach, first_reach, first_second;
 static volatile sig_atomic_t line_is_shown;
 
 static void set_timer(int first, int between)
@@ -33,33 +36,74 @@ int impactbeam_terminal_width(int descriptor)
    return size.ws_col;
 }
 
+static size_t add_number(size_t length, long number)
+{
+   char digits[20];
+   size_t count = 0;
+   do {
+      digits[count++] = (char)('0' + number % 10);
+      number /= 10;
+   } while (number > 0 && count < sizeof digits);
+   while (count > 0) line[length++] = digits[--count];
+   return length;
+}
+
+static size_t add_words(size_t length, const char *words)
+{
+   while (*words != '\0') line[length++] = *words++;
+   return length;
+}
+
+/* Such as ', 45 %, 12 s left', of what goes on at an even pace. */
+static size_t add_reach(size_t length, double seconds)
+{
+   const double now = *reach;
+   const int is_new = now < last_reach;
+   last_reach = now;
+   if (is_new) {
+      first_reach = now;
+      first_second = seconds;
+   }
+   if (!(now > 0.0 && now <= 1.0)) return length;
+   length = add_number(add_words(length, ", "), (long)(100.0 * now));
+   length = add_words(length, " %");
+   if (!(now > first_reach)) return length;
+   const double left = (seconds - first_second) * (1.0 - now) / (now - first_reach);
+   length = add_words(length, ", ");
+   if (left < 600.0)
+      length = add_words(add_number(length, (long)(left + 0.5)), " s left");
+   else if (left < 36000.0)
+      length = add_words(add_number(length, (long)(left / 60.0 + 0.5)), " min left");
+   else
+      length = add_words(add_number(length, left < 1e9 ? (long)(left / 3600.0 + 0.5) : 277778), " h left");
+   return length;
+}
+
 static void show_line(int signal_number)
 {
    (void)signal_number;
    const int saved = errno;
    struct timespec now;
    clock_gettime(CLOCK_MONOTONIC, &now);
-   long seconds = (long)(now.tv_sec - begin.tv_sec) - (now.tv_nsec < begin.tv_nsec);
-   char digits[20];
-   size_t count = 0, length = label_length;
-   do {
-      digits[count++] = (char)('0' + seconds % 10);
-      seconds /= 10;
-   } while (seconds > 0 && count < sizeof digits);
-   while (count > 0) line[length++] = digits[--count];
-   line[length++] = ' ';
-   line[length++] = 's';
+   const double seconds = (double)(now.tv_sec - begin.tv_sec) + 1e-9 * (double)(now.tv_nsec - begin.tv_nsec);
+   const size_t plain = add_words(add_number(label_length, (long)seconds), " s");
+   size_t length = add_reach(plain, seconds);
    /* a line that wraps could not be written over; the first byte goes back to its beginning */
    const size_t width = (size_t)impactbeam_terminal_width(line_descriptor);
-   if (length > width) length = width;
+   if (length > width)
+      length = width;
+   else if (length > plain)
+      length = add_words(length, "\033[K"); /* it may be shorter than the one before */
    line_is_shown = 1;
    if (write(line_descriptor, line, length) < 0) line_is_shown = 0;
    errno = saved;
 }
 
-/* After so many milliseconds, and then each second, write the label and the seconds since now. */
-void impactbeam_start_progress(const char *label, int descriptor, int delay)
+/* After so many milliseconds, and then each second, write the label, the seconds since now, and how far the run is. */
+void impactbeam_start_progress(const char *label, int descriptor, int delay, const double *where)
 {
+   reach = where;
+   last_reach = first_reach = first_second = 0.0;
    label_length = strlen(label);
    if (label_length > longest_label - 2) label_length = longest_label - 2;
    line[0] = '\r';
