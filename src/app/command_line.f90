@@ -6,6 +6,9 @@ module command_line
    private
    public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
 
+   !> Options with a value, which follows or stands behind =
+   character(*), parameter :: with_value(*) = [character(9) :: '--threads', '--out', '--new']
+
    !> One word of the command line.
    type :: argument_t
       character(:), allocatable :: text
@@ -85,29 +88,9 @@ contains
                command%wants_names = .true.
             else if (word == '--help' .or. word == '-h') then
                command%wants_help = .true.
-            else if (word == '--threads' .or. index(word, '--threads=') == 1) then
-               if (word == '--threads') i = i + 1
-               if (i > size(arguments)) then
-                  call fail(error, status_bad_input, '--threads needs a number after it')
-               else if (word == '--threads') then
-                  call read_threads(arguments(i)%text, command%threads, error)
-               else
-                  call read_threads(word(len('--threads=') + 1:), command%threads, error)
-               end if
+            else if (any(with_value == word(:scan(word//'=', '=') - 1))) then
+               call take_value(arguments, i, command, error)
                if (allocated(error)) return
-            else if (word == '--new' .or. index(word, '--new=') == 1) then
-               if (word == '--new') i = i + 1
-               call read_template(arguments, i, command%template, error)
-               if (allocated(error)) return
-            else if (word == '--out') then
-               i = i + 1
-               if (i > size(arguments)) then
-                  call fail(error, status_bad_input, '--out needs the name of a folder after it')
-                  return
-               end if
-               command%folder = arguments(i)%text
-            else if (index(word, '--out=') == 1) then
-               command%folder = word(len('--out=') + 1:)
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
                &--estimate, --threads N, --quiet, --new KIND, --names, --version, --help')
@@ -126,6 +109,43 @@ contains
          call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
       end if
    end subroutine parse_arguments
+
+   !> An option with its value, as '--out DIR' or '--out=DIR'.
+   pure subroutine take_value(arguments, i, command, error)
+      !> The words, and the place of the option, then of its value
+      type(argument_t), intent(in) :: arguments(:)
+      integer, intent(inout) :: i
+      type(command_line_t), intent(inout) :: command
+      !> Set when the value is missing or wrong
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: option, value
+      integer :: cut
+
+      cut = index(arguments(i)%text, '=')
+      if (cut > 0) then
+         option = arguments(i)%text(:cut - 1)
+         value = arguments(i)%text(cut + 1:)
+      else
+         option = arguments(i)%text
+         i = i + 1
+         if (i > size(arguments)) then
+            call fail(error, status_bad_input, option//' needs '//words_after(option)//' after it')
+            return
+         end if
+         value = arguments(i)%text
+      end if
+      select case (option)
+      case ('--threads')
+         call read_threads(value, command%threads, error)
+      case ('--out')
+         command%folder = value
+      case ('--new')
+         command%template = value
+         if (all(template_kinds /= value)) call fail(error, status_bad_input, &
+            option//' '//value//': must be '//words_after(option))
+      end select
+   end subroutine take_value
 
    !> A number of threads.
    pure subroutine read_threads(word, threads, error)
@@ -150,31 +170,26 @@ contains
       end if
    end subroutine read_threads
 
-   !> The kind of a scene to begin from.
-   pure subroutine read_template(arguments, i, template, error)
-      !> The words, and that which holds the kind, behind '--new=' or alone
-      type(argument_t), intent(in) :: arguments(:)
-      integer, intent(in) :: i
-      character(:), allocatable, intent(inout) :: template
-      !> Set when there is none of that kind
-      type(failure_t), allocatable, intent(inout) :: error
+   !> What may stand after an option.
+   pure function words_after(option) result(words)
+      !> One of `with_value`
+      character(*), intent(in) :: option
+      character(:), allocatable :: words
 
-      character(:), allocatable :: kinds
-      integer :: k
+      integer :: i
 
-      kinds = trim(template_kinds(1))
-      do k = 2, size(template_kinds)
-         kinds = kinds//', '//trim(template_kinds(k))
-      end do
-      if (i > size(arguments)) then
-         call fail(error, status_bad_input, '--new needs one of '//kinds//' after it')
-         return
-      end if
-      template = arguments(i)%text
-      if (index(template, '--new=') == 1) template = template(len('--new=') + 1:)
-      if (all(template_kinds /= template)) call fail(error, status_bad_input, &
-         '--new '//template//': must be one of '//kinds)
-   end subroutine read_template
+      select case (option)
+      case ('--threads')
+         words = 'a number'
+      case ('--out')
+         words = 'the name of a folder'
+      case default
+         words = 'one of '//trim(template_kinds(1))
+         do i = 2, size(template_kinds)
+            words = words//', '//trim(template_kinds(i))
+         end do
+      end select
+   end function words_after
 
    !> The help text, lines separated by new_line('a').
    pure function usage(name, purpose, example) result(text)

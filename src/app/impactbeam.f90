@@ -1,11 +1,11 @@
 !> impactbeam: responses and frequencies, cases, sweeps.
 program impactbeam
    use, intrinsic :: iso_c_binding, only: c_int
+   use process, only: end_process
    use program_identity, only: program_motion
    use program_run, only: program_t, run_program
    use scene_needs, only: needs_of_scene
    use scene_run, only: run_motion_scene
-   use process, only: end_process
    implicit none (type, external)
 
    character, parameter :: next = new_line('a')

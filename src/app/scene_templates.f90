@@ -7,8 +7,8 @@ module scene_templates
    character(*), parameter :: template_kinds(4) = [character(5) :: 'beam', 'relay', 'tube', 'reed']
 
    character(*), parameter :: beam(*) = [character(112) :: &
-      '! A clamped beam is pulled away from a stop at its tip and let go, in the ratios of a dimensionless problem:', &
-      '! time in 1/omega1, displacements in units of the distance it was pulled. impactbeam --names tells every name.', &
+      '! A clamped beam is pulled away from a stop at its tip and let go, in ratios without dimensions:', &
+      '! time in 1/omega1, displacements in units of the distance it was pulled. --names tells every name.', &
       '&mesh elements = 16 /', &
       '&damping zeta = 0.01 /          ! of the first mode', &
       '&stop', &
@@ -23,7 +23,7 @@ module scene_templates
 
    character(*), parameter :: relay(*) = [character(112) :: &
       '! The reed of a relay is let go above its contact, closes it, and bounces. SI units.', &
-      '! Less bounce: more damping, a lighter bead, more pressure (a higher surface), a softer or more lossy contact.', &
+      '! Less bounce: more damping, a lighter bead, more pressure (a higher surface), a softer contact.', &
       "&scene units = 'SI', title = 'A relay closes' /", &
       '&beam', &
       '   length = 20.0e-3             ! m', &
@@ -36,7 +36,7 @@ module scene_templates
       '&damping stiffness_coefficient = 2.0e-6 /  ! s', &
       '&tip_mass mass = 20.0e-6 /      ! kg, the contact bead', &
       '&stop', &
-      '   surface_height = 0.1e-3      ! m, above the unstressed reed: the contact is under pressure when it is closed', &
+      '   surface_height = 0.1e-3      ! m, above the unstressed reed: a closed contact is under pressure', &
       '   initial_height = 0.5e-3      ! m, from where it is let go', &
       "   law = 'three_element'        ! a spring, beside a spring and a damper one behind the other", &
       '   stiffness = 1.7e6            ! N/m', &

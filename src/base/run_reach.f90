@@ -7,9 +7,9 @@ module run_reach
    public :: watch_reach, forget_reach, tell_reach, place_of_reach
 
    !> 0 to 1; a timer reads it at any moment
-   real(c_double), volatile, target, save :: reach = 0.0_c_double
+   real(c_double), volatile, target :: reach = 0.0_c_double
    !> One run of one thread is looked at; sweeps count their cases
-   logical, save :: is_watched = .false.
+   logical :: is_watched = .false.
 
 contains
 

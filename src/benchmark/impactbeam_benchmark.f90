@@ -2,9 +2,9 @@
 program impactbeam_benchmark
    use, intrinsic :: iso_c_binding, only: c_int
    use precision_study, only: needs_of_precision, run_precision_scene
+   use process, only: end_process
    use program_identity, only: program_benchmark
    use program_run, only: program_t, run_program
-   use process, only: end_process
    implicit none (type, external)
 
    integer :: status

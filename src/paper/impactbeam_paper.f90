@@ -2,9 +2,9 @@
 program impactbeam_paper
    use, intrinsic :: iso_c_binding, only: c_int
    use paper_run, only: needs_of_statements, run_statements
+   use process, only: end_process
    use program_identity, only: program_paper
    use program_run, only: program_t, run_program
-   use process, only: end_process
    implicit none (type, external)
 
    integer :: status
