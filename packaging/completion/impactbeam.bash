@@ -5,10 +5,11 @@ _impactbeam() {
   case $before in
     --out) COMPREPLY=($(compgen -d -- "$word")); return ;;
     --threads) COMPREPLY=(); return ;;
+    --format) COMPREPLY=($(compgen -W $'csv\njson' -- "$word")); return ;;
     --new) COMPREPLY=($(compgen -W $'beam\nrelay\ntube\nreed' -- "$word")); return ;;
   esac
   if [[ $word == -* ]]; then
-    COMPREPLY=($(compgen -W $'--out\n--check\n--estimate\n--threads\n--quiet\n--new\n--names\n--version\n--help' -- "$word"))
+    COMPREPLY=($(compgen -W $'--out\n--check\n--estimate\n--format\n--threads\n--quiet\n--new\n--names\n--version\n--help' -- "$word"))
   else
     COMPREPLY=($(compgen -d -- "$word") $(compgen -f -X '!*.nml' -- "$word"))
   fi

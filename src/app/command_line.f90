@@ -2,12 +2,13 @@
 module command_line
    use failures, only: fail, failure_t, status_bad_input
    use scene_templates, only: template_kinds
+   use table_files, only: table_formats
    implicit none (type, external)
    private
    public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
 
    !> Options with a value, which follows or stands behind =
-   character(*), parameter :: with_value(*) = [character(9) :: '--threads', '--out', '--new']
+   character(*), parameter :: with_value(*) = [character(9) :: '--threads', '--out', '--new', '--format']
 
    !> One word of the command line.
    type :: argument_t
@@ -32,6 +33,8 @@ module command_line
       logical :: wants_help = .false.
       !> Print every name that a scene can hold
       logical :: wants_names = .false.
+      !> Tables for other programs: one of `table_formats`; unallocated: none
+      character(:), allocatable :: format
       !> Print a scene of this kind to begin from
       character(:), allocatable :: template
    end type command_line_t
@@ -93,7 +96,7 @@ contains
                if (allocated(error)) return
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
-               &--estimate, --threads N, --quiet, --new KIND, --names, --version, --help')
+               &--estimate, --format csv or json, --threads N, --quiet, --new KIND, --names, --version, --help')
                return
             end if
          end associate
@@ -119,15 +122,16 @@ contains
       !> Set when the value is missing or wrong
       type(failure_t), allocatable, intent(inout) :: error
 
-      character(:), allocatable :: option, value
+      character(:), allocatable :: option, value, word
       integer :: cut
 
-      cut = index(arguments(i)%text, '=')
+      word = arguments(i)%text
+      cut = index(word, '=')
       if (cut > 0) then
-         option = arguments(i)%text(:cut - 1)
-         value = arguments(i)%text(cut + 1:)
+         option = word(:cut - 1)
+         value = word(cut + 1:)
       else
-         option = arguments(i)%text
+         option = word
          i = i + 1
          if (i > size(arguments)) then
             call fail(error, status_bad_input, option//' needs '//words_after(option)//' after it')
@@ -140,6 +144,10 @@ contains
          call read_threads(value, command%threads, error)
       case ('--out')
          command%folder = value
+      case ('--format')
+         command%format = value
+         if (all(table_formats /= value)) call fail(error, status_bad_input, &
+            option//' '//value//': must be '//words_after(option))
       case ('--new')
          command%template = value
          if (all(template_kinds /= value)) call fail(error, status_bad_input, &
@@ -183,6 +191,8 @@ contains
          words = 'a number'
       case ('--out')
          words = 'the name of a folder'
+      case ('--format')
+         words = trim(table_formats(1))//' or '//trim(table_formats(2))
       case default
          words = 'one of '//trim(template_kinds(1))
          do i = 2, size(template_kinds)
@@ -203,14 +213,15 @@ contains
       character, parameter :: next = new_line('a')
 
       text = 'usage: '//name// &
-         ' SCENE.nml... [--out DIR] [--check] [--estimate] [--threads N] [--quiet]'//next// &
-         '          [--new KIND] [--names] [--version] [--help]'//next//next// &
+         ' SCENE.nml... [--out DIR] [--check] [--estimate] [--format csv|json] [--threads N] '//next// &
+         '          [--quiet] [--new KIND] [--names] [--version] [--help]'//next//next// &
          purpose//next// &
          'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
          next// &
          '  --out DIR   folder of the results (default: results)'//next// &
          '  --check     read and check the scenes and the memory they need, compute nothing'//next// &
          '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//next// &
+         '  --format F  also measures, sweep and frequencies as csv (DIR/<name>_measures.csv ...) or json'//next// &
          '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
          '  --quiet     no tables'//next// &
          '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//next// &

@@ -19,6 +19,7 @@ module program_run
    use scene_types, only: scene_t
    use study_job, only: job_t
    use sweep_ranks, only: greatest_of_all, is_first_rank, start_ranks, stop_ranks
+   use table_files, only: write_table_files
    implicit none (type, external)
    private
    public :: program_t, run_program, read_scenes, check_needs, run_scene
@@ -133,6 +134,9 @@ contains
             call say_good(scenes(i), command%quiet, error)
          else
             call run_scene(program, scenes(i), command%folder, command%threads, command%quiet, error)
+            if (allocated(command%format) .and. is_first_rank() .and. .not. allocated(error)) then
+               call write_table_files(command%folder, results_name(scenes(i)), command%format, error)
+            end if
          end if
          if (allocated(error)) call report(program, scenes(i)%file//': '//error%message, error%status, status)
       end do

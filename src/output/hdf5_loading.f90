@@ -2,16 +2,29 @@
 !> caller asks once.
 module hdf5_loading
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
-   use hdf5, only: h5aclose_f, h5aget_space_f, h5aget_type_f, h5aopen_by_name_f, h5aread_f, h5dclose_f, &
-      h5dget_space_f, h5dopen_f, &
-      h5dread_f, h5f_acc_rdonly_f, h5fclose_f, h5fopen_f, h5p_file_access_f, h5pclose_f, h5pcreate_f, &
-      h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_native_double, &
-      h5t_native_integer, h5tclose_f, h5tis_variable_str_f, hid_t, hsize_t, size_t
+   use hdf5, only: &
+      h5_index_crt_order_f, h5_iter_inc_f, h5aclose_f, h5aget_space_f, h5aget_type_f, h5aopen_by_name_f, &
+      h5aread_f, h5dclose_f, h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5f_acc_rdonly_f, h5fclose_f, &
+      h5fopen_f, h5gclose_f, h5gget_info_f, h5gopen_f, h5i_dataset_f, h5iget_type_f, h5lexists_f, &
+      h5lget_name_by_idx_f, h5oclose_f, h5oopen_f, h5p_file_access_f, h5pclose_f, h5pcreate_f, &
+      h5pset_fapl_core_f, h5pset_file_image_f, h5sclose_f, h5sget_simple_extent_npoints_f, h5t_integer_f, &
+      h5t_native_double, h5t_native_integer, h5t_string_f, h5tclose_f, h5tget_class_f, h5tis_variable_str_f, &
+      hid_t, hsize_t, size_t
    use hdf5_library, only: c_free, make_text_type, open_hdf5
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: hdf5_source_t
+   public :: hdf5_source_t, member_t
+
+   !> What a group holds.
+   integer, parameter :: longest_name = 64
+   type :: member_t
+      character(longest_name) :: name = ''
+      !> Numbers or texts in it; -1: it is a group
+      integer(hsize_t) :: points = -1_hsize_t
+      logical :: is_integer = .false.
+      logical :: is_text = .false.
+   end type member_t
 
    !> A file open for reading.
    type :: hdf5_source_t
@@ -27,6 +40,9 @@ module hdf5_loading
       !> A dataset: name, values; a failure unless it has just as many
       generic :: load => load_reals, load_table, load_integers, load_texts
       procedure :: text_attribute
+      procedure :: number_attribute
+      procedure :: has
+      procedure :: members_of
       procedure, private :: load_reals, load_table, load_integers, load_texts, load_dataset
    end type hdf5_source_t
 
@@ -162,10 +178,82 @@ contains
       call h5dclose_f(dataset, status)
    end subroutine load_dataset
 
-   !> An attribute of the file that is a text; empty: there is none.
-   function text_attribute(self, name) result(text)
+   !> Is there such a group or dataset at the root?
+   logical function has(self, name)
       class(hdf5_source_t), intent(in) :: self
       character(*), intent(in) :: name
+
+      integer :: status
+
+      has = .false.
+      if (self%is_good) call h5lexists_f(self%id, name, has, status)
+   end function has
+
+   !> What a group holds, in the order in which it was written.
+   subroutine members_of(self, group, members)
+      class(hdf5_source_t), intent(inout) :: self
+      !> Its path
+      character(*), intent(in) :: group
+      type(member_t), allocatable, intent(out) :: members(:)
+
+      integer(hid_t) :: id, object, space, type
+      integer :: count, kind, newest, storage, status, i
+      integer(hsize_t) :: k
+
+      allocate (members(0))
+      call h5gopen_f(self%id, group, id, status)
+      self%is_good = self%is_good .and. status >= 0
+      if (.not. self%is_good) return
+      call h5gget_info_f(id, storage, count, newest, status)
+      deallocate (members)
+      allocate (members(count))
+      do i = 1, count
+         k = int(i - 1, hsize_t)
+         call h5lget_name_by_idx_f(id, '.', h5_index_crt_order_f, h5_iter_inc_f, k, members(i)%name, status)
+         call h5oopen_f(id, trim(members(i)%name), object, status)
+         call h5iget_type_f(object, kind, status)
+         if (kind == h5i_dataset_f) then
+            call h5dget_space_f(object, space, status)
+            call h5sget_simple_extent_npoints_f(space, members(i)%points, status)
+            call h5sclose_f(space, status)
+            call h5dget_type_f(object, type, status)
+            call h5tget_class_f(type, kind, status)
+            members(i)%is_integer = kind == h5t_integer_f
+            members(i)%is_text = kind == h5t_string_f
+            call h5tclose_f(type, status)
+         end if
+         call h5oclose_f(object, status)
+      end do
+      call h5gclose_f(id, status)
+   end subroutine members_of
+
+   !> An attribute of an object that is a number; 0 where there is none.
+   function number_attribute(self, name, of) result(value)
+      class(hdf5_source_t), intent(in) :: self
+      character(*), intent(in) :: name
+      character(*), intent(in) :: of
+      real(wp) :: value
+
+      integer(hid_t) :: attribute
+      integer :: status
+      real(wp), target :: number
+      type(c_ptr) :: place
+
+      value = 0.0_wp
+      call h5aopen_by_name_f(self%id, of, name, attribute, status)
+      if (status < 0) return
+      place = c_loc(number)
+      call h5aread_f(attribute, h5t_native_double, place, status)
+      if (status >= 0) value = number
+      call h5aclose_f(attribute, status)
+   end function number_attribute
+
+   !> An attribute of the file that is a text; empty: there is none.
+   function text_attribute(self, name, of) result(text)
+      class(hdf5_source_t), intent(in) :: self
+      character(*), intent(in) :: name
+      !> Of this object of the file
+      character(*), intent(in), optional :: of
       character(:), allocatable :: text
 
       character(kind=c_char), pointer :: letters(:)
@@ -178,7 +266,11 @@ contains
 
       text = ''
       if (.not. self%is_good) return
-      call h5aopen_by_name_f(self%id, '/', name, attribute, status)
+      if (present(of)) then
+         call h5aopen_by_name_f(self%id, of, name, attribute, status)
+      else
+         call h5aopen_by_name_f(self%id, '/', name, attribute, status)
+      end if
       if (status < 0) return
       call h5aget_space_f(attribute, space, status)
       call h5sget_simple_extent_npoints_f(space, points, status)
