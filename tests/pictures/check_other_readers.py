@@ -1,0 +1,91 @@
+"""Results read by others: check_other_readers.py xarray|vtk PROGRAM INPUTS SCRIPTS FOLDER
+
+xarray  the files open as they are: coordinates and units are there
+vtk     the shapes that impactbeam-plot paraview turns into VTKHDF move the points as the file says; a picture is rendered
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import h5py
+
+READER, PROGRAM, INPUTS, SCRIPTS, FOLDER = sys.argv[1:]
+
+
+def run(*command):
+    """Run a command that must do."""
+    subprocess.run(command, check=True, cwd=FOLDER, stdin=subprocess.DEVNULL)
+
+
+def check_xarray():
+    """Two lines, as the page says."""
+    import xarray  # pylint: disable=import-outside-toplevel
+    run(PROGRAM, "--quiet", "--out", ".", os.path.join(INPUTS, "relay_reed.nml"), os.path.join(INPUTS, "table1.nml"))
+    response = xarray.open_dataset(os.path.join(FOLDER, "relay_reed.h5"), group="response")
+    assert dict(response.sizes) == {"time": 6001}, response.sizes
+    assert response.displacement_stop.dims == ("time",)
+    assert response.displacement_stop.attrs["units"] == "m" and response.time.attrs["units"] == "s"
+    quiet = abs(response.displacement_stop.sel(time=slice(2e-3, None))).max().item()
+    assert 0 < quiet < 1e-5, quiet
+    table = xarray.open_dataset(os.path.join(FOLDER, "table1.h5"), group="frequencies")
+    assert table["lambda"].dims == ("mode", "column") and abs(table["lambda"].sel(mode=1)[-1].item() - 3.2604) < 1e-4
+
+
+def check_vtk():
+    """The middle instant, all points, and how it looks."""
+    run(PROGRAM, "--quiet", "--out", ".", os.path.join(INPUTS, "tube_in_supports.nml"))
+    run("/usr/bin/python3", os.path.join(SCRIPTS, "impactbeam-plot"), "paraview", "tube_in_supports.h5", "--factor", "200")
+    with h5py.File(os.path.join(FOLDER, "tube_in_supports.h5")) as file:
+        shapes = {name: file["shapes"][name][()] for name in ("time", "x", "displacement", "velocity")}
+    from vtkmodules.vtkIOHDF import vtkHDFReader  # pylint: disable=import-outside-toplevel
+    reader = vtkHDFReader()
+    reader.SetFileName(os.path.join(FOLDER, "tube_in_supports.vtkhdf"))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == len(shapes["time"]), reader.GetNumberOfSteps()
+    for instant in (0, len(shapes["time"]) // 2, len(shapes["time"]) - 1):
+        reader.SetStep(instant)
+        reader.Update()
+        grid = reader.GetOutput()
+        points = shapes["x"].size
+        assert grid.GetNumberOfPoints() == points and grid.GetNumberOfCells() == points - 1
+        for k in range(points):
+            place = grid.GetPoint(k)
+            moved = 200 * (shapes["displacement"][instant, k] - shapes["displacement"][0, 0])
+            assert abs(place[0] - shapes["x"][k]) < 1e-12 and abs(place[1] - moved) < 1e-12 * max(1, abs(moved)), (instant, k)
+            assert grid.GetPointData().GetArray("velocity").GetValue(k) == shapes["velocity"][instant, k]
+    render(reader)
+
+
+def render(reader):
+    """A picture off the screen that shows something."""
+    from vtkmodules import vtkRenderingOpenGL2  # noqa: F401 pylint: disable=import-outside-toplevel,unused-import
+    from vtkmodules.util.numpy_support import vtk_to_numpy  # pylint: disable=import-outside-toplevel
+    from vtkmodules.vtkIOImage import vtkPNGWriter  # pylint: disable=import-outside-toplevel
+    from vtkmodules.vtkRenderingCore import (vtkActor, vtkDataSetMapper, vtkRenderer, vtkRenderWindow,  # pylint: disable=C0415
+                                             vtkWindowToImageFilter)
+    mapper, actor, renderer, window = vtkDataSetMapper(), vtkActor(), vtkRenderer(), vtkRenderWindow()
+    mapper.SetInputConnection(reader.GetOutputPort())
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetLineWidth(4)
+    renderer.AddActor(actor)
+    window.SetOffScreenRendering(1)
+    window.SetSize(600, 300)
+    window.AddRenderer(renderer)
+    window.Render()
+    picture = vtkWindowToImageFilter()
+    picture.SetInput(window)
+    picture.Update()
+    pixels = vtk_to_numpy(picture.GetOutput().GetPointData().GetScalars())
+    assert 600 < (pixels.max(axis=1) > 100).sum() < 20000, "nothing was drawn"
+    writer = vtkPNGWriter()
+    writer.SetFileName(os.path.join(FOLDER, "tube_in_supports.png"))
+    writer.SetInputConnection(picture.GetOutputPort())
+    writer.Write()
+
+
+if __name__ == "__main__":
+    shutil.rmtree(FOLDER, ignore_errors=True)
+    os.makedirs(FOLDER)
+    {"xarray": check_xarray, "vtk": check_vtk}[READER]()
