@@ -29,22 +29,28 @@ contains
       complex(wp), intent(in) :: x(:)
       complex(wp) :: value
 
+      complex(wp) :: others(size(x) - 1)
       real(wp) :: apart, furthest
-      integer :: i, j, pair(2)
+      integer :: i, j, one, other
 
       furthest = 0.0_wp
-      pair = 1
+      one = 1
+      other = 1
       do j = 2, size(x)
          do i = 1, j - 1
-            apart = abs(x(i) - x(j))
-            if (apart > furthest) pair = [i, j]
-            furthest = max(furthest, apart)
+            apart = square_of(x(i) - x(j))
+            if (.not. apart > furthest) cycle
+            furthest = apart
+            one = i
+            other = j
          end do
       end do
-      if (furthest > greatest_spread) then
-         associate (i => pair(1), j => pair(2), n => size(x))
-            value = (difference([x(:j - 1), x(j + 1:n)]) - difference([x(:i - 1), x(i + 1:n)]))/(x(i) - x(j))
-         end associate
+      if (furthest > greatest_spread**2) then
+         others(:other - 1) = x(:other - 1)
+         others(other:) = x(other + 1:)
+         value = difference(others)
+         others(one:other - 1) = x(one + 1:other)
+         value = (value - difference(others))/(x(one) - x(other))
       else
          value = series(x)
       end if
@@ -80,9 +86,17 @@ contains
          end do
          term = factor*product_sum(size(x))
          value = value + term
-         if (maxval(abs(product_sum))*factor <= 0.01_wp*epsilon(1.0_wp)*abs(value)) exit
+         if (maxval(square_of(product_sum))*factor**2 <= (0.01_wp*epsilon(1.0_wp))**2*square_of(value)) exit
       end do
       value = exp(center)*value
    end function series
+
+   !> |z|^2, of numbers far from overflow, without its square root.
+   elemental function square_of(z) result(square)
+      complex(wp), intent(in) :: z
+      real(wp) :: square
+
+      square = real(z, wp)**2 + aimag(z)**2
+   end function square_of
 
 end module exponential_differences
