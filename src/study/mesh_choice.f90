@@ -23,12 +23,13 @@ module mesh_choice
    !> order is 1.25 times the difference of meshes that are 1.5 times as fine.
    real(wp), parameter :: agreement = 0.4_wp
    !> The search ends where so many meshes in turn bring no difference below this share of the least one so far: the
-   !> motion is chaotic.
+   !> motion is chaotic. Tuning: how soon a search is given up that settles nowhere; what settles is taken before.
    integer, parameter :: most_stalled = 4
    real(wp), parameter :: progress = 0.7_wp
    !> Gradings are compared on this mesh.
    integer, parameter :: graded_elements = 8
-   !> Of a taper with a thin tip the longest element is at most so many times the shortest.
+   !> Of a taper with a thin tip the longest element is at most so many times the shortest: as many as a full wedge asks
+   !> for. Tuning: a graded mesh is taken where it is nearer to the next finer one, whatever its grading.
    real(wp), parameter :: most_graded = 4.0_wp
 
    !> The run of one mesh.
