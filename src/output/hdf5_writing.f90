@@ -48,6 +48,8 @@ module hdf5_writing
       type(hdf5_file_t), pointer :: file => null()
       integer(hid_t) :: id = -1_hid_t
       logical :: is_whole = .false.
+      !> Values to a place; 0: one, and they are no rows of a table
+      integer :: width = 0
    contains
       procedure :: put
    end type hdf5_column_t
@@ -238,8 +240,8 @@ contains
       call self%label(dataset, units, long_name, along)
    end subroutine add_texts
 
-   !> A list without values yet.
-   function column(self, name, length, units, long_name, is_whole, along, is_scale, in_scene_units) result(made)
+   !> A list without values yet, or, with a width, a table without rows yet.
+   function column(self, name, length, units, long_name, is_whole, along, is_scale, in_scene_units, width) result(made)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Number of values
@@ -251,6 +253,8 @@ contains
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
       real(wp), intent(in), optional :: in_scene_units
+      !> Values of a row
+      integer, intent(in), optional :: width
       type(hdf5_column_t) :: made
 
       integer(hid_t) :: type
@@ -259,7 +263,12 @@ contains
       if (is_whole) type = h5t_native_integer
       made%file => self%file
       made%is_whole = is_whole
-      made%id = self%file%make_dataset(self%id, name, type, [int(length, hsize_t)], c_null_ptr, is_scale)
+      if (present(width)) then
+         made%width = width
+         made%id = self%file%make_dataset(self%id, name, type, [int(width, hsize_t), int(length, hsize_t)], c_null_ptr)
+      else
+         made%id = self%file%make_dataset(self%id, name, type, [int(length, hsize_t)], c_null_ptr, is_scale)
+      end if
       call self%file%describe(made%id, units, long_name, in_scene_units)
       if (present(along)) call self%file%attach(made%id, self%id, along, 1)
    end function column
@@ -267,9 +276,9 @@ contains
    !> Values of a column from a place on.
    subroutine put(self, first, values)
       class(hdf5_column_t), intent(in) :: self
-      !> Of the first of them, from 1
+      !> Of the first of them, or of the first row, from 1
       integer, intent(in) :: first
-      !> Whole numbers in a column of such
+      !> Whole numbers in a column of such; whole rows in a table
       real(wp), contiguous, target, intent(in) :: values(:)
 
       integer(hid_t) :: space, memory
@@ -279,8 +288,13 @@ contains
       if (allocated(self%file%refused) .or. size(values) == 0) return
       call h5screate_simple_f(1, [size(values, kind=hsize_t)], memory, status)
       call h5dget_space_f(self%id, space, status)
-      call h5sselect_hyperslab_f(space, h5s_select_set_f, [int(first - 1, hsize_t)], [size(values, kind=hsize_t)], &
-         status)
+      if (self%width > 0) then
+         call h5sselect_hyperslab_f(space, h5s_select_set_f, [0_hsize_t, int(first - 1, hsize_t)], &
+            [int(self%width, hsize_t), size(values, kind=hsize_t)/self%width], status)
+      else
+         call h5sselect_hyperslab_f(space, h5s_select_set_f, [int(first - 1, hsize_t)], [size(values, kind=hsize_t)], &
+            status)
+      end if
       call self%file%check(status, 'a place in a column')
       if (self%is_whole) then
          allocate (whole(size(values)))

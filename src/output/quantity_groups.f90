@@ -155,7 +155,7 @@ contains
    end subroutine put_integers
 
    !> A list without values yet; who fills it gives values in its unit.
-   function put_column(self, name, length, quantity, meaning, is_whole, along) result(made)
+   function put_column(self, name, length, quantity, meaning, is_whole, along, width) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Number of values
@@ -164,6 +164,8 @@ contains
       character(*), intent(in) :: meaning
       logical, intent(in) :: is_whole
       character(*), intent(in) :: along
+      !> Values of a row, where it is a table
+      integer, intent(in), optional :: width
       type(hdf5_column_t) :: made
 
       character(:), allocatable :: unit
@@ -171,7 +173,7 @@ contains
 
       call self%find(quantity, unit, factor, known)
       made = self%column(self%named(name), length, unit, self%worded(meaning), is_whole, self%named(along), &
-         in_scene_units=known)
+         in_scene_units=known, width=width)
       call self%tell_unit(name, quantity, known)
    end function put_column
 

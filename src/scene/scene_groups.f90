@@ -357,6 +357,7 @@ contains
       call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', &
          range_t(1, 1000000), default='a 400th, 10 to 16384'))
       call list_parameters(table, places)
+      call list_carry(table, places, sweep)
       if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
       do k = 1, size(places)
          associate (swept => sweep%swept(k))
@@ -387,6 +388,26 @@ contains
          end associate
       end do
    end subroutine list_sweep
+
+   !> The names of chains.
+   subroutine list_carry(table, places, sweep)
+      class(table_t), intent(inout) :: table
+      !> Of the parameters
+      integer, intent(in) :: places(:)
+      type(sweep_settings_t), intent(inout) :: sweep
+
+      character(name_length) :: names(size(places))
+      type(parameter_t) :: parameter
+      integer :: k
+
+      do k = 1, size(places)
+         parameter = parameter_of(table, places(k))
+         names(k) = parameter%name
+      end do
+      call table%bind(sweep%carry, name_t('carry', 'swept parameter along whose values the end of one case is the ' &
+         //'start of the next', default='none: each case by itself', is_optional=.true.), names)
+      call table%bind(sweep%carries_back, name_t('carry_back', 'go through these values to the end and back again'))
+   end subroutine list_carry
 
    subroutine list_best(table, best)
       class(table_t), intent(inout) :: table

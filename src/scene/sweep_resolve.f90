@@ -9,6 +9,7 @@ module sweep_resolve
    use scene_groups, only: most_cases
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
+   use sweep_chains, only: check_chains
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
       swept_t, values_given
    use value_rules, only: largest_spread, most_numbers
@@ -60,6 +61,7 @@ contains
       call check_count(input, scene)
       call check_beams(input, scene)
       call check_duration(input, scene)
+      if (.not. input%has_problem()) call check_chains(input, scene)
    end subroutine resolve_sweep
 
    !> No parameter is varied both as a ratio and in units.
@@ -157,6 +159,7 @@ contains
          associate (swept => scene%sweep%swept(k))
             values = int(max(swept%points, 1), i8)
             if (allocated(swept%list)) values = size(swept%list, kind=i8)
+            if (k == scene%sweep%carry .and. scene%sweep%carries_back) values = 2_i8*values
             if (scene%sweep%design == design_grid) cases = min(cases*values, 2_i8*most_cases)
             if (scene%sweep%design /= design_paired .or. .not. allocated(swept%list)) cycle
             if (first /= '' .and. values /= cases) then

@@ -65,6 +65,10 @@ module sweep_settings
       integer :: seed = 1
       !> Cases to a part, the unit in which results reach the disk; 0: chosen by the number of cases
       integer :: part_cases = 0
+      !> Place of the parameter along which each case begins as the one before ended; 0: none
+      integer :: carry = 0
+      !> Its values are gone through to the end and back
+      logical :: carries_back = .false.
    end type sweep_settings_t
 
    !> &best

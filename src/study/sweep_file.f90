@@ -14,7 +14,7 @@ module sweep_file
    use scene_units, only: units_in
    use sweep_best, only: best_t, consider, refined_t, start_best
    use sweep_parts, only: assembled_file, joined, leave_folder, part_name, part_rows_t, read_part, reason_room
-   use sweep_plan, only: first_of_part, plan_t
+   use sweep_plan, only: first_of_part, plan_t, section_values
    use sweep_settings, only: design_names, goal_names
    implicit none (type, external)
    private
@@ -159,7 +159,7 @@ contains
          k=1, size(plan%axes))]))
       call group%attribute('measures', joined(pack(names, is_there(scene))))
       call group%attribute('failures', [survey%failures])
-      if (plan%is_grid) then
+      if (plan%is_grid .and. .not. plan%goes_back) then
          ! a column reshaped to these extents is the grid, in C's order
          call group%attribute('grid_extents', [(size(plan%axes(k)%values), k=1, size(plan%axes))])
          axes = group%part('axes')
@@ -169,6 +169,10 @@ contains
                   trim(axis%parameter%meaning), is_scale=.true.)
             end associate
          end do
+      end if
+      if (plan%chain > 0) then
+         call group%attribute('carry', trim(scene%sweep%swept(scene%sweep%carry)%parameter%name))
+         call group%attribute('chain', [plan%chain])
       end if
       call group%add('failed', survey%failed, '1', 'cases that failed', is_scale=.true.)
       call group%add('failure_reason', survey%reasons, 'none', 'why they failed', along='failed')
@@ -245,12 +249,16 @@ contains
 
       integer, parameter :: most_rows = 16384
       type(hdf5_column_t) :: cases, parameters(size(plan%axes)), measures(measure_count)
+      type(hdf5_column_t) :: direction, sections(section_values)
       type(part_rows_t) :: part
       real(wp), allocatable :: values(:, :), rows(:, :)
       integer :: number, i, first, held
       logical :: is_good
 
       call make_columns(group, plan, there, cases, parameters, measures)
+      if (plan%goes_back) direction = group%column('direction', plan%cases, '1', &
+         '1: on the way through the values of carry, -1: on the way back', .true., 'case')
+      if (plan%sections > 0) call make_tables(group, plan, sections)
       associate (room => max(most_rows, plan%part_cases))
          allocate (values(room, size(plan%axes)), rows(room, measure_count))
       end associate
@@ -267,6 +275,12 @@ contains
             values(held + i, :) = part%values(:, i)
             rows(held + i, :) = part%rows(:, i)
          end do
+         if (plan%sections > 0) then
+            do i = 1, section_values
+               call sections(i)%put(first_of_part(plan, number), &
+                  reshape(part%sections(i::section_values, :), [size(part%sections)/section_values]))
+            end do
+         end if
          held = held + size(part%rows, 2)
       end do
       call put_held()
@@ -278,6 +292,8 @@ contains
          integer :: n
 
          call cases%put(first, [(real(n, wp), n=first, first + held - 1)])
+         if (plan%goes_back) call direction%put(first, [(merge(1.0_wp, -1.0_wp, &
+            2*modulo(n - 1, plan%chain) < plan%chain), n=first, first + held - 1)])
          do n = 1, size(parameters)
             call parameters(n)%put(first, values(:held, n))
          end do
@@ -289,6 +305,24 @@ contains
       end subroutine put_held
 
    end subroutine write_rows
+
+   !> The tables of sections, empty, a row a case.
+   subroutine make_tables(group, plan, tables)
+      type(quantity_group_t), intent(in) :: group
+      type(plan_t), intent(in) :: plan
+      type(hdf5_column_t), intent(out) :: tables(section_values)
+
+      character(*), parameter :: name(section_values) = [character(32) :: 'section_displacement_stop', &
+         'section_velocity_stop', 'section_displacement_tip', 'section_velocity_tip']
+      character(*), parameter :: meaning(section_values) = [character(80) :: 'displacement of the stop from which ' &
+         //'the beam is released, in sections', 'its velocity', 'displacement of the tip in sections', 'its velocity']
+      integer :: i
+
+      do i = 1, section_values
+         tables(i) = group%put_column(trim(name(i)), plan%cases, &
+            trim(merge('displacement', 'velocity    ', modulo(i, 2) == 1)), trim(meaning(i)), .false., 'case', plan%sections)
+      end do
+   end subroutine make_tables
 
    !> The columns of /sweep, empty.
    subroutine make_columns(group, plan, there, cases, parameters, measures)

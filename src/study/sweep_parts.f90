@@ -13,7 +13,7 @@ module sweep_parts
    use measure_list, only: measure_count, measure_status, measure_table
    use program_identity, only: program_name
    use results_claim, only: refuse_foreign
-   use sweep_plan, only: first_of_part, last_of_part, plan_t
+   use sweep_plan, only: first_of_part, last_of_part, plan_t, section_values
    implicit none (type, external)
    private
    public :: part_rows_t, parts_folder, enter_folder, leave_folder, part_is_done, part_name, write_part, read_part
@@ -36,6 +36,8 @@ module sweep_parts
       !> Cases that failed, and why
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
+      !> Sections as results have them, the last of a case last, NaN where there is none, [values of all sections, cases]
+      real(wp), allocatable :: sections(:, :)
    end type part_rows_t
 
 contains
@@ -201,7 +203,8 @@ contains
       character(seal_length, kind=c_char) :: mark
       integer :: i
 
-      call root%begin(8_c_size_t*(size(part%rows, kind=c_size_t) + size(part%values, kind=c_size_t)) + overhead)
+      call root%begin(8_c_size_t*(size(part%rows, kind=c_size_t) + size(part%values, kind=c_size_t) &
+         + section_values*plan%sections*size(part%rows, 2, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
          'number of the case', is_scale=.true.)
@@ -211,6 +214,10 @@ contains
       call root%attribute('names', joined(plan%axes%parameter%name), 'parameter')
       call root%add('parameters', part%values, 'mixed', 'parameters of each case', ['parameter', 'case     '])
       call root%add('rows', part%rows, 'mixed', 'measures of each case', ['column', 'case  '])
+      if (plan%sections > 0) then
+         call root%add('section_value', [(i, i=1, size(part%sections, 1))], '1', 'values of sections', is_scale=.true.)
+         call root%add('sections', part%sections, 'mixed', 'sections of each case', ['section_value', 'case         '])
+      end if
       call root%add('failed', part%failed, '1', 'cases that failed', is_scale=.true.)
       call root%add('reason', part%reasons, 'none', 'why', along='failed')
       call root%finish(bytes, error)
@@ -263,6 +270,7 @@ contains
       first = first_of_part(plan, number)
       cases = last_of_part(plan, number) - first + 1
       allocate (part%values(size(plan%axes), cases), part%rows(measure_count, cases), case(cases))
+      allocate (part%sections(section_values*plan%sections, cases))
       call load_file(path//'/'//part_name(number), bytes, error)
       is_good = .not. allocated(error)
       if (is_good) is_good = is_sealed(bytes)
@@ -273,6 +281,7 @@ contains
       call source%load('case', case)
       call source%load('parameters', part%values)
       call source%load('rows', part%rows)
+      if (plan%sections > 0) call source%load('sections', part%sections)
       is_good = source%is_sound()
       if (is_good) is_good = nint(found(1), i8) == checksum(text, len(text, kind=c_size_t)) &
          .and. case(1) == first .and. case(cases) == first + cases - 1

@@ -8,10 +8,14 @@ module sweep_plan
    use program_identity, only: program_name, program_version
    use random_numbers, only: next_random, random_t, shuffle, start_random
    use scene_types, only: scene_t
-   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, swept_t, values_given
+   use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, &
+      sweep_settings_t, swept_t, values_given
    implicit none (type, external)
    private
-   public :: plan_t, axis_t, make_plan, case_values, first_of_part, last_of_part, plan_text
+   public :: plan_t, axis_t, section_values, make_plan, case_values, first_of_part, last_of_part, plan_text
+
+   !> Kept of a section: displacement and velocity of the stop from which the beam is released, and of the tip.
+   integer, parameter :: section_values = 4
 
    !> The values of one parameter.
    type :: axis_t
@@ -34,6 +38,12 @@ module sweep_plan
       !> Cases to a part, and parts
       integer :: part_cases = 0
       integer :: parts = 0
+      !> So many cases go on one from the other, whole chains to a part; 0: each is by itself
+      integer :: chain = 0
+      !> The second half of a chain goes back through its values
+      logical :: goes_back = .false.
+      !> Sections kept of each case; 0: none
+      integer :: sections = 0
    end type plan_t
 
 contains
@@ -80,13 +90,44 @@ contains
             plan%axes(i) = axes(i)
             call move_alloc(values, plan%axes(i)%values)
          end do
+         if (scene%wants_poincare) plan%sections = scene%poincare%keep
+         if (sweep%carry > 0) call make_chains(sweep, plan)
          plan%part_cases = sweep%part_cases
          if (plan%part_cases == 0) then
-            plan%part_cases = min(max((plan%cases - 1)/parts_aimed_at + 1, least_part), most_part)
+            associate (room => most_part/max(1, plan%sections*section_values/measure_count))
+               plan%part_cases = min(max((plan%cases - 1)/parts_aimed_at + 1, least_part), max(room, least_part))
+            end associate
+            if (plan%chain > 0) plan%part_cases = (plan%cases - 1)/parts_aimed_at + 1
          end if
+         if (plan%chain > 0) plan%part_cases = plan%chain*((plan%part_cases - 1)/plan%chain + 1)
          plan%parts = (plan%cases - 1)/plan%part_cases + 1
       end associate
    end subroutine make_plan
+
+   !> Cases that go on one from the other stand one after the other: the parameter along which they do varies fastest.
+   subroutine make_chains(sweep, plan)
+      type(sweep_settings_t), intent(in) :: sweep
+      type(plan_t), intent(inout) :: plan
+
+      type(axis_t) :: axis
+      integer :: i, k
+
+      plan%goes_back = sweep%carries_back
+      if (plan%is_grid) then
+         k = count(is_swept(sweep%swept(:sweep%carry)))
+         axis = plan%axes(k)
+         do i = k, size(plan%axes) - 1
+            plan%axes(i) = plan%axes(i + 1)
+         end do
+         plan%axes(size(plan%axes)) = axis
+      end if
+      do k = 1, size(plan%axes)
+         if (.not. plan%goes_back .or. (plan%is_grid .and. k < size(plan%axes))) cycle
+         plan%axes(k)%values = [plan%axes(k)%values, plan%axes(k)%values(size(plan%axes(k)%values):1:-1)]
+      end do
+      if (plan%goes_back) plan%cases = 2*plan%cases
+      plan%chain = size(plan%axes(size(plan%axes))%values)
+   end subroutine make_chains
 
    !> The values of a list or a divided range; the ends are exact.
    pure subroutine divide(swept, values)

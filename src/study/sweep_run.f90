@@ -10,7 +10,9 @@ module sweep_run
    use measure_rows, only: row_in
    use mesh_choice, only: find_case_beam
    use motion_run, only: run_motion, set_store_t
+   use number_text, only: to_text
    use program_identity, only: program_name
+   use quantities, only: quantity_named, units_t
    use response_types, only: response_t
    use run_measures, only: row_of
    use run_settings, only: output_settings_t
@@ -18,8 +20,9 @@ module sweep_run
    use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
    use scene_units, only: units_in
+   use section_types, only: run_sections_t, section_state_t
    use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
-   use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t
+   use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t, section_values
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
    use sweep_ranks, only: abandon_deal, greatest_of_all, deal_t, finish_deal, is_first_rank, next_of_deal, rank_count, &
       serve_deal, start_deal
@@ -37,6 +40,8 @@ module sweep_run
       !> The cases with the least and with the greatest values of what makes no other beam, [2]; unallocated: the mesh
       !> is given
       type(scene_t), allocatable :: extremes(:)
+      !> Where the motion of the case before ended; unallocated: each case is by itself
+      type(section_state_t), allocatable :: carried
    end type runner_t
 
    !> What the threads share.
@@ -177,16 +182,27 @@ contains
       character(:), allocatable :: reason
       character(reason_room), allocatable :: reasons(:)
       integer, allocatable :: failed(:)
-      integer :: case, cases, failures, first, shown
+      integer :: broken, case, cases, failures, first, shown
 
       first = first_of_part(plan, number)
       cases = last_of_part(plan, number) - first + 1
       allocate (part%values(size(plan%axes), cases), part%rows(measure_count, cases), failed(cases), reasons(cases))
+      allocate (part%sections(section_values*plan%sections, cases))
       failures = 0
+      broken = 0
       do case = 1, cases
          call case_values(plan, first + case - 1, part%values(:, case))
-         call run_case(runner, plan, part%values(:, case), part%rows(:, case), reason, sets)
+         if (plan%chain > 0) then
+            if (modulo(case - 1, plan%chain) == 0) then
+               broken = 0
+               if (allocated(runner%carried)) deallocate (runner%carried)
+               allocate (runner%carried)
+            end if
+         end if
+         call run_case(runner, plan, part%values(:, case), part%rows(:, case), reason, sets, part%sections(:, case), &
+            broken)
          if (allocated(reason)) then
+            if (plan%chain > 0 .and. broken == 0) broken = first + case - 1
             failures = failures + 1
             failed(failures) = first + case - 1
             reasons(failures) = reason
@@ -232,7 +248,7 @@ contains
    end subroutine start_runner
 
    !> Run a case.
-   subroutine run_case(runner, plan, values, row, reason, sets)
+   subroutine run_case(runner, plan, values, row, reason, sets, sections, broken)
       type(runner_t), intent(inout) :: runner
       type(plan_t), intent(in) :: plan
       !> Parameters of the case, in the order of the axes
@@ -243,12 +259,25 @@ contains
       character(:), allocatable, intent(out) :: reason
       !> What runs among several stops share; absent: nothing
       type(set_store_t), target, intent(inout), optional :: sets
+      !> Its sections; absent: not asked for
+      real(wp), intent(inout), optional :: sections(:)
+      !> The case that ended the chain; 0 or absent: none did
+      integer, intent(in), optional :: broken
 
       type(response_t) :: response
       type(failure_t), allocatable :: error
 
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
       row(measure_status) = 1.0_wp
+      if (present(sections)) sections = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (present(broken)) then
+         if (broken > 0) then
+            !$omp critical (case_scenes)
+            reason = 'its chain ended as case '//to_text(broken)//' failed'
+            !$omp end critical (case_scenes)
+            return
+         end if
+      end if
       ! texts made by functions of gfortran keep their lengths in static variables, which threads would share
       !$omp critical (case_scenes)
       call set_parameters(runner%scene, plan%axes%parameter, values, reason, runner%draft)
@@ -267,13 +296,37 @@ contains
          reason = runner%beam%trouble%message
          return
       end if
-      call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes, sets)
+      call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes, sets, runner%carried)
       if (allocated(error)) then
          reason = error%message
          return
       end if
       row = row_in(units_in(runner%scene), row_of(response%measures))
+      if (present(sections) .and. allocated(response%sections)) call keep_sections(response%sections, &
+         units_in(runner%scene), sections)
    end subroutine run_case
+
+   !> Sections of a case as results have them.
+   pure subroutine keep_sections(kept, units, values)
+      type(run_sections_t), intent(in) :: kept
+      type(units_t), intent(in) :: units
+      !> All values of each, section after section, the last at the end
+      real(wp), intent(inout) :: values(:)
+
+      real(wp) :: factor(2)
+      integer :: first, k
+
+      factor = 1.0_wp
+      if (units%are_of_scene) factor = [units%factor(quantity_named('displacement')), &
+         units%factor(quantity_named('velocity'))]
+      first = size(values)/section_values - kept%count
+      do k = 1, kept%count
+         associate (section => values(section_values*(first + k - 1) + 1:section_values*(first + k)))
+            if (kept%pulled > 0) section(1:2) = factor*kept%stop(:, kept%pulled, k)
+            section(3:4) = factor*kept%tip(:, k)
+         end associate
+      end do
+   end subroutine keep_sections
 
    !> Run some cases that belong to no part, each by any thread.
    subroutine run_cases(scene, plan, values, threads, rows)

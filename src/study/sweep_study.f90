@@ -122,6 +122,7 @@ contains
       do k = 1, size(sweep%swept)
          values = max(sweep%swept(k)%points, 1)
          if (allocated(sweep%swept(k)%list)) values = size(sweep%swept(k)%list)
+         if (k == sweep%carry .and. sweep%carries_back) values = 2*values
          if (sweep%design == design_grid) cases = cases*real(values, wp)
          if (sweep%design /= design_latin_hypercube) cases = max(cases, real(values, wp))
       end do

@@ -152,7 +152,8 @@ contains
          tally%done = tally%done + 1
          complaint = complaint_of_file(file)
          if (scene%wants_sweep) then
-            call compare_rows(names, draft, file, tally, complaint)
+            ! of a chain no row is that of a single run
+            if (scene%sweep%carry == 0) call compare_rows(names, draft, file, tally, complaint)
          else if (scene%wants_cases) then
             call compare_cases(names, draft, scene, file, tally, complaint)
          else if (scene%wants_response) then

@@ -198,9 +198,13 @@ contains
             if (has_name(draft, group, 'frequency_ratio')) period = period/number_of(draft, group, 'frequency_ratio')
          end associate
       end do
-      if (period <= 0.0_wp .or. chance(0.3_wp)) return
+      if (period <= 0.0_wp .or. chance(0.5_wp)) return
       call put(draft, 'poincare', '', '')
       call draw_group(names, 'poincare', 0.4_wp, draft)
+      if (has_name(draft, 'sweep', '') .and. chance(0.5_wp)) then
+         call draw_chain(draft)
+         return
+      end if
       if (chance(0.8_wp)) call put(draft, 'poincare', 'load', '1')
       if (period < 10.0_wp .and. chance(0.3_wp)) then
          ! the run ends with the last of a few
@@ -741,6 +745,38 @@ contains
       if (has_name(draft, 'statistics', 'rest') .and. chance(0.7_wp)) call put(draft, 'statistics', 'rest', &
          to_text(0.1_wp*duration*number()**4))
    end subroutine draw_statistics
+
+   !> A sweep whose cases go on one from the other, under loads of one frequency.
+   subroutine draw_chain(draft)
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
+      character(*), parameter :: without(8) = [character(15) :: 'frequency_ratio', 'start', 'end', 'start_time', 'end_time', &
+         'duration', 'duration_time', 'shape']
+      integer :: i, k
+
+      do k = 1, size(loads)
+         if (.not. has_name(draft, trim(loads(k)), 'amplitude_ratio')) cycle
+         call put(draft, trim(loads(k)), 'kind', '''harmonic''')
+         do i = 1, size(without)
+            call drop(draft, trim(loads(k)), trim(without(i)))
+         end do
+         call draw_course(draft, trim(loads(k)))
+      end do
+      call drop(draft, 'sweep', '')
+      call drop(draft, 'best', '')
+      call drop(draft, 'mesh', 'estimate')
+      call drop(draft, 'damping', 'mode_ratios')
+      call drop(draft, 'response', 'duration')
+      call drop(draft, 'response', 'duration_time')
+      call put(draft, 'response', 'step', '0.1')
+      call put(draft, 'poincare', 'load', '0')
+      call put(draft, 'poincare', 'skip', to_text(int(3.0_wp*number())))
+      call put(draft, 'poincare', 'keep', to_text(1 + int(3.0_wp*number())))
+      call put(draft, 'sweep', 'zeta', list([(0.01_wp + 0.1_wp*number(), i=1, 2)]))
+      call put(draft, 'sweep', 'carry', '''zeta''')
+      if (chance(0.5_wp)) call put(draft, 'sweep', 'carry_back', '.true.')
+   end subroutine draw_chain
 
    !> Instants of shapes within the run.
    subroutine draw_instants(draft)
