@@ -34,7 +34,7 @@ module hdf5_writing
       !> that it is one itself; what one unit is in the units of the scene, 0 if that is not known
       generic :: add => add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
       !> A list that is filled later
-      procedure :: column
+      procedure :: column, rows
       !> An attribute of the group, or of a dataset in it: name, value, dataset
       generic :: attribute => text_attribute, real_attribute, reals_attribute, integers_attribute
       procedure, private :: add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
@@ -240,8 +240,8 @@ contains
       call self%label(dataset, units, long_name, along)
    end subroutine add_texts
 
-   !> A list without values yet, or, with a width, a table without rows yet.
-   function column(self, name, length, units, long_name, is_whole, along, is_scale, in_scene_units, width) result(made)
+   !> A list without values yet.
+   function column(self, name, length, units, long_name, is_whole, along, is_scale, in_scene_units) result(made)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Number of values
@@ -253,8 +253,6 @@ contains
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
       real(wp), intent(in), optional :: in_scene_units
-      !> Values of a row
-      integer, intent(in), optional :: width
       type(hdf5_column_t) :: made
 
       integer(hid_t) :: type
@@ -263,15 +261,30 @@ contains
       if (is_whole) type = h5t_native_integer
       made%file => self%file
       made%is_whole = is_whole
-      if (present(width)) then
-         made%width = width
-         made%id = self%file%make_dataset(self%id, name, type, [int(width, hsize_t), int(length, hsize_t)], c_null_ptr)
-      else
-         made%id = self%file%make_dataset(self%id, name, type, [int(length, hsize_t)], c_null_ptr, is_scale)
-      end if
+      made%id = self%file%make_dataset(self%id, name, type, [int(length, hsize_t)], c_null_ptr, is_scale)
       call self%file%describe(made%id, units, long_name, in_scene_units)
       if (present(along)) call self%file%attach(made%id, self%id, along, 1)
    end function column
+
+   !> A table without rows yet.
+   function rows(self, name, extents, units, long_name, along, in_scene_units) result(made)
+      class(hdf5_group_t), intent(in) :: self
+      character(*), intent(in) :: name
+      !> Values of a row, and rows
+      integer, intent(in) :: extents(2)
+      character(*), intent(in) :: units
+      character(*), intent(in) :: long_name
+      !> Dimension scale of the rows
+      character(*), intent(in) :: along
+      real(wp), intent(in), optional :: in_scene_units
+      type(hdf5_column_t) :: made
+
+      made%file => self%file
+      made%width = extents(1)
+      made%id = self%file%make_dataset(self%id, name, h5t_native_double, int(extents, hsize_t), c_null_ptr)
+      call self%file%describe(made%id, units, long_name, in_scene_units)
+      call self%file%attach(made%id, self%id, along, 1)
+   end function rows
 
    !> Values of a column from a place on.
    subroutine put(self, first, values)

@@ -26,7 +26,7 @@ module quantity_groups
       !> {this~that} in the meaning this stands without units, that in units. Its scales are named as without units
       generic :: put => put_real, put_reals, put_table, put_integer, put_integers
       !> A list that is filled later, with values as they are to be
-      procedure :: put_column
+      procedure :: put_column, put_rows
       !> An attribute that is a number
       procedure :: put_attribute
       !> What a dataset is called here, a text about it, and the unit of what is in the units of the scene anyhow
@@ -155,7 +155,7 @@ contains
    end subroutine put_integers
 
    !> A list without values yet; who fills it gives values in its unit.
-   function put_column(self, name, length, quantity, meaning, is_whole, along, width) result(made)
+   function put_column(self, name, length, quantity, meaning, is_whole, along) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
       !> Number of values
@@ -164,8 +164,6 @@ contains
       character(*), intent(in) :: meaning
       logical, intent(in) :: is_whole
       character(*), intent(in) :: along
-      !> Values of a row, where it is a table
-      integer, intent(in), optional :: width
       type(hdf5_column_t) :: made
 
       character(:), allocatable :: unit
@@ -173,9 +171,28 @@ contains
 
       call self%find(quantity, unit, factor, known)
       made = self%column(self%named(name), length, unit, self%worded(meaning), is_whole, self%named(along), &
-         in_scene_units=known, width=width)
+         in_scene_units=known)
       call self%tell_unit(name, quantity, known)
    end function put_column
+
+   function put_rows(self, name, extents, quantity, meaning, along) result(made)
+      class(quantity_group_t), intent(in) :: self
+      character(*), intent(in) :: name
+      !> Values of a row, and rows
+      integer, intent(in) :: extents(2)
+      character(*), intent(in) :: quantity
+      character(*), intent(in) :: meaning
+      !> Dimension scale of the rows
+      character(*), intent(in) :: along
+      type(hdf5_column_t) :: made
+
+      character(:), allocatable :: unit
+      real(wp) :: factor, known
+
+      call self%find(quantity, unit, factor, known)
+      made = self%rows(self%named(name), extents, unit, self%worded(meaning), self%named(along), known)
+      call self%tell_unit(name, quantity, known)
+   end function put_rows
 
    subroutine put_attribute(self, name, value, quantity)
       class(quantity_group_t), intent(in) :: self

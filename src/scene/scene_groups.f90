@@ -20,11 +20,12 @@ module scene_groups
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
    use statistics_groups, only: list_statistics, physical_statistics_t
    use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
-   use sweep_settings, only: best_settings_t, cases_settings_t, design_names, goal_names, parameter_t, sweep_settings_t
+   use sweep_groups, only: list_sweep
+   use sweep_settings, only: best_settings_t, cases_settings_t, goal_names, parameter_t
    use value_rules, only: length_range, physical_range, range_t
    implicit none (type, external)
    private
-   public :: physical_t, list_scene, list_group, most_cases, scheme_betas
+   public :: physical_t, list_scene, list_group, scheme_betas
 
    !> Quantities that a file may give instead of the ratios of a scene, in the user's units.
    type :: physical_t
@@ -74,7 +75,6 @@ module scene_groups
       phrase='C = gamma K + alpha M, not with mode_ratios')
    type(condition_t), parameter :: exact = condition_t(name='method', words='exact')
    type(condition_t), parameter :: newmark = condition_t(name='method', words='newmark')
-   type(condition_t), parameter :: hypercube = condition_t(name='design', words='latin_hypercube')
    type(condition_t), parameter :: refinement = condition_t(name='refine')
    type(condition_t), parameter :: a_stop = condition_t(group='stop')
    type(condition_t), parameter :: a_response = condition_t(group='response')
@@ -83,7 +83,6 @@ module scene_groups
    integer, parameter :: most_elements = 200000
    integer, parameter :: most_elements_judged = 128
    integer, parameter :: most_elements_dense = 1000
-   integer, parameter :: most_cases = 1000000000
    type(range_t), parameter :: elements_range = range_t(1.0_wp, real(most_elements, wp))
    type(range_t), parameter :: judged_range = range_t(1.0_wp, real(most_elements_judged, wp))
    type(range_t), parameter :: modes_range = range_t(1.0_wp, 2.0_wp*real(most_elements, wp))
@@ -339,75 +338,6 @@ contains
       call table%bind(precision%shortest_timing, name_t('shortest_timing', 'seconds that a timing lasts at least', &
          range_t(1.0e-4_wp, 10.0_wp)))
    end subroutine list_precision
-
-   !> Every name that can be swept, as a list, and every number that is not whole as a range too.
-   subroutine list_sweep(table, sweep)
-      class(table_t), intent(inout) :: table
-      type(sweep_settings_t), intent(inout) :: sweep
-
-      integer, allocatable :: places(:)
-      type(name_t) :: name
-      integer :: k
-
-      call table%bind(sweep%design, name_t('design', 'which combinations of the values: all, the lists side by side, ' &
-         //'or a random sample'), design_names)
-      call table%bind(sweep%count, name_t('count', 'number of cases', range_t(1, most_cases), hypercube, &
-         default='none'))
-      call table%bind(sweep%seed, name_t('seed', 'start of the random numbers', range_t(1, 2000000000), hypercube))
-      call table%bind(sweep%part_cases, name_t('part_cases', 'cases that reach the disk together', &
-         range_t(1, 1000000), default='a 400th, 10 to 16384'))
-      call list_parameters(table, places)
-      call list_carry(table, places, sweep)
-      if (.not. allocated(sweep%swept)) allocate (sweep%swept(size(places)))
-      do k = 1, size(places)
-         associate (swept => sweep%swept(k))
-            swept%parameter = parameter_of(table, places(k))
-            name = name_t(swept%parameter%name, swept%parameter%meaning, default='not swept', is_optional=.true.)
-            name%range = table%entries(places(k))%name%range
-            name%needs = table%entries(places(k))%name%needs
-            if (name%needs%name /= '' .or. name%needs%phrase /= '') then
-               name%needs%group = swept%parameter%group
-               name%needs%occurrence = swept%parameter%occurrence
-            else if (table%groups(table%entries(places(k))%group)%repeats) then
-               name%needs = condition_t(group=swept%parameter%group, occurrence=swept%parameter%occurrence)
-            else if (any(swept%parameter%group == [character(6) :: 'root', 'stress'])) then
-               name%needs = condition_t(group=swept%parameter%group)
-            end if
-            call table%bind(swept%list, name, swept%parameter%is_whole)
-            if (swept%parameter%is_whole) cycle
-            name%name = trim(swept%parameter%name)//'_range'
-            name%meaning = 'least and greatest, divided evenly'
-            call table%bind(swept%range, name)
-            name%name = trim(swept%parameter%name)//'_log_range'
-            name%meaning = 'the same, divided evenly in the logarithm'
-            call table%bind(swept%log_range, name)
-            name%name = trim(swept%parameter%name)//'_points'
-            name%meaning = 'number of values in the range'
-            name%range = range_t(2, 1000000)
-            call table%bind(swept%points, name)
-         end associate
-      end do
-   end subroutine list_sweep
-
-   !> The names of chains.
-   subroutine list_carry(table, places, sweep)
-      class(table_t), intent(inout) :: table
-      !> Of the parameters
-      integer, intent(in) :: places(:)
-      type(sweep_settings_t), intent(inout) :: sweep
-
-      character(name_length) :: names(size(places))
-      type(parameter_t) :: parameter
-      integer :: k
-
-      do k = 1, size(places)
-         parameter = parameter_of(table, places(k))
-         names(k) = parameter%name
-      end do
-      call table%bind(sweep%carry, name_t('carry', 'swept parameter along whose values the end of one case is the ' &
-         //'start of the next', default='none: each case by itself', is_optional=.true.), names)
-      call table%bind(sweep%carries_back, name_t('carry_back', 'go through these values to the end and back again'))
-   end subroutine list_carry
 
    subroutine list_best(table, best)
       class(table_t), intent(inout) :: table

@@ -59,17 +59,18 @@ contains
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
 
+      character(*), parameter :: cannot = 'does not go with carry of &sweep'
       integer :: k
 
       if (.not. scene%poincare%sets_duration) then
-         call input%complain('response', 'duration duration_time', 'does not go with carry of &sweep, whose cases last ' &
-            //'skip + keep periods of the load')
+         call input%complain('response', 'duration duration_time', &
+            cannot//', whose cases last skip + keep periods of the load')
       else if (scene%poincare%load > 0) then
-         call input%complain('poincare', 'load', 'does not go with carry of &sweep: a case ends with a period of all loads')
+         call input%complain('poincare', 'load', cannot//': a case ends with a period of all loads')
       else if (scene%wants_best .and. scene%best%refine) then
-         call input%complain('best', 'refine', 'does not go with carry of &sweep: its cases would begin by themselves')
+         call input%complain('best', 'refine', cannot//': its cases would begin by themselves')
       else if (scene%mesh%estimate) then
-         call input%complain('mesh', 'estimate', 'does not go with carry of &sweep: its cases would begin by themselves')
+         call input%complain('mesh', 'estimate', cannot//': its cases would begin by themselves')
       end if
       if (scene%has_forces) then
          do k = 1, size(scene%forces)
@@ -87,7 +88,8 @@ contains
       subroutine complain_of(group)
          character(*), intent(in) :: group
 
-         if (.not. input%has_problem()) call input%complain(group, '', 'carry of &sweep takes loads that go on for ever: ' &
+         if (input%has_problem()) return
+         call input%complain(group, '', 'carry of &sweep takes loads that go on for ever: ' &
             //"kind = 'harmonic' or 'step' without start and end; this is "//group//' '//to_text(k), k)
       end subroutine complain_of
    end subroutine check_course

@@ -6,10 +6,10 @@ module sweep_resolve
    use name_table, only: table_t
    use number_text, only: to_text
    use scene_beam, only: smallest_tip
-   use scene_groups, only: most_cases
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use sweep_chains, only: check_chains
+   use sweep_groups, only: most_cases
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
       swept_t, values_given
    use value_rules, only: largest_spread, most_numbers

@@ -319,8 +319,8 @@ contains
       integer :: i
 
       do i = 1, section_values
-         tables(i) = group%put_column(trim(name(i)), plan%cases, &
-            trim(merge('displacement', 'velocity    ', modulo(i, 2) == 1)), trim(meaning(i)), .false., 'case', plan%sections)
+         tables(i) = group%put_rows(trim(name(i)), [plan%sections, plan%cases], &
+            trim(merge('displacement', 'velocity    ', modulo(i, 2) == 1)), trim(meaning(i)), 'case')
       end do
    end subroutine make_tables
 

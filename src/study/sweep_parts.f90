@@ -36,7 +36,7 @@ module sweep_parts
       !> Cases that failed, and why
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Sections as results have them, the last of a case last, NaN where there is none, [values of all sections, cases]
+      !> Sections as results have them, the last of a case last, NaN where there is none, [values, cases]
       real(wp), allocatable :: sections(:, :)
    end type part_rows_t
 
