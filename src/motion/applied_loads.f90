@@ -15,6 +15,11 @@ module applied_loads
    private
    public :: applied_loads_t, gather_loads, has_loads
 
+   !> A mode whose static shape would be so many units of displacement is slow, as from there to the surfaces nothing
+   !> would be left of the digits; but not where that makes more phases than this.
+   real(wp), parameter :: most_units = 1.0e6_wp
+   real(wp), parameter :: most_phases = 1.0e4_wp
+
    type :: applied_loads_t
       integer :: count = 0
       !> How each goes on, [loads]
@@ -76,8 +81,28 @@ contains
          loads%vector(:, g) = -base_mass_vector(model)
       end do
       call find_frequencies(loads)
-      loads%slow = max(slow, 1.0_wp/settings%response%duration)
+      loads%slow = max(slow, 1.0_wp/settings%response%duration, &
+         min(sqrt(greatest_amplitude(loads)/most_units), most_phases/settings%response%duration))
    end subroutine gather_loads
+
+   !> The greatest value of all courses.
+   pure function greatest_amplitude(loads) result(greatest)
+      type(applied_loads_t), intent(in) :: loads
+      real(wp) :: greatest
+
+      integer :: g
+
+      greatest = 0.0_wp
+      do g = 1, loads%count
+         associate (course => loads%course(g))
+            if (allocated(course%value)) then
+               greatest = max(greatest, abs(course%amplitude)*maxval(abs(course%value)))
+            else
+               greatest = max(greatest, abs(course%amplitude))
+            end if
+         end associate
+      end do
+   end function greatest_amplitude
 
    !> With which each of them swings.
    pure subroutine find_frequencies(loads)

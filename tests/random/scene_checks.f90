@@ -630,6 +630,7 @@ contains
       type(draft_t), intent(inout) :: draft
 
       character(:), allocatable :: group, name
+      integer :: i
 
       call place_of_parameter(names, parameter, group, name)
       if (name == 'taper') then
@@ -639,6 +640,11 @@ contains
          call put(draft, 'beam', 'mean_height_ratio', to_text(read_number_attribute(file, 'scene/scales', &
             'height_ratio')))
       end if
+      ! a ratio that stands there would contradict it
+      do i = 1, size(names)
+         if (names(i)%group == group .and. names(i)%name == name .and. names(i)%is_physical) &
+            call drop(draft, group, trim(names(i)%instead_of))
+      end do
       if (name == 'elements') then
          call put(draft, group, name, to_text(nint(value)))
       else
