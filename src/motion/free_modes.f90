@@ -26,6 +26,9 @@ module free_modes
       real(wp), allocatable :: square(:)
       !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]
       real(wp), allocatable :: mode(:, :)
+      !> Modes above these that a run leaves out and whose static share its moments take; unallocated: there are none
+      real(wp), allocatable :: left_square(:)
+      real(wp), allocatable :: left_mode(:, :)
       !> Of a massless node at the stop: how far a unit force on it moves it, all else held; 0: it has mass
       real(wp) :: node_flexibility = 0.0_wp
       !> (M phi_i)_c: what the nodal reading of an impulse needs, [modes]

@@ -98,6 +98,10 @@ contains
       integer :: i, order(kept)
 
       order = damping_order(modes%square(:kept), settings%zeta, rates_of_modes(settings, modes%square(:kept)))
+      if (kept < size(modes%square) .and. allocated(settings%stress)) then
+         allocate (modes%left_square, source=modes%square(kept + 1:))
+         allocate (modes%left_mode, source=modes%mode(:, kept + 1:))
+      end if
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
       modes%mode = modes%mode(:, order)

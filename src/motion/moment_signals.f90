@@ -3,7 +3,8 @@
 !>
 !> In the modes of a set of surfaces that hold the beam, z'' + alpha z' is what acts on a mode less W^2 (z + 2 zeta z').
 !> So the moment is that of rest, plus stiffness - W^2 mass of each mode times z + 2 zeta z', plus the mass of all modes
-!> times the forces of surfaces that yield and of loads, plus what loads act beside the place.
+!> times the forces of surfaces that yield and of loads, plus what loads act beside the place. Modes that are left out
+!> are taken at rest under all forces.
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
@@ -18,6 +19,7 @@ module moment_signals
    use run_settings, only: run_settings_t
    use several_state, only: add_terms, ready_reaction, several_t
    use signal_peaks, only: greatest_value
+   use stop_surfaces, only: surface_t
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
    private
@@ -33,8 +35,10 @@ module moment_signals
       !> Weights of the free modes, and of their accelerations, [modes, places]
       real(wp), allocatable, private :: stiffness(:, :)
       real(wp), allocatable, private :: mass(:, :)
-      !> What each load acts beside the place, [loads, places]
+      !> What each load acts beside the place and by the modes that are left out, [loads, places]
       real(wp), allocatable, private :: load(:, :)
+      !> What the force of each surface acts by those, [surfaces, places]
+      real(wp), allocatable, private :: surface(:, :)
       !> In the present phase, [places]
       type(signal_place_t), allocatable, private :: place(:)
    end type moments_t
@@ -42,24 +46,36 @@ module moment_signals
 contains
 
    !> The places in the free modes.
-   subroutine make_moments(model, modes, settings, loads, records, moments)
+   subroutine make_moments(model, modes, settings, surfaces, loads, records, moments)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       !> It asks for moments
       type(run_settings_t), intent(in) :: settings
+      type(surface_t), intent(in) :: surfaces(:)
       type(applied_loads_t), intent(in) :: loads
       !> With room for what is kept
       type(moment_record_t), intent(in) :: records(:)
       type(moments_t), intent(out) :: moments
 
       type(moment_places_t) :: places
+      real(wp), allocatable :: static(:, :)
+      integer :: k
 
       call gather_places(model, settings, loads, places)
       moments%records = records
       allocate (moments%stiffness, source=matmul(transpose(modes%mode), places%stiffness))
       allocate (moments%mass, source=matmul(transpose(modes%mode), places%mass))
       call move_alloc(places%load, moments%load)
+      allocate (moments%surface(size(surfaces), size(records)), source=0.0_wp)
       allocate (moments%place(size(records)))
+      if (.not. allocated(modes%left_mode)) return
+      ! at each place, per unit of what acts on each degree of freedom
+      allocate (static, source=matmul(modes%left_mode, matmul(transpose(modes%left_mode), places%stiffness) &
+         /spread(modes%left_square, 2, size(records))))
+      if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector), static)
+      do k = 1, size(surfaces)
+         moments%surface(k, :) = surfaces(k)%sign*static(model%stop_dofs(surfaces(k)%stop), :)
+      end do
    end subroutine make_moments
 
    !> A phase begins.
@@ -152,11 +168,12 @@ contains
       real(wp), allocatable :: weight(:), mass(:)
       real(wp) :: static
 
-      associate (held => now%set%held, stiffness => moments%stiffness(:, p))
-         static = sum(stiffness*held%static)
+      associate (held => now%set%held, stiffness => moments%stiffness(:, p), surface => moments%surface(:, p))
+         static = sum(stiffness*held%static) + sum(surface(held%held)*held%static_force)
          if (allocated(held%mode)) then
             allocate (mass, source=matmul(moments%mass(:, p), held%mode))
-            allocate (weight, source=matmul(stiffness, held%mode) - held%oscillators%square*mass)
+            allocate (weight, source=matmul(stiffness, held%mode) - held%oscillators%square*mass &
+               + matmul(surface(held%held), held%reaction))
          else
             allocate (mass, source=moments%mass(:, p))
             allocate (weight, source=stiffness - held%oscillators%square*mass)
@@ -164,7 +181,7 @@ contains
          ! a rotation about a pinned root bends nothing
          where (held%oscillators%square <= 0.0_wp) weight = 0.0_wp
          if (size(now%set%pressed) > 0) then
-            call find_pressed(now, static, weight, mass, signal)
+            call find_pressed(now, static, weight, of_forces(now, mass, surface), signal)
          else
             allocate (modal)
             call make_modal_signal(held%oscillators, static, weight, modal)
@@ -174,28 +191,48 @@ contains
          end if
       end associate
       if (now%loads%count == 0) return
-      call find_terms(now, weight, mass, moments%load(:, p), terms)
+      call find_terms(now, weight, of_forces(now, mass, moments%surface(:, p)), moments%load(:, p) &
+         + matmul(mass, now%set%drive%load) - matmul(moments%surface(now%set%held%held, p), now%set%drive%share), terms)
       call add_terms(terms, now%longest, signal)
    end subroutine find_signal
 
+   !> Per unit of the force of each surface that yields.
+   pure function of_forces(now, mass, surface) result(moment)
+      type(several_t), intent(in) :: now
+      !> Of what acts on the set's modes, [modes]
+      real(wp), intent(in) :: mass(:)
+      !> By the modes that are left out, [surfaces]
+      real(wp), intent(in) :: surface(:)
+      real(wp) :: moment(size(now%set%pressed))
+
+      integer :: m
+
+      associate (held => now%set%held, pressed => now%set%pressed)
+         do m = 1, size(pressed)
+            moment(m) = sum(mass*held%value(:, pressed(m))) + surface(pressed(m)) &
+               - sum(surface(held%held)*held%share(:, pressed(m)))
+         end do
+      end associate
+   end function of_forces
+
    !> The same on surfaces that yield, less what loads do.
-   subroutine find_pressed(now, static, weight, mass, signal)
+   subroutine find_pressed(now, static, weight, of_force, signal)
       type(several_t), intent(in) :: now
       !> At rest on those that hold the beam
       real(wp), intent(in) :: static
-      !> Of the set's modes, and of what acts on them, [modes]
+      !> Of the set's modes, [modes]
       real(wp), intent(in) :: weight(:)
-      real(wp), intent(in) :: mass(:)
+      !> Of those that yield, [pressed]
+      real(wp), intent(in) :: of_force(:)
       class(viewed_signal_t), allocatable, intent(out) :: signal
 
       type(exponential_signal_t), allocatable :: exponential
       type(summed_signal_t), allocatable :: whole
       type(modal_signal_t), allocatable :: alone
-      real(wp) :: of_force(size(now%set%pressed)), own(size(weight))
+      real(wp) :: own(size(weight))
       integer :: m
 
       associate (set => now%set, joint => now%set%joint, oscillators => now%set%held%oscillators)
-         of_force = [(sum(mass*set%held%value(:, set%pressed(m))), m=1, size(set%pressed))]
          allocate (exponential)
          exponential%offset = static + sum(weight*set%rest) + sum(of_force*set%rest_force)
          allocate (exponential%exponent, source=joint%exponent)
@@ -221,23 +258,21 @@ contains
    end subroutine find_pressed
 
    !> What loads do to it.
-   pure subroutine find_terms(now, weight, mass, load, terms)
+   pure subroutine find_terms(now, weight, of_force, of_load, terms)
       type(several_t), intent(in) :: now
-      !> Of the set's modes, and of what acts on them, [modes]
+      !> Of the set's modes, [modes]
       real(wp), intent(in) :: weight(:)
-      real(wp), intent(in) :: mass(:)
-      !> What each load acts beside the place, [loads]
-      real(wp), intent(in) :: load(:)
+      !> Of surfaces that yield, [pressed]
+      real(wp), intent(in) :: of_force(:)
+      !> Of each load beside the modes, [loads]
+      real(wp), intent(in) :: of_load(:)
       type(driven_terms_t), intent(out) :: terms
 
-      real(wp) :: of_force(size(now%set%pressed)), of_load(size(load))
       complex(wp) :: s
       integer :: g, i, m
 
       associate (set => now%set, at => now%set%drive%at, drive => now%drive, &
          two_zeta => now%set%held%oscillators%two_zeta)
-         of_force = [(sum(mass*set%held%value(:, set%pressed(m))), m=1, size(set%pressed))]
-         of_load = load + matmul(mass, set%drive%load)
          associate (modes => drive%constant(at%modes + 1:at%gaps), slopes => drive%slope(at%modes + 1:at%gaps))
             terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(of_load*drive%piece%constant) &
                + sum(of_force*drive%constant(at%forces + set%pressed))

@@ -76,8 +76,8 @@ contains
             call rest_on(model, surfaces, acts, rest, rest_energy, error)
             if (allocated(error)) return
          end if
-         if (allocated(response%moments)) call make_moments(model, modes, settings, now%loads, response%moments, &
-            phase%moments)
+         if (allocated(response%moments)) call make_moments(model, modes, settings, surfaces, now%loads, &
+            response%moments, phase%moments)
          allocate (now%states(size(surfaces)), now%measurers(size(surfaces)), phase%searches(size(surfaces)), &
             phase%records(size(surfaces)))
          do k = 1, size(surfaces)
