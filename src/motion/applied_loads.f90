@@ -8,7 +8,7 @@ module applied_loads
    use beam_model, only: beam_model_t
    use kinds, only: lambda1_power4, wp
    use load_courses, only: acceleration_of
-   use load_settings, only: course_harmonic, course_pulse, pulse_half_sine, time_course_t
+   use load_settings, only: base_displacement, course_harmonic, course_pulse, pulse_half_sine, time_course_t
    use point_forces, only: slow
    use run_settings, only: run_settings_t
    implicit none (type, external)
@@ -31,6 +31,8 @@ module applied_loads
       !> Frequency with which it swings, 0: it does not, and which of all frequencies that is, [loads]
       real(wp), allocatable :: frequency(:)
       integer, allocatable :: harmonic(:)
+      !> Its amplitude goes with which power of its frequency, [loads]
+      integer, allocatable :: power(:)
       !> All that differ
       real(wp), allocatable :: frequencies(:)
       !> Modes below this are too slow to come near their static shape, or so far that nothing is left of its digits
@@ -76,8 +78,12 @@ contains
          loads%vector(:, g) = 3.0_wp/lambda1_power4*vector
          deallocate (vector)
       end do
+      allocate (loads%power(loads%count), source=0)
       do g = forces + 1, loads%count
-         loads%course(g) = acceleration_of(settings%bases(g - forces))
+         associate (base => settings%bases(g - forces))
+            loads%course(g) = acceleration_of(base)
+            if (base%quantity == base_displacement .and. base%course%kind == course_harmonic) loads%power(g) = 2
+         end associate
          loads%vector(:, g) = -base_mass_vector(model)
       end do
       call find_frequencies(loads)

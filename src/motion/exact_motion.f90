@@ -222,7 +222,10 @@ contains
          is_driven=has_loads(settings))
       call open_moments(model, settings, samples, response)
       call make_recorder(samples, settings%response%step, size(modes%square), response, motion%recorder)
-      if (present(carried)) allocate (phase%carried, source=carried)
+      if (present(carried)) then
+         allocate (phase%carried, source=carried)
+         if (allocated(carried%tangent)) allocate (motion%tangent, source=carried%tangent)
+      end if
       call start_several(model, modes, settings, samples, sets, phase, motion, response, error)
       if (allocated(error)) return
       standstill = 0
@@ -237,7 +240,10 @@ contains
          call move_alloc(motion%error, error)
          return
       end if
-      if (present(carried)) carried = phase%carried
+      if (present(carried)) then
+         carried = phase%carried
+         call move_alloc(motion%tangent, carried%tangent)
+      end if
       call finish_several(settings, phase, motion, response)
       if (.not. allocated(response%shape_tau)) return
       if (phase%now%pulled > 0) then

@@ -14,6 +14,7 @@ module motion_phases
    use run_measures, only: excess_of, mark_energy
    use run_recorder, only: asked_t, keep_sample, keep_shape, next_sample_time, recorder_t, sample_t, samples_before, &
       shape_due
+   use tangent_columns, only: tangent_t
    implicit none (type, external)
    private
    public :: motion_t, phase_t, contact_t, record_phase, measure_energy, event_at, found_taken_back, found_break
@@ -34,6 +35,8 @@ module motion_phases
       type(measurer_t) :: measurer
       !> Eigen-problems solved on the way
       integer :: factorisations = 0
+      !> Its variations; unallocated: not asked for
+      type(tangent_t), allocatable :: tangent
       !> Set where the run cannot go on
       type(failure_t), allocatable :: error
    end type motion_t

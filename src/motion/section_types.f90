@@ -2,6 +2,7 @@
 !> (docs/theory.md, section 21).
 module section_types
    use kinds, only: wp
+   use tangent_columns, only: tangent_t
    implicit none (type, external)
    private
    public :: section_state_t, run_sections_t
@@ -20,6 +21,8 @@ module section_types
       !> The flight under way is a capture if it stays below this, as it did so far (newmark: what it has reached)
       real(wp), allocatable :: hop_tolerance(:)
       logical, allocatable :: is_low(:)
+      !> Variations of the state: what goes on from them tells those that they become; unallocated: not asked for
+      type(tangent_t), allocatable :: tangent
    end type section_state_t
 
    type :: run_sections_t

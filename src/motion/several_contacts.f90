@@ -23,6 +23,7 @@ module several_contacts
    use statistic_types, only: block_sums_t
    use surface_states, only: energy_in, indent, surface_state_t
    use surface_statistics, only: take_phase
+   use tangent_events, only: begin_columns, end_columns, take_back_columns
    implicit none (type, external)
    private
    public :: several_contacts_t
@@ -77,6 +78,7 @@ contains
       call take_over(self%now, motion%tau, motion%q, motion%v, is_new, motion%error)
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
+      if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
       if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) call ready_for_losses(self%now%set)
       if ((motion%measurer%is_wanted .or. self%now%loads%count > 0) .and. .not. all(self%now%states%is_rigid)) then
          self%at_start = self%now%states
@@ -363,6 +365,7 @@ contains
       class(several_contacts_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
+      if (allocated(motion%tangent)) call end_columns(self%now, self%ended, self%ended_by, self%search, motion%tangent)
       call move_to(self%now, self%search%time, self%z_end, self%v_end)
       call close_books(self, motion)
       self%now%states%is_new_flight = .false.
@@ -439,6 +442,7 @@ contains
       if (allocated(self%blocks)) call take_phase(self%now, motion%tau, self%search%time, self%blocks)
       if (allocated(self%sections)) call take_sections(self%now, motion%tau, self%search%time, self%sections)
       if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
+      if (is_last .and. allocated(motion%tangent)) call end_columns(self%now, 0, end_gap, self%search, motion%tangent)
       if (.not. motion%measurer%is_wanted) return
       if (is_last) then
          call move_to(self%now, self%search%time, self%z_end, self%v_end)
@@ -475,6 +479,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      if (allocated(motion%tangent) .and. self%search%outcome == found_taken_back) call take_back_columns(motion%tangent)
       call follow_end(self%now, self%ended, self%ended_by, self%search, self%hop_tolerance, motion, response)
       if (allocated(self%blocks)) call take_events(self%blocks, response)
    end subroutine follow

@@ -13,6 +13,7 @@ module several_events
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, find_load, several_t
    use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
+   use tangent_columns, only: brake_columns, strike_columns
    use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    implicit none (type, external)
    private
@@ -142,27 +143,20 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      real(wp), allocatable :: b(:)
-      real(wp) :: faster, surface_speed, mobility
+      real(wp) :: faster, impulse, surface_speed
       integer :: order
 
       order = 1
       if (search%outcome == found_never_left) then
-         associate (state => self%states(k), held => self%set%held)
+         associate (state => self%states(k))
             ! too low to be told from no flight: the stop point goes with the surface, if that is not faster
             surface_speed = 0.0_wp
             if (.not. state%follows) surface_speed = state%spring%surface_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                faster = velocity_of(self, k, motion) - surface_speed
-               b = moved_by(self%set, k, spread(1.0_wp, 1, held%count))
-               mobility = sum(b**2)
-               call charge_event(motion%recorder%ledger, -faster*(surface_speed + 0.5_wp*faster)/mobility)
-               if (allocated(held%mode)) then
-                  motion%v = motion%v - matmul(held%mode, b)*(faster/mobility)
-               else
-                  motion%v = motion%v - b*(faster/mobility)
-               end if
+               call brake(self, k, faster, motion, impulse)
+               call charge_event(motion%recorder%ledger, -impulse*(surface_speed + 0.5_wp*faster))
                if (.not. pull_of(self, k, motion) > state%spring%surface_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
@@ -216,24 +210,35 @@ contains
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
 
-      real(wp), allocatable :: b(:)
-      real(wp) :: impulse
-
-      associate (held => self%set%held)
-         allocate (b, source=moved_by(self%set, k, spread(1.0_wp, 1, held%count)))
-         captures(k)%velocity = velocity_of(self, k, motion)
-         impulse = -captures(k)%velocity/sum(b**2)
-         captures(k)%impulse = impulse
-         captures(k)%energy_change = 0.5_wp*impulse*captures(k)%velocity
-         call charge_event(motion%recorder%ledger, captures(k)%energy_change)
-         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - captures(k)%energy_change
-         if (allocated(held%mode)) then
-            motion%v = motion%v + matmul(held%mode, b)*impulse
-         else
-            motion%v = motion%v + b*impulse
-         end if
+      associate (capture => captures(k))
+         capture%velocity = velocity_of(self, k, motion)
+         call brake(self, k, capture%velocity, motion, capture%impulse)
+         capture%impulse = -capture%impulse
+         capture%energy_change = 0.5_wp*capture%impulse*capture%velocity
+         call charge_event(motion%recorder%ledger, capture%energy_change)
+         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - capture%energy_change
       end associate
    end subroutine bring_to_rest
+
+   !> Take some velocity away from a stop point by an impulse there; those that hold the beam keep it.
+   subroutine brake(self, k, velocity, motion, impulse)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: velocity
+      type(motion_t), intent(inout) :: motion
+      !> Towards the surface
+      real(wp), intent(out) :: impulse
+
+      real(wp), allocatable :: b(:)
+      real(wp) :: mobility
+
+      allocate (b, source=moved_by(self%set, k, spread(1.0_wp, 1, self%set%held%count)))
+      mobility = sum(b**2)
+      impulse = velocity/mobility
+      if (allocated(self%set%held%mode)) b = matmul(self%set%held%mode, b)
+      motion%v = motion%v - b*impulse
+      if (allocated(motion%tangent)) call brake_columns(self%beam%value(:, k), b/mobility, motion%tangent)
+   end subroutine brake
 
    !> One such problem.
    subroutine solve_impact(self, reached, first, hop_tolerance, captures, motion, response)
@@ -282,6 +287,8 @@ contains
          motion%v(:) = motion%v + self%beam%value(:, taking(a))*impulse(a)
       end do
       call charge_event(motion%recorder%ledger, 0.5_wp*sum(impulse(:n)*(before(:n) + after(:n))))
+      if (allocated(motion%tangent)) call strike_columns(self%beam%value(:, taking(:n)), restitution(:n), &
+         impulse(:n) > 0.0_wp, motion%tangent)
       do a = 1, n
          k = taking(a)
          event = event_of(self, k, event_impact, motion)

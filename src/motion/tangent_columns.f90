@@ -1,0 +1,117 @@
+!> Variations of a motion, side by side: by how much its state would differ had it begun otherwise, or were a load
+!> another one (docs/theory.md, section 22).
+module tangent_columns
+   use complementarity, only: solve_active
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: tangent_t, state_rates_t, open_tangent, strike_columns, brake_columns, shift_columns, size_of_column
+   public :: by_nothing, by_amplitude, by_frequency
+
+   !> What the last column is the derivative by, besides those by the state: nothing, the amplitude of a load, or the
+   !> frequency of a load, those of all others in proportion.
+   integer, parameter :: by_nothing = 0
+   integer, parameter :: by_amplitude = 1
+   integer, parameter :: by_frequency = 2
+
+   !> How fast the state changes.
+   type :: state_rates_t
+      !> In the free modes, [modes], and of P2 of each surface, [surfaces]
+      real(wp), allocatable :: q(:), v(:), memory(:)
+   end type state_rates_t
+
+   type :: tangent_t
+      !> In the free modes, [modes, columns], and of P2 of each surface, [surfaces, columns]
+      real(wp), allocatable :: q(:, :), v(:, :), memory(:, :)
+      !> By how much later the last event comes, [columns]
+      real(wp), allocatable :: delay(:)
+      !> With these the present phase began; after a run, those at its end
+      type(state_rates_t) :: begun
+      !> One of the `by_` constants, and of which load
+      integer :: parameter = by_nothing
+      integer :: load = 0
+      !> Least speed at which a rigid surface was met, and the least rate of anything that ended a phase as a share of
+      !> what its sum is made of: where that vanishes there is no derivative
+      real(wp) :: least_speed = huge(1.0_wp)
+      !> Logarithm of what the columns were divided by
+      real(wp) :: log_scale = 0.0_wp
+   end type tangent_t
+
+contains
+
+   !> Room for so many columns, all zero.
+   pure subroutine open_tangent(modes, surfaces, columns, tangent)
+      integer, intent(in) :: modes
+      integer, intent(in) :: surfaces
+      integer, intent(in) :: columns
+      type(tangent_t), intent(inout) :: tangent
+
+      allocate (tangent%q(modes, columns), tangent%v(modes, columns), tangent%memory(surfaces, columns), &
+         tangent%delay(columns), source=0.0_wp)
+   end subroutine open_tangent
+
+   !> Impulses at surfaces turn the velocities there back: B'v+ = -eps B'v over those that give one.
+   subroutine strike_columns(value, restitution, acts, tangent)
+      !> Modes at those that take part, [modes, taking]
+      real(wp), intent(in) :: value(:, :)
+      !> [taking]
+      real(wp), intent(in) :: restitution(:)
+      logical, intent(in) :: acts(:)
+      type(tangent_t), intent(inout) :: tangent
+
+      real(wp) :: mobility(size(acts), size(acts)), impulse(size(acts))
+      integer :: i
+
+      mobility = matmul(transpose(value), value)
+      do i = 1, size(tangent%delay)
+         call solve_active(mobility, (1.0_wp + restitution)*matmul(tangent%v(:, i), value), acts, impulse)
+         tangent%v(:, i) = tangent%v(:, i) + matmul(value, impulse)
+      end do
+   end subroutine strike_columns
+
+   !> A stop point is brought to rest.
+   pure subroutine brake_columns(value, direction, tangent)
+      !> Modes there, [modes]
+      real(wp), intent(in) :: value(:)
+      !> What an impulse that changes its velocity by 1 does to them, [modes]
+      real(wp), intent(in) :: direction(:)
+      type(tangent_t), intent(inout) :: tangent
+
+      integer :: i
+
+      do i = 1, size(tangent%delay)
+         tangent%v(:, i) = tangent%v(:, i) - direction*sum(value*tangent%v(:, i))
+      end do
+   end subroutine brake_columns
+
+   !> The state where each column meets the event, from that at one instant, or back.
+   pure subroutine shift_columns(rates, factor, tangent)
+      type(state_rates_t), intent(in) :: rates
+      !> 1: to the event, -1: back
+      real(wp), intent(in) :: factor
+      type(tangent_t), intent(inout) :: tangent
+
+      integer :: i
+
+      do i = 1, size(tangent%delay)
+         associate (delay => factor*tangent%delay(i))
+            tangent%q(:, i) = tangent%q(:, i) + rates%q*delay
+            tangent%v(:, i) = tangent%v(:, i) + rates%v*delay
+            tangent%memory(:, i) = tangent%memory(:, i) + rates%memory*delay
+         end associate
+      end do
+   end subroutine shift_columns
+
+   !> Twice its energy in the beam, and the forces kept in stops, under a root.
+   pure function size_of_column(tangent, place, square) result(length)
+      type(tangent_t), intent(in) :: tangent
+      integer, intent(in) :: place
+      !> W^2 of the free modes
+      real(wp), intent(in) :: square(:)
+      real(wp) :: length
+
+      length = sqrt(sum(square*tangent%q(:, place)**2) + sum(tangent%v(:, place)**2) &
+         + sum(tangent%memory(:, place)**2))
+   end function size_of_column
+
+end module tangent_columns
