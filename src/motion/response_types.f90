@@ -134,6 +134,7 @@ module response_types
       logical :: has_sections = .false.
       integer :: motion_period = 0
       real(wp) :: impacts_per_period = 0.0_wp
+      real(wp) :: lyapunov_exponent = 0.0_wp
    end type run_measures_t
 
    !> How many modes a run kept, and what a run of fewer of them told.

@@ -407,6 +407,7 @@ contains
       if (measures%has_sections) then
          row(findloc(name, 'motion_period', 1)) = real(measures%motion_period, wp)
          row(findloc(name, 'impacts_per_period', 1)) = measures%impacts_per_period
+         row(findloc(name, 'lyapunov_exponent', 1)) = measures%lyapunov_exponent
       end if
       row(findloc(name, 'mesh_elements', 1)) = real(measures%mesh_elements, wp)
       if (allocated(measures%statistics)) row(first_statistic:) = measures%statistics

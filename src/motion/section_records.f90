@@ -81,13 +81,29 @@ contains
          if (last > 0) sections%impacts_per_period = real(sum(sections%impacts(first:sections%count)), wp) &
             /real(last, wp)
       end associate
+      sections%lyapunov_exponent = exponent_of(sections)
       if (allocated(response%measures)) then
          response%measures%has_sections = .true.
+         response%measures%lyapunov_exponent = sections%lyapunov_exponent
          response%measures%motion_period = sections%motion_period
          response%measures%impacts_per_period = sections%impacts_per_period
       end if
       call move_alloc(sections, response%sections)
    end subroutine finish_sections
+
+   !> How fast a variation grew from the first section to the last; no number where it was not followed, or nothing is
+   !> left of it.
+   pure function exponent_of(sections) result(exponent)
+      type(run_sections_t), intent(in) :: sections
+      real(wp) :: exponent
+
+      exponent = ieee_value(1.0_wp, ieee_quiet_nan)
+      associate (n => sections%count)
+         if (.not. allocated(sections%log_size) .or. n < 2) return
+         if (sections%log_size(n) <= -huge(1.0_wp)) return
+         exponent = (sections%log_size(n) - sections%log_size(1))/(sections%tau(n) - sections%tau(1))
+      end associate
+   end function exponent_of
 
    !> Impacts in the period before each section.
    pure subroutine count_impacts(response, sections)

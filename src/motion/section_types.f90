@@ -41,6 +41,10 @@ module section_types
       real(wp), allocatable :: modes(:, :, :)
       !> Since the section before, [sections]
       integer, allocatable :: impacts(:)
+      !> Logarithm of the size of a variation at each section; unallocated: it is not followed
+      real(wp), allocatable :: log_size(:)
+      !> How fast that grows, per tau
+      real(wp) :: lyapunov_exponent = 0.0_wp
       !> Of the motion, in those of the load; 0: none was found
       integer :: motion_period = 0
       real(wp) :: impacts_per_period = 0.0_wp

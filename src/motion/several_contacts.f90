@@ -23,7 +23,7 @@ module several_contacts
    use statistic_types, only: block_sums_t
    use surface_states, only: energy_in, indent, surface_state_t
    use surface_statistics, only: take_phase
-   use tangent_events, only: begin_columns, end_columns, take_back_columns
+   use tangent_events, only: begin_columns, end_columns, take_back_columns, take_sizes
    implicit none (type, external)
    private
    public :: several_contacts_t
@@ -365,7 +365,7 @@ contains
       class(several_contacts_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      if (allocated(motion%tangent)) call end_columns(self%now, self%ended, self%ended_by, self%search, motion%tangent)
+      call end_variations(self, self%ended, motion)
       call move_to(self%now, self%search%time, self%z_end, self%v_end)
       call close_books(self, motion)
       self%now%states%is_new_flight = .false.
@@ -374,6 +374,18 @@ contains
       if (self%now%loads%count > 0) call find_load(self%now, motion%tau + self%search%time)
       call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
    end subroutine finish
+
+   !> Bring variations of the motion to the end of the phase.
+   subroutine end_variations(self, ended, motion)
+      class(several_contacts_t), intent(inout) :: self
+      !> The surface that ends it; 0: none
+      integer, intent(in) :: ended
+      type(motion_t), intent(inout) :: motion
+
+      if (.not. allocated(motion%tangent)) return
+      if (allocated(self%sections)) call take_sizes(self%now, motion%tau, self%search%time, motion%tangent, self%sections)
+      call end_columns(self%now, ended, self%ended_by, self%search, motion%tangent)
+   end subroutine end_variations
 
    !> Surfaces and ledger at the end of the phase.
    subroutine close_books(self, motion)
@@ -440,9 +452,9 @@ contains
       type(motion_t), intent(inout) :: motion
 
       if (allocated(self%blocks)) call take_phase(self%now, motion%tau, self%search%time, self%blocks)
+      if (is_last) call end_variations(self, 0, motion)
       if (allocated(self%sections)) call take_sections(self%now, motion%tau, self%search%time, self%sections)
       if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
-      if (is_last .and. allocated(motion%tangent)) call end_columns(self%now, 0, end_gap, self%search, motion%tangent)
       if (.not. motion%measurer%is_wanted) return
       if (is_last) then
          call move_to(self%now, self%search%time, self%z_end, self%v_end)

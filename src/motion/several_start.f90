@@ -30,6 +30,7 @@ module several_start
    use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
    use statistic_types, only: block_sums_t
+   use tangent_columns, only: open_tangent, tangent_t
    use stop_surfaces, only: acting, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state
    implicit none (type, external)
@@ -123,7 +124,8 @@ contains
       type(response_t), intent(inout) :: response
 
       if (allocated(settings%statistics)) call open_statistics(settings, phase%now, phase%blocks)
-      if (allocated(settings%poincare)) call start_sections(settings, phase%now, size(motion%q), phase%sections)
+      if (allocated(settings%poincare)) call start_sections(settings, phase%now, size(motion%q), phase%sections, &
+         motion%tangent)
       if (goes_on(phase)) then
          call resume(phase%now, motion, response)
       else
@@ -171,18 +173,27 @@ contains
       end do
    end subroutine begin_anew
 
-   subroutine start_sections(settings, now, modes, sections)
+   subroutine start_sections(settings, now, modes, sections, tangent)
       type(run_settings_t), intent(in) :: settings
       type(several_t), intent(in) :: now
       !> Number of them
       integer, intent(in) :: modes
       type(run_sections_t), allocatable, intent(out) :: sections
+      !> Gets one variation, if there is none yet
+      type(tangent_t), allocatable, intent(inout) :: tangent
 
       integer :: pulled
 
       pulled = 0
       if (now%pulled > 0) pulled = now%states(now%pulled)%surface%number
       call open_sections(settings, size(now%states), pulled, sections, modes)
+      if (.not. settings%poincare%wants_exponent .or. allocated(tangent)) return
+      allocate (sections%log_size(size(sections%tau)), source=0.0_wp)
+      allocate (tangent)
+      call open_tangent(modes, size(now%states), 1, tangent)
+      ! of all modes something, of the slow ones no more than of others
+      tangent%q(:, 1) = 1.0_wp/sqrt(now%beam%oscillators%square)
+      tangent%v(:, 1) = 0.5_wp
    end subroutine start_sections
 
    subroutine open_statistics(settings, now, blocks)

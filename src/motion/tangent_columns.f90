@@ -2,6 +2,7 @@
 !> another one (docs/theory.md, section 22).
 module tangent_columns
    use complementarity, only: solve_active
+   use damped_oscillators, only: oscillators_t
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -102,16 +103,19 @@ contains
       end do
    end subroutine shift_columns
 
-   !> Twice its energy in the beam, and the forces kept in stops, under a root.
-   pure function size_of_column(tangent, place, square) result(length)
+   !> So measured that it shrinks evenly in each mode that swings alone.
+   pure function size_of_column(tangent, place, oscillators) result(length)
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: place
-      !> W^2 of the free modes
-      real(wp), intent(in) :: square(:)
+      !> The free modes
+      type(oscillators_t), intent(in) :: oscillators
       real(wp) :: length
 
-      length = sqrt(sum(square*tangent%q(:, place)**2) + sum(tangent%v(:, place)**2) &
-         + sum(tangent%memory(:, place)**2))
+      associate (q => tangent%q(:, place), v => tangent%v(:, place), n => oscillators%oscillating, &
+         last => oscillators%count)
+         length = sqrt(sum((oscillators%spread(:n)*q(:n))**2 + (v(:n) + oscillators%decay(:n)*q(:n))**2) &
+            + sum(oscillators%square(n + 1:last)*q(n + 1:)**2 + v(n + 1:)**2) + sum(tangent%memory(:, place)**2))
+      end associate
    end function size_of_column
 
 end module tangent_columns

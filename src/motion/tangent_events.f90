@@ -4,12 +4,13 @@ module tangent_events
    use certified_search, only: found_never_left, search_t
    use complementarity, only: solve_active
    use kinds, only: wp
+   use section_types, only: run_sections_t
    use several_state, only: end_force, end_gap, end_home, end_pull, several_t
    use tangent_columns, only: by_nothing, shift_columns, size_of_column, state_rates_t, tangent_t
    use tangent_flow, only: find_rates, flow_columns, keeps_memory, load_changes
    implicit none (type, external)
    private
-   public :: begin_columns, end_columns, take_back_columns
+   public :: begin_columns, end_columns, take_back_columns, take_sizes
 
    !> Beyond this a single column is brought back to 1.
    real(wp), parameter :: greatest_size = 1.0e50_wp
@@ -27,7 +28,7 @@ contains
       call find_rates(now, 0.0_wp, tangent%begun)
       call shift_columns(tangent%begun, -1.0_wp, tangent)
       if (size(tangent%delay) > 1) return
-      length = size_of_column(tangent, 1, now%beam%oscillators%square)
+      length = size_of_column(tangent, 1, now%beam%oscillators)
       if (length < greatest_size .and. length*greatest_size > 1.0_wp .or. length <= 0.0_wp) return
       tangent%log_scale = tangent%log_scale + log(length)
       tangent%q = tangent%q/length
@@ -78,6 +79,32 @@ contains
       end do
       call shift_columns(rates, 1.0_wp, tangent)
    end subroutine end_columns
+
+   !> The size of the first variation at the sections of a phase that are not taken yet.
+   subroutine take_sizes(now, tau, length, tangent, sections)
+      type(several_t), intent(in) :: now
+      !> Start of the phase
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: length
+      !> As it starts
+      type(tangent_t), intent(in) :: tangent
+      type(run_sections_t), intent(inout) :: sections
+
+      type(tangent_t) :: there
+      real(wp) :: size_there
+      integer :: n
+
+      if (.not. allocated(sections%log_size)) return
+      do n = sections%count + 1, size(sections%tau)
+         ! as near to the end as rounding can tell is in it
+         if (sections%tau(n) > tau + length + 4.0_wp*epsilon(1.0_wp)*tau) exit
+         there = tangent
+         call flow_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), there)
+         size_there = size_of_column(there, 1, now%beam%oscillators)
+         sections%log_size(n) = -huge(1.0_wp)
+         if (size_there > 0.0_wp) sections%log_size(n) = there%log_scale + log(size_there)
+      end do
+   end subroutine take_sizes
 
    !> What a change of state and loads makes of the signal that ends a phase.
    function signal_change(now, k, ended_by, q, v, memory, load) result(change)

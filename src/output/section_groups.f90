@@ -23,6 +23,10 @@ contains
          call group%attribute('motion_period', [sections%motion_period])
          call group%attribute('impacts_per_period', sections%impacts_per_period)
          call group%attribute('tolerance', sections%tolerance)
+         if (allocated(sections%log_size)) then
+            call group%put_attribute('lyapunov_exponent', sections%lyapunov_exponent, 'rate')
+            call group%attribute('lyapunov_exponent_per_period', sections%lyapunov_exponent*sections%period)
+         end if
          call group%put('tau', sections%tau(:n), 'time', 'instant of the section{, tau}', is_scale=.true.)
          call group%put('load_period', ceiling(sections%tau(:n)/sections%period - 1.0e-9_wp), &
             'in which period of the load it is', 'tau')
@@ -30,6 +34,8 @@ contains
          call group%put('displacement_tip', sections%tip(1, :n), 'displacement', &
             'displacement of the tip, up from the unstressed beam', 'tau')
          call group%put('velocity_tip', sections%tip(2, :n), 'velocity', 'its velocity', 'tau')
+         if (allocated(sections%log_size)) call group%put('log_variation', sections%log_size(:n), 'number', &
+            'logarithm of the size of a variation of the motion', 'tau')
          surfaces = size(sections%stop, 2)
          if (surfaces > 0) then
             call group%put('surface', [(k, k=1, surfaces)], 'surface, in the order of &stop, below before above', &

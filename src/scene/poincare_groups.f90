@@ -42,6 +42,8 @@ contains
          //'for, in those of the load; half of what is kept at most', range_t(1, 10000)))
       call table%bind(poincare%tolerance, name_t('tolerance', 'how near a state must return to be the same, as a ' &
          //'share of the greatest', range_t(1.0e-14_wp, 0.1_wp)))
+      call table%bind(poincare%wants_exponent, name_t('exponent', 'follow how motions that begin side by side part: ' &
+         //'the greatest Lyapunov exponent', needs=exact))
       call table%bind(poincare%keeps_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
    end subroutine list_names
 

@@ -82,6 +82,9 @@ module measure_list
       measure_t('impacts_per_period', 'impacts_per_period', &
       'impacts in a period of the load, over that of the motion or, where none was found, over all sections kept', &
       'number', .false., 'impacts a period', group='poincare'), &
+      measure_t('lyapunov_exponent', 'lyapunov_exponent', &
+      'greatest Lyapunov exponent: how fast motions that begin side by side part, from the first section to the last', &
+      'rate', .false., 'Lyapunov exponent', group='poincare'), &
       measure_t('mean_force', '', 'mean force, which is the impulse over the time, that of impacts included', &
       'force', .false., group='statistics'), &
       measure_t('rms_force', '', 'RMS force; with restitution there is none, as an impulse has no square', &

@@ -157,6 +157,8 @@ module run_settings
       real(wp) :: tolerance = 1.0e-6_wp
       !> The whole state in the modes is kept too
       logical :: keeps_modes = .false.
+      !> The greatest Lyapunov exponent is asked for
+      logical :: wants_exponent = .true.
       !> Nothing else says how long the run is: the periods passed over and kept
       logical :: sets_duration = .false.
       !> That of the load, tau, as `period_of` tells
