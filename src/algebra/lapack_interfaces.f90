@@ -4,7 +4,7 @@ module lapack_interfaces
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: dsygv, dgejsv, dpotrf, dstevd, dgemm, dgemv, dtrsm, lapack_message
+   public :: dsygv, dgejsv, dpotrf, dstevd, dgesv, dgeev, dgemm, dgemv, dtrsm, lapack_message
 
    interface
       !> All eigenvalues, and on request eigenvectors, of A x = lambda B x, A symmetric, B positive definite.
@@ -47,6 +47,24 @@ module lapack_interfaces
          real(wp), intent(out) :: z(ldz, *), work(*)
          integer, intent(out) :: iwork(*), info
       end subroutine dstevd
+      !> X of A X = B replaces B, by the factors of A, which replace it.
+      subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         implicit none (type, external)
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine dgesv
+      !> Eigenvalues, and on request eigenvectors, of a general matrix.
+      subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
+         import :: wp
+         implicit none (type, external)
+         character, intent(in) :: jobvl, jobvr
+         integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: wr(*), wi(*), vl(ldvl, *), vr(ldvr, *), work(*)
+         integer, intent(out) :: info
+      end subroutine dgeev
       !> C = alpha op(A) op(B) + beta C
       subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
          import :: wp

@@ -1,0 +1,117 @@
+!> Motions that return, found from where a run has come to (docs/theory.md, section 22).
+module orbit_search
+   use beam_model, only: beam_model_t
+   use failures, only: fail, failure_t, status_run_failed
+   use kinds, only: wp
+   use number_text, only: to_text
+   use orbit_branches, only: trace_branches
+   use orbit_newton, only: close_orbit, place_t, solution_t
+   use orbit_settings, only: orbit_settings_t, vary_amplitude, vary_nothing
+   use orbit_types, only: orbit_study_t
+   use response_types, only: response_t
+   use run_settings, only: run_settings_t
+   use section_map, only: find_units, open_section_map, run_map, section_map_t, turn_section, value_of_parameter
+   use tangent_columns, only: by_amplitude, by_frequency, by_nothing
+   implicit none (type, external)
+   private
+   public :: find_orbits
+
+   !> Of a motion in the file.
+   integer, parameter :: samples = 400
+
+contains
+
+   !> The motion that a run comes to, and branches of such motions.
+   subroutine find_orbits(model, settings, asked, study, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      type(orbit_settings_t), intent(in) :: asked
+      type(orbit_study_t), allocatable, intent(out) :: study
+      !> Set when there is none
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(section_map_t), target :: map
+      type(solution_t) :: orbit
+
+      call open_section_map(model, settings, asked%period, map, error)
+      if (allocated(error)) return
+      map%load = asked%load
+      map%parameter = by_nothing
+      if (asked%varied /= vary_nothing) map%parameter = merge(by_amplitude, by_frequency, asked%varied == vary_amplitude)
+      call find_first(map, asked, orbit, error)
+      if (allocated(error)) return
+      allocate (study)
+      study%orbit = orbit%point
+      call follow(map, orbit%place, study, error)
+      if (allocated(error) .or. asked%varied == vary_nothing) return
+      study%is_of_amplitude = asked%varied == vary_amplitude
+      call trace_branches(map, asked, orbit, study%branch)
+   end subroutine find_orbits
+
+   !> From where the run has come to.
+   subroutine find_first(map, asked, orbit, error)
+      type(section_map_t), target, intent(inout) :: map
+      type(orbit_settings_t), intent(in) :: asked
+      type(solution_t), intent(out) :: orbit
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(place_t) :: guess
+      type(response_t) :: response
+      integer :: i
+      logical :: is_turned
+
+      guess%value = value_of_parameter(map)
+      call run_map(map, guess%value, real(asked%skip, wp), guess%state, response, error)
+      if (allocated(error)) return
+      map%periods = asked%periods
+      if (asked%periods == 0) map%periods = response%sections%motion_period
+      if (map%periods == 0) then
+         call fail(error, status_run_failed, 'the motion does not repeat itself within 16 periods of the load: give ' &
+            //'periods of &orbit, or a longer skip')
+         return
+      end if
+      call find_units(map, guess%state, (asked%greatest_ratio - asked%lowest_ratio)*guess%value)
+      do i = 1, 2
+         call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
+         if (allocated(error)) return
+         call turn_section(map, guess%value, guess%state, response, is_turned, error)
+         if (allocated(error)) return
+         if (.not. is_turned) exit
+      end do
+      guess%turn = map%turn
+      call close_orbit(map, guess, asked%tolerance, asked%most_steps, orbit)
+      if (orbit%converged) return
+      call fail(error, status_run_failed, "Newton's method finds no motion that returns after "//to_text(map%periods) &
+         //' periods of the load: after '//to_text(orbit%point%iterations)//' steps it misses its start by '// &
+         to_text(orbit%point%residual)//' of its size; try another skip, periods or load')
+   end subroutine find_first
+
+   !> The motion from phase 0 on.
+   subroutine follow(map, place, study, error)
+      type(section_map_t), target, intent(inout) :: map
+      type(place_t), intent(in) :: place
+      type(orbit_study_t), intent(inout) :: study
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(place_t) :: start
+      type(response_t) :: response
+
+      start = place
+      if (map%turn > 0.0_wp) then
+         call run_map(map, start%value, 1.0_wp - map%turn, start%state, response, error)
+         if (allocated(error)) return
+      end if
+      map%turn = 0.0_wp
+      call run_map(map, start%value, real(map%periods, wp), start%state, response, error, samples)
+      map%turn = place%turn
+      if (allocated(error)) return
+      associate (sections => response%sections)
+         study%tau = sections%tau
+         study%tip = sections%tip(1, :)
+         study%tip_velocity = sections%tip(2, :)
+         study%stop = sections%stop(1, :, :)
+         study%stop_velocity = sections%stop(2, :, :)
+      end associate
+   end subroutine follow
+
+end module orbit_search

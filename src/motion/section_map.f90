@@ -1,0 +1,371 @@
+!> The map from the state at one section of a motion to that some periods of its loads later, with its derivative
+!> (docs/theory.md, section 22).
+module section_map
+   use beam_model, only: beam_model_t
+   use contact_sets, only: set_store_t
+   use exact_motion, only: exact_response
+   use failures, only: failure_t
+   use free_modes, only: find_free_modes, free_modes_t
+   use kinds, only: wp
+   use load_settings, only: course_harmonic
+   use mode_choice, only: take_modes
+   use response_types, only: event_contact, event_impact, response_t
+   use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
+   use section_types, only: section_state_t
+   use stop_surfaces, only: surface_t, surfaces_of
+   use surface_states, only: make_surface_state, surface_state_t
+   use tangent_columns, only: by_amplitude, by_frequency, by_nothing, open_tangent
+   implicit none (type, external)
+   private
+   public :: section_map_t, map_result_t, open_section_map, run_map, evaluate_map, unknowns_of, put_unknowns
+   public :: value_of_parameter, find_units, turn_section
+
+   type :: section_map_t
+      type(beam_model_t) :: model
+      type(free_modes_t) :: modes
+      type(run_settings_t) :: settings
+      !> Common period of the loads of `settings`, tau
+      real(wp) :: period = 0.0_wp
+      !> Periods of the map
+      integer :: periods = 1
+      !> Where in the period its section is, as a share of it
+      real(wp) :: turn = 0.0_wp
+      !> What varies besides the state, one of the `by_` constants, and of which load
+      integer :: parameter = by_nothing
+      integer :: load = 0
+      !> Surfaces, and modes there away from them, [modes, surfaces]
+      type(surface_state_t), allocatable :: surfaces(:)
+      real(wp), allocatable :: value(:, :)
+      !> Surfaces that keep a force of their own
+      integer, allocatable :: keeping(:)
+      !> A change of each unknown that counts for 1, the parameter last, [unknowns + 1]
+      real(wp), allocatable :: unit(:)
+      type(set_store_t) :: sets
+   end type section_map_t
+
+   type :: map_result_t
+      type(section_state_t) :: end
+      type(response_t) :: response
+      !> What the state of the end is and how it changes with that of the start and, last, with the parameter
+      real(wp), allocatable :: unknowns(:), derivative(:, :)
+      integer :: impacts = 0
+      real(wp) :: least_speed = huge(1.0_wp)
+      !> The run failed, or ended on other surfaces
+      logical :: failed = .false.
+   end type map_result_t
+
+contains
+
+   !> Of a run, over one common period of its loads.
+   subroutine open_section_map(model, settings, period, map, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> tau
+      real(wp), intent(in) :: period
+      type(section_map_t), intent(inout) :: map
+      !> Set when the modes are not found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(surface_t), allocatable :: surfaces(:)
+      integer :: k, kept
+
+      map%model = model
+      map%period = period
+      map%settings = settings
+      map%settings%output = output_settings_t(history=.false.)
+      if (allocated(map%settings%stress)) deallocate (map%settings%stress)
+      if (allocated(map%settings%statistics)) deallocate (map%settings%statistics)
+      call find_free_modes(model, map%modes, error)
+      if (allocated(error)) return
+      kept = size(map%modes%lambda)
+      if (settings%response%mode_count > 0) kept = min(kept, settings%response%mode_count)
+      call take_modes(kept, map%modes, map%settings)
+      allocate (surfaces, source=surfaces_of(settings))
+      allocate (map%surfaces(size(surfaces)), map%value(kept, size(surfaces)))
+      do k = 1, size(surfaces)
+         call make_surface_state(surfaces(k), map%surfaces(k))
+         map%value(:, k) = surfaces(k)%sign*map%modes%mode(model%stop_dofs(surfaces(k)%stop), :)
+      end do
+      allocate (map%keeping(0))
+      do k = 1, size(surfaces)
+         if (.not. allocated(map%surfaces(k)%spring)) cycle
+         if (map%surfaces(k)%spring%branch_stiffness > 0.0_wp) map%keeping = [map%keeping, k]
+      end do
+   end subroutine open_section_map
+
+   !> Places of the harmonic loads among all, forces first.
+   pure function harmonic_loads(settings) result(places)
+      type(run_settings_t), intent(in) :: settings
+      integer, allocatable :: places(:)
+
+      integer :: g, forces
+
+      allocate (places(0))
+      forces = 0
+      if (allocated(settings%forces)) forces = size(settings%forces)
+      if (forces > 0) places = pack([(g, g=1, forces)], settings%forces%course%kind == course_harmonic)
+      if (allocated(settings%bases)) places = [places, pack([(forces + g, g=1, size(settings%bases))], &
+         settings%bases%course%kind == course_harmonic)]
+   end function harmonic_loads
+
+   !> What varies, as it is in the settings.
+   pure function value_of_parameter(map) result(value)
+      type(section_map_t), intent(in) :: map
+      real(wp) :: value
+
+      integer :: forces
+
+      value = 0.0_wp
+      if (map%parameter == by_nothing) return
+      forces = 0
+      if (allocated(map%settings%forces)) forces = size(map%settings%forces)
+      associate (g => place_of_load(map))
+         if (g <= forces) then
+            associate (course => map%settings%forces(g)%course)
+               value = merge(course%amplitude, course%frequency, map%parameter == by_amplitude)
+            end associate
+         else
+            associate (course => map%settings%bases(g - forces)%course)
+               value = merge(course%amplitude, course%frequency, map%parameter == by_amplitude)
+            end associate
+         end if
+      end associate
+   end function value_of_parameter
+
+   pure function place_of_load(map) result(place)
+      type(section_map_t), intent(in) :: map
+      integer :: place
+
+      integer, allocatable :: places(:)
+
+      allocate (places, source=harmonic_loads(map%settings))
+      place = places(map%load)
+   end function place_of_load
+
+   !> The settings with another value of the parameter, from a section on.
+   pure subroutine set_case(map, value, settings, period)
+      type(section_map_t), intent(in) :: map
+      real(wp), intent(in) :: value
+      type(run_settings_t), intent(out) :: settings
+      !> Of the loads then, tau
+      real(wp), intent(out) :: period
+
+      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
+      real(wp) :: ratio, turns
+      integer :: forces, g
+
+      settings = map%settings
+      ratio = 1.0_wp
+      if (map%parameter == by_frequency) ratio = value/value_of_parameter(map)
+      period = map%period/ratio
+      forces = 0
+      if (allocated(settings%forces)) forces = size(settings%forces)
+      do g = 1, forces
+         associate (course => settings%forces(g)%course)
+            if (course%kind /= course_harmonic) cycle
+            turns = map%period*course%frequency/one_turn
+            course%phase = course%phase + one_turn*map%turn*anint(turns)
+            course%frequency = ratio*course%frequency
+         end associate
+      end do
+      if (allocated(settings%bases)) then
+         do g = 1, size(settings%bases)
+            associate (course => settings%bases(g)%course)
+               if (course%kind /= course_harmonic) cycle
+               turns = map%period*course%frequency/one_turn
+               course%phase = course%phase + one_turn*map%turn*anint(turns)
+               course%frequency = ratio*course%frequency
+            end associate
+         end do
+      end if
+      if (map%parameter /= by_amplitude) return
+      g = place_of_load(map)
+      if (g <= forces) then
+         settings%forces(g)%course%amplitude = value
+      else
+         settings%bases(g - forces)%course%amplitude = value
+      end if
+   end subroutine set_case
+
+   !> A run from a section on; without a state from the start of the scene.
+   subroutine run_map(map, value, periods, state, response, error, samples)
+      type(section_map_t), target, intent(inout) :: map
+      !> Of the parameter
+      real(wp), intent(in) :: value
+      !> Its length in those of the loads
+      real(wp), intent(in) :: periods
+      type(section_state_t), intent(inout) :: state
+      !> Gets sections of phase 0
+      type(response_t), intent(out) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(out) :: error
+      !> So many sections at equal distances instead
+      integer, intent(in), optional :: samples
+
+      ! a motion that has come so near to one that returns is taken for it
+      real(wp), parameter :: near = 1.0e-3_wp
+      type(run_settings_t) :: settings
+      real(wp) :: period
+
+      call set_case(map, value, settings, period)
+      settings%response%duration = periods*period
+      settings%response%step = settings%response%duration
+      if (allocated(settings%poincare)) deallocate (settings%poincare)
+      allocate (settings%poincare)
+      associate (poincare => settings%poincare)
+         poincare = poincare_settings_t(phase=modulo(1.0_wp - map%turn, 1.0_wp), skip=0, keep=int(periods) + 1, &
+            tolerance=near, wants_exponent=.false., period=period)
+         if (present(samples)) then
+            poincare%phase = 0.0_wp
+            poincare%keep = samples
+            poincare%period = settings%response%duration/real(samples, wp)
+         end if
+      end associate
+      call exact_response(map%model, settings, response, error, map%modes, map%sets, state)
+   end subroutine run_map
+
+   !> The map, and its derivative.
+   subroutine evaluate_map(map, value, state, result)
+      type(section_map_t), target, intent(inout) :: map
+      real(wp), intent(in) :: value
+      type(section_state_t), intent(in) :: state
+      type(map_result_t), intent(out) :: result
+
+      type(failure_t), allocatable :: error
+      real(wp) :: length
+      integer :: i, k, modes, total
+
+      modes = size(state%q)
+      total = 2*modes + size(map%keeping)
+      result%end = state
+      allocate (result%end%tangent)
+      associate (tangent => result%end%tangent)
+         call open_tangent(modes, size(map%surfaces), total + 1, tangent)
+         do i = 1, modes
+            tangent%q(i, i) = 1.0_wp
+            tangent%v(i, modes + i) = 1.0_wp
+         end do
+         do k = 1, size(map%keeping)
+            tangent%memory(map%keeping(k), 2*modes + k) = 1.0_wp
+         end do
+         tangent%parameter = map%parameter
+         if (map%parameter /= by_nothing) tangent%load = place_of_load(map)
+      end associate
+      call run_map(map, value, real(map%periods, wp), result%end, result%response, error)
+      result%failed = allocated(error)
+      if (result%failed) return
+      result%failed = any(result%end%is_closed .neqv. state%is_closed) .or. &
+         any(result%end%is_indented .neqv. state%is_indented)
+      allocate (result%unknowns, source=unknowns_of(map, result%end))
+      allocate (result%derivative(total, total + 1))
+      associate (tangent => result%end%tangent, derivative => result%derivative)
+         derivative(:modes, :) = tangent%q
+         derivative(modes + 1:2*modes, :) = tangent%v
+         derivative(2*modes + 1:, :) = tangent%memory(map%keeping, :)
+         if (map%parameter == by_frequency) then
+            ! the period is another, too
+            length = result%response%sections%period*real(map%periods, wp)
+            derivative(:, total + 1) = derivative(:, total + 1) - (length/value)*[tangent%begun%q, tangent%begun%v, &
+               tangent%begun%memory(map%keeping)]
+         end if
+         result%least_speed = tangent%least_speed
+      end associate
+      deallocate (result%end%tangent)
+      if (result%response%event_count == 0) return
+      associate (kind => result%response%events(:result%response%event_count)%kind)
+         result%impacts = count(kind == event_impact .or. kind == event_contact)
+      end associate
+   end subroutine evaluate_map
+
+   !> State of the modes, and P2 of surfaces that keep one.
+   pure function unknowns_of(map, state) result(x)
+      type(section_map_t), intent(in) :: map
+      type(section_state_t), intent(in) :: state
+      real(wp), allocatable :: x(:)
+
+      allocate (x, source=[state%q, state%v, state%branch_force(map%keeping)])
+   end function unknowns_of
+
+   !> A state with other unknowns on the same surfaces.
+   pure subroutine put_unknowns(map, x, state, fits)
+      type(section_map_t), intent(in) :: map
+      real(wp), intent(in) :: x(:)
+      type(section_state_t), intent(inout) :: state
+      !> It enters no surface
+      logical, intent(out) :: fits
+
+      real(wp), parameter :: rounding = 1.0e-11_wp
+      real(wp) :: gap
+      integer :: k, n
+
+      n = size(state%q)
+      state%q = x(:n)
+      state%v = x(n + 1:2*n)
+      state%branch_force(map%keeping) = x(2*n + 1:)
+      fits = .true.
+      do k = 1, size(map%surfaces)
+         gap = sum(map%value(:, k)*state%q) - map%surfaces(k)%surface%height
+         associate (surface => map%surfaces(k))
+            if (state%is_closed(k) .or. state%is_indented(k)) then
+               if (.not. surface%is_rigid) state%depth(k) = -gap
+            else
+               if (any(map%keeping == k)) then
+                  state%depth(k) = max(0.0_wp, -state%branch_force(k)/surface%spring%stiffness)
+                  state%branch_force(k) = -surface%spring%stiffness*state%depth(k)
+               end if
+               fits = fits .and. gap + state%depth(k) >= -rounding
+            end if
+         end associate
+      end do
+   end subroutine put_unknowns
+
+   !> What counts for 1: in all modes the same energy, that of the whole motion.
+   pure subroutine find_units(map, state, range)
+      type(section_map_t), intent(inout) :: map
+      type(section_state_t), intent(in) :: state
+      !> Of the parameter
+      real(wp), intent(in) :: range
+
+      real(wp) :: whole
+
+      associate (frequency => sqrt(map%modes%square))
+         whole = sqrt(sum((frequency*state%q)**2) + sum(state%v**2))
+         if (.not. whole > 0.0_wp) whole = 1.0_wp
+         map%unit = [whole/frequency, spread(whole, 1, size(state%v)), spread(whole, 1, size(map%keeping)), range]
+      end associate
+   end subroutine find_units
+
+   !> Events near a section would jump across it: the section goes to the middle of the longest time without any.
+   subroutine turn_section(map, value, state, response, is_turned, error)
+      type(section_map_t), target, intent(inout) :: map
+      real(wp), intent(in) :: value
+      !> Of a motion that returns
+      type(section_state_t), intent(inout) :: state
+      !> The run through its periods
+      type(response_t), intent(in) :: response
+      logical, intent(out) :: is_turned
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! as a share of the period
+      real(wp), parameter :: near = 0.01_wp
+      type(response_t) :: ignored
+      real(wp), allocatable :: instant(:), free(:)
+      real(wp) :: by, length
+      integer :: longest, n
+
+      is_turned = .false.
+      n = response%event_count
+      if (n == 0) return
+      allocate (instant(n))
+      instant = response%events(:n)%tau/response%sections%period
+      length = real(map%periods, wp)
+      if (instant(1) > near .and. instant(n) < length - near) return
+      free = [instant(2:), instant(1) + length] - instant
+      longest = maxloc(free, dim=1)
+      by = modulo(instant(longest) + 0.5_wp*free(longest), length)
+      call run_map(map, value, by, state, ignored, error)
+      map%turn = modulo(map%turn + by, 1.0_wp)
+      is_turned = .true.
+   end subroutine turn_section
+
+end module section_map
