@@ -308,28 +308,39 @@ contains
       !> The branch does, with other impacts
       logical, intent(in) :: goes_on
 
-      integer, parameter :: halvings = 30
+      ! from each motion found so, as Newton's method reaches less far the nearer it is to the last
+      integer, parameter :: rounds = 12, halvings = 8
       ! a speed below this share of the motion's is that of a graze
       real(wp), parameter :: slow = 1.0e-2_wp
       type(solution_t) :: best, trial
+      real(wp), allocatable :: direction(:)
       real(wp) :: high, low, speed, tried
-      integer :: i
+      integer :: i, round
 
       best = trace%last
-      speed = min(best%point%least_speed, next%map%least_speed)
-      low = 0.0_wp
+      direction = trace%direction
+      speed = min(best%point%least_speed, next%least_speed)
       high = trace%step
-      do i = 1, halvings
-         tried = 0.5_wp*(low + high)
-         call close_orbit(map, moved_along(map, trace%last%place, trace%direction, tried), asked%tolerance, &
-            most_corrections, trial, trace%direction)
-         speed = min(speed, trial%map%least_speed)
-         if (trial%converged .and. trial%point%impacts == best%point%impacts) then
-            best = trial
-            low = tried
-         else
-            high = tried
-         end if
+      do round = 1, rounds
+         trace%last = best
+         low = 0.0_wp
+         do i = 1, halvings
+            tried = 0.5_wp*(low + high)
+            call close_orbit(map, moved_along(map, trace%last%place, direction, tried), asked%tolerance, &
+               most_corrections, trial, direction)
+            speed = min(speed, trial%least_speed)
+            if (trial%converged .and. trial%point%impacts == best%point%impacts) then
+               best = trial
+               low = tried
+            else
+               high = tried
+            end if
+         end do
+         if (.not. low > 0.0_wp) exit
+         high = 2.0_wp*(high - low)
+         call find_direction(map, best%map, trace%direction, direction)
+         if (.not. allocated(direction)) exit
+         trace%direction = direction
       end do
       best%point%mark = mark_lost
       associate (whole => map%unit(size(best%place%state%q) + 1))

@@ -22,6 +22,8 @@ module orbit_newton
       type(place_t) :: place
       type(orbit_point_t) :: point
       type(map_result_t) :: map
+      !> Least speed of an impact with restitution in all motions that were tried
+      real(wp) :: least_speed = huge(1.0_wp)
       logical :: converged = .false.
    end type solution_t
 
@@ -53,6 +55,7 @@ contains
       if (.not. fits) return
       call evaluate_map(map, solution%place%value, solution%place%state, solution%map)
       if (.not. allocated(solution%map%unknowns)) return
+      solution%least_speed = solution%map%least_speed
       do step = 0, most_steps
          residual = residual_of(map, solution%place, solution%map)
          size_of_residual = norm2(residual)
@@ -76,6 +79,7 @@ contains
             if (.not. fits) cycle
             call evaluate_map(map, trial%value, trial%state, result)
             if (.not. allocated(result%unknowns)) cycle
+            solution%least_speed = min(solution%least_speed, result%least_speed)
             if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*share)*size_of_residual) exit
          end do
          solution%place = trial
