@@ -9,7 +9,7 @@ module orbit_branches
    use orbit_settings, only: orbit_settings_t
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_torus, orbit_branch_t, &
       orbit_point_t
-   use section_map, only: find_units, section_map_t, turn_section
+   use section_map, only: section_map_t, turn_section
    implicit none (type, external)
    private
    public :: trace_branches
@@ -86,7 +86,8 @@ contains
       map%periods = periods
       length = asked%step
       do i = 1, 4
-         call close_orbit(map, moved_along(map, doubling, aside, length), asked%tolerance, 2*most_corrections, there, aside)
+         call close_orbit(map, moved_along(map, doubling, aside, length), asked%tolerance, 2*most_corrections, &
+            there, aside)
          if (there%converged) exit
          length = 0.3_wp*length
       end do

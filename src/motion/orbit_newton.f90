@@ -216,7 +216,6 @@ contains
          point%least_speed = result%least_speed
          point%period = result%response%sections%period
          allocate (point%tip, source=result%response%sections%tip)
-         allocate (point%stop, source=result%response%sections%stop)
          call find_multipliers(map, result, point%multiplier)
       end associate
    end subroutine fill_point

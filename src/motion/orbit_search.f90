@@ -6,11 +6,12 @@ module orbit_search
    use number_text, only: to_text
    use orbit_branches, only: trace_branches
    use orbit_newton, only: close_orbit, place_t, solution_t
-   use orbit_settings, only: orbit_settings_t, vary_amplitude, vary_nothing
+   use orbit_settings, only: orbit_settings_t, vary_amplitude, vary_frequency, vary_nothing
    use orbit_types, only: orbit_study_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
-   use section_map, only: find_units, open_section_map, run_map, section_map_t, turn_section, value_of_parameter
+   use section_map, only: find_units, open_section_map, quantity_of, run_map, section_map_t, turn_section, &
+      value_of_parameter
    use tangent_columns, only: by_amplitude, by_frequency, by_nothing
    implicit none (type, external)
    private
@@ -37,14 +38,15 @@ contains
       if (allocated(error)) return
       map%load = asked%load
       map%parameter = by_nothing
-      if (asked%varied /= vary_nothing) map%parameter = merge(by_amplitude, by_frequency, asked%varied == vary_amplitude)
+      if (asked%varied == vary_amplitude) map%parameter = by_amplitude
+      if (asked%varied == vary_frequency) map%parameter = by_frequency
       call find_first(map, asked, orbit, error)
       if (allocated(error)) return
       allocate (study)
       study%orbit = orbit%point
       call follow(map, orbit%place, study, error)
       if (allocated(error) .or. asked%varied == vary_nothing) return
-      study%is_of_amplitude = asked%varied == vary_amplitude
+      study%quantity = quantity_of(map)
       call trace_branches(map, asked, orbit, study%branch)
    end subroutine find_orbits
 

@@ -4,7 +4,7 @@ module orbit_types
    implicit none (type, external)
    private
    public :: orbit_point_t, orbit_branch_t, orbit_study_t
-   public :: mark_none, mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
+   public :: mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
 
    !> What is special about a point of a branch: nothing; it turns back (a multiplier of 1); its period doubles (-1); a
    !> torus leaves it (a pair of modulus 1); an impact comes or goes; the range ends; Newton's method fails beyond.
@@ -34,9 +34,8 @@ module orbit_types
       real(wp) :: least_speed = huge(1.0_wp)
       !> Floquet multipliers, the greatest first
       complex(wp), allocatable :: multiplier(:)
-      !> Displacement, up from the unstressed beam, and velocity at sections of phase 0: of the tip, [2, periods], and at
-      !> each surface in the scene's order, [2, surfaces, periods]
-      real(wp), allocatable :: tip(:, :), stop(:, :, :)
+      !> Displacement of the tip, up from the unstressed beam, and its velocity at sections of phase 0, [2, periods]
+      real(wp), allocatable :: tip(:, :)
       !> One of the `mark_` constants
       integer :: mark = mark_none
    contains
@@ -57,8 +56,8 @@ module orbit_types
       real(wp), allocatable :: tau(:), tip(:), tip_velocity(:), stop(:, :), stop_velocity(:, :)
       !> Unallocated: no parameter was to vary
       type(orbit_branch_t), allocatable :: branch(:)
-      !> It is an amplitude of a load, not a frequency
-      logical :: is_of_amplitude = .false.
+      !> What varies along branches, as in `quantity_table`
+      character(16) :: quantity = 'frequency'
    end type orbit_study_t
 
 contains

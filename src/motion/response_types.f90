@@ -7,6 +7,7 @@
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
+   use orbit_types, only: orbit_study_t
    use section_types, only: run_sections_t
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
@@ -233,6 +234,8 @@ module response_types
       type(run_statistics_t), allocatable :: statistics
       !> Sections; unallocated: not asked for
       type(run_sections_t), allocatable :: sections
+      !> Periodic motions; unallocated: not asked for
+      type(orbit_study_t), allocatable :: orbits
       !> Surfaces, in the scene's order, that were closed as the run took over a motion; unallocated: it took over none
       logical, allocatable :: starts_closed(:)
       !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant],

@@ -7,7 +7,7 @@ module section_map
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use load_settings, only: course_harmonic
+   use load_settings, only: base_displacement, course_harmonic
    use mode_choice, only: take_modes
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
@@ -18,7 +18,7 @@ module section_map
    implicit none (type, external)
    private
    public :: section_map_t, map_result_t, open_section_map, run_map, evaluate_map, unknowns_of, put_unknowns
-   public :: value_of_parameter, find_units, turn_section
+   public :: value_of_parameter, quantity_of, find_units, turn_section
 
    type :: section_map_t
       type(beam_model_t) :: model
@@ -131,6 +131,28 @@ contains
          end if
       end associate
    end function value_of_parameter
+
+   !> What that is, as in `quantity_table`.
+   pure function quantity_of(map) result(quantity)
+      type(section_map_t), intent(in) :: map
+      character(16) :: quantity
+
+      integer :: forces
+
+      quantity = 'frequency'
+      if (map%parameter /= by_amplitude) return
+      forces = 0
+      if (allocated(map%settings%forces)) forces = size(map%settings%forces)
+      associate (g => place_of_load(map))
+         if (g > forces) then
+            quantity = 'acceleration'
+            if (map%settings%bases(g - forces)%quantity == base_displacement) quantity = 'displacement'
+         else
+            quantity = 'load'
+            if (.not. allocated(map%settings%forces(g)%position)) quantity = 'line_load'
+         end if
+      end associate
+   end function quantity_of
 
    pure function place_of_load(map) result(place)
       type(section_map_t), intent(in) :: map

@@ -383,7 +383,8 @@ contains
       type(motion_t), intent(inout) :: motion
 
       if (.not. allocated(motion%tangent)) return
-      if (allocated(self%sections)) call take_sizes(self%now, motion%tau, self%search%time, motion%tangent, self%sections)
+      if (allocated(self%sections)) call take_sizes(self%now, motion%tau, self%search%time, motion%tangent, &
+         self%sections)
       call end_columns(self%now, ended, self%ended_by, self%search, motion%tangent)
    end subroutine end_variations
 
@@ -491,7 +492,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      if (allocated(motion%tangent) .and. self%search%outcome == found_taken_back) call take_back_columns(motion%tangent)
+      if (self%search%outcome == found_taken_back) call take_back_columns(motion%tangent)
       call follow_end(self%now, self%ended, self%ended_by, self%search, self%hop_tolerance, motion, response)
       if (allocated(self%blocks)) call take_events(self%blocks, response)
    end subroutine follow

@@ -13,8 +13,8 @@ module several_events
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, find_load, several_t
    use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
-   use tangent_columns, only: brake_columns, strike_columns
    use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
+   use tangent_columns, only: brake_columns, strike_columns
    implicit none (type, external)
    private
    public :: follow_end, meet_at_start, resume
@@ -229,15 +229,18 @@ contains
       !> Towards the surface
       real(wp), intent(out) :: impulse
 
-      real(wp), allocatable :: b(:)
-      real(wp) :: mobility
+      real(wp) :: b(self%set%held%count), moved(size(motion%v)), mobility
 
-      allocate (b, source=moved_by(self%set, k, spread(1.0_wp, 1, self%set%held%count)))
+      b = moved_by(self%set, k, spread(1.0_wp, 1, size(b)))
       mobility = sum(b**2)
       impulse = velocity/mobility
-      if (allocated(self%set%held%mode)) b = matmul(self%set%held%mode, b)
-      motion%v = motion%v - b*impulse
-      if (allocated(motion%tangent)) call brake_columns(self%beam%value(:, k), b/mobility, motion%tangent)
+      if (allocated(self%set%held%mode)) then
+         moved = matmul(self%set%held%mode, b)
+      else
+         moved = b
+      end if
+      motion%v = motion%v - moved*impulse
+      if (allocated(motion%tangent)) call brake_columns(self%beam%value(:, k), moved/mobility, motion%tangent)
    end subroutine brake
 
    !> One such problem.

@@ -30,9 +30,9 @@ module several_start
    use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
    use statistic_types, only: block_sums_t
-   use tangent_columns, only: open_tangent, tangent_t
    use stop_surfaces, only: acting, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state
+   use tangent_columns, only: open_tangent, tangent_t
    implicit none (type, external)
    private
    public :: start_several, finish_several

@@ -39,9 +39,10 @@ contains
 
    !> A phase that began did not happen: to where the event before was met.
    pure subroutine take_back_columns(tangent)
-      type(tangent_t), intent(inout) :: tangent
+      !> Unallocated: there are none
+      type(tangent_t), allocatable, intent(inout) :: tangent
 
-      call shift_columns(tangent%begun, 1.0_wp, tangent)
+      if (allocated(tangent)) call shift_columns(tangent%begun, 1.0_wp, tangent)
    end subroutine take_back_columns
 
    !> A phase ends: to where each column meets what ends it.
@@ -59,7 +60,7 @@ contains
       integer :: i
 
       if (search%outcome == found_never_left) then
-         call take_back_columns(tangent)
+         call shift_columns(tangent%begun, 1.0_wp, tangent)
          return
       end if
       call flow_columns(now, search%time, tangent)
@@ -70,7 +71,8 @@ contains
       call load_changes(now, search%time, tangent, by_parameter, load_rate)
       nothing = 0.0_wp
       slope = signal_change(now, ended, ended_by, rates%q, rates%v, rates%memory, load_rate)
-      if (ended_by == end_gap .and. now%states(ended)%is_rigid) tangent%least_speed = min(tangent%least_speed, abs(slope))
+      if (ended_by == end_gap .and. now%states(ended)%is_rigid) tangent%least_speed = &
+         min(tangent%least_speed, abs(slope))
       slope = sign(max(abs(slope), tiny(1.0_wp)**0.25_wp), slope)
       do i = 1, size(tangent%delay)
          tangent%delay(i) = -signal_change(now, ended, ended_by, tangent%q(:, i), tangent%v(:, i), &

@@ -2,8 +2,8 @@
 !> section 22).
 module tangent_flow
    use damped_oscillators, only: acceleration, propagate
-   use exponential_differences, only: exponential_difference
    use driven_modes, only: driven_mode_t, make_driven_mode
+   use exponential_differences, only: exponential_difference
    use joint_modes, only: joint_amplitudes
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t

@@ -3,6 +3,7 @@ module response_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
    use measure_rows, only: write_measures_of_run
+   use orbit_tables, only: write_orbits
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_blow, event_names, response_t, run_measures_t
    use run_measures, only: row_of
@@ -38,6 +39,7 @@ contains
       if (allocated(response%sections)) then
          call write_sections(group%part('poincare'), response%sections, names_of(response%surfaces))
       end if
+      if (allocated(response%orbits)) call write_orbits(group%part('orbit'), response%orbits)
       ! sample times that are not allocated are not present
       if (allocated(response%surfaces)) call write_surfaces(group%part('surfaces'), response%surfaces, response%tau)
       if (allocated(response%moments)) call write_stress(group%part('stress'), response%moments, response%tau)

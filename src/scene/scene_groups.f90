@@ -12,7 +12,7 @@ module scene_groups
    use name_parameters, only: list_parameters, parameter_of, sweep_of
    use name_table, only: table_t
    use name_types, only: group_t, name_t, condition_t, sweep_t
-   use poincare_groups, only: list_poincare
+   use orbit_groups, only: list_periods
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
@@ -66,9 +66,9 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(24) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
+   character(*), parameter :: group_names(25) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', 'statistics', &
-      'poincare', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
+      'poincare', 'orbit', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
 
    ! What more than one name needs
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
@@ -159,8 +159,8 @@ contains
          call list_stress(table, scene)
       case ('statistics')
          call list_statistics(table, scene, physical%statistics)
-      case ('poincare')
-         call list_poincare(table, scene)
+      case ('poincare', 'orbit')
+         call list_periods(group, table, scene)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)

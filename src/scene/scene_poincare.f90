@@ -10,7 +10,7 @@ module scene_poincare
    use sweep_settings, only: is_swept
    implicit none (type, external)
    private
-   public :: resolve_poincare, set_period
+   public :: resolve_poincare, set_period, harmonic_frequencies
 
 contains
 

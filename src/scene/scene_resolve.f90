@@ -14,6 +14,7 @@ module scene_resolve
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
+   use scene_orbit, only: resolve_orbit
    use scene_poincare, only: resolve_poincare
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
@@ -95,6 +96,7 @@ contains
       call resolve_loads(input, table, physical, scene)
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
       if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, scene)
+      call resolve_orbit(input, scene)
       if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
       if (scene%wants_statistics) call resolve_statistics(input, table, physical%statistics, scene)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)

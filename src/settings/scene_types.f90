@@ -7,6 +7,7 @@ module scene_types
    use body_settings, only: mass_settings_t, root_settings_t
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
+   use orbit_settings, only: orbit_settings_t
    use run_settings, only: name_length, output_settings_t, poincare_settings_t, response_settings_t, &
       statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
@@ -278,6 +279,9 @@ module scene_types
       !> &poincare is there
       logical :: wants_poincare = .false.
       type(poincare_settings_t) :: poincare
+      !> &orbit is there
+      logical :: wants_orbit = .false.
+      type(orbit_settings_t) :: orbit
       !> &frequencies is there
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies

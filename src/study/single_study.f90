@@ -12,6 +12,8 @@ module single_study
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
    use mesh_estimate, only: estimate_cases
    use motion_run, only: run_motion
+   use orbit_search, only: find_orbits
+   use orbit_tables, only: print_orbits
    use progress_line, only: start_progress, stop_progress
    use response_types, only: response_t
    use results_file, only: write_results
@@ -67,6 +69,9 @@ contains
             call print_statistics(job%unit, response%statistics, response%surfaces, units_in(scene))
          end if
       end if
+      if (allocated(response)) then
+         if (allocated(response%orbits)) call print_orbits(job%unit, response%orbits, units_in(scene))
+      end if
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_single
 
@@ -111,6 +116,8 @@ contains
          call run_motion(model, settings, response, error)
       end if
       call forget_reach()
+      if (scene%wants_orbit .and. .not. allocated(error)) call find_orbits(model, settings, scene%orbit, &
+         response%orbits, error)
    end subroutine compute_scene
 
 end module single_study

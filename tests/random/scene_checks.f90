@@ -175,6 +175,7 @@ contains
          'contact_tolerance is too small', &
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
          'cannot be pulled away from a stop', 'nothing carries the beam', 'is for one stop below the beam alone', &
+         'the motion does not repeat itself', 'finds no motion that returns', &
          'the mode of the start ', 'is too near to that of another', 'the stops at ', 'the support at ']
       integer :: i
 

@@ -176,6 +176,7 @@ contains
          call put(draft, 'response', 'step', to_text(between(0.01_wp, 0.5_wp, .true.)))
       end if
       if (choice < 0.95_wp) call draw_poincare(names, draft)
+      if (choice < 0.95_wp .and. chance(0.3_wp)) call draw_orbit(names, draft)
    end subroutine draw_scene
 
    !> &poincare, where there is a harmonic load, mostly with sections in the run.
@@ -185,19 +186,9 @@ contains
       !> The scene
       type(draft_t), intent(inout) :: draft
 
-      character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
       real(wp) :: period, periods
-      integer :: k
 
-      period = 0.0_wp
-      do k = size(loads), 1, -1
-         associate (group => loads(k))
-            if (.not. has_name(draft, group, 'amplitude_ratio')) cycle
-            if (all(value_of(draft, group, 'kind') /= [character(10) :: '', '''harmonic'''])) cycle
-            period = 2.0_wp*acos(-1.0_wp)
-            if (has_name(draft, group, 'frequency_ratio')) period = period/number_of(draft, group, 'frequency_ratio')
-         end associate
-      end do
+      period = period_in(draft)
       if (period <= 0.0_wp .or. chance(0.5_wp)) return
       call put(draft, 'poincare', '', '')
       call draw_group(names, 'poincare', 0.4_wp, draft)
@@ -222,6 +213,53 @@ contains
          end if
       end if
    end subroutine draw_poincare
+
+   !> Of the first harmonic load of a scene; 0: it has none.
+   function period_in(draft) result(period)
+      type(draft_t), intent(in) :: draft
+      real(wp) :: period
+
+      character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
+      integer :: k
+
+      period = 0.0_wp
+      do k = size(loads), 1, -1
+         associate (group => loads(k))
+            if (.not. has_name(draft, group, 'amplitude_ratio')) cycle
+            if (all(value_of(draft, group, 'kind') /= [character(10) :: '', '''harmonic'''])) cycle
+            period = 2.0_wp*acos(-1.0_wp)
+            if (has_name(draft, group, 'frequency_ratio')) period = period/number_of(draft, group, 'frequency_ratio')
+         end associate
+      end do
+   end function period_in
+
+   !> &orbit, where there is a harmonic load, with branches of a few points.
+   subroutine draw_orbit(names, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
+      integer :: k
+
+      if (period_in(draft) <= 0.0_wp .or. period_in(draft) > 20.0_wp) return
+      call drop(draft, 'sweep', '')
+      call drop(draft, 'best', '')
+      call drop(draft, 'cases', '')
+      do k = 1, size(loads)
+         call drop(draft, loads(k), 'start')
+         call drop(draft, loads(k), 'end')
+      end do
+      call put(draft, 'orbit', '', '')
+      call draw_group(names, 'orbit', 0.4_wp, draft)
+      call put(draft, 'orbit', 'skip', to_text(1 + int(5.0_wp*number())))
+      if (chance(0.7_wp)) call put(draft, 'orbit', 'periods', to_text(1 + int(2.0_wp*number())))
+      if (chance(0.5_wp)) call put(draft, 'orbit', 'load', '1')
+      call put(draft, 'orbit', 'most_points', to_text(1 + int(4.0_wp*number())))
+      call put(draft, 'orbit', 'most_steps', to_text(1 + int(12.0_wp*number())))
+      if (has_name(draft, 'orbit', 'doublings')) call put(draft, 'orbit', 'doublings', to_text(int(2.0_wp*number())))
+   end subroutine draw_orbit
 
    !> A mesh of given nodes.
    subroutine draw_nodes(draft)

@@ -1,0 +1,188 @@
+!> Periodic motions and their branches: a group of a results file, and lines on the console.
+module orbit_tables
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   use number_text, only: to_text
+   use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_lost, mark_names, mark_torus, orbit_branch_t, &
+      orbit_point_t, orbit_study_t
+   use quantities, only: units_t, words_in
+   use quantity_groups, only: quantity_group_t
+   use reader_units, only: reading_in
+   use text_columns, only: fixed
+   implicit none (type, external)
+   private
+   public :: write_orbits, print_orbits
+
+   !> Multipliers that the console shows.
+   integer, parameter :: most_shown = 4
+
+contains
+
+   subroutine write_orbits(group, study)
+      type(quantity_group_t), intent(in) :: group
+      type(orbit_study_t), intent(in) :: study
+
+      integer :: k
+
+      associate (orbit => study%orbit)
+         call group%put_attribute('period', orbit%period, 'time')
+         call group%attribute('periods', [orbit%periods])
+         call group%attribute('impacts', [orbit%impacts])
+         call group%attribute('is_stable', [merge(1, 0, orbit%is_stable())])
+         call group%attribute('residual', orbit%residual)
+         call group%attribute('steps', [orbit%iterations])
+         call group%put_attribute('least_impact_speed', speed_of(orbit), 'velocity')
+         call group%put('multiplier', [(k, k=1, size(orbit%multiplier))], 'Floquet multiplier, the greatest first', &
+            is_scale=.true.)
+         call group%put('multiplier_real', real(orbit%multiplier, wp), 'number', 'real part', 'multiplier')
+         call group%put('multiplier_imaginary', aimag(orbit%multiplier), 'number', 'imaginary part', 'multiplier')
+      end associate
+      call group%put('tau', study%tau, 'time', 'time since phase 0 of the loads{, tau}', is_scale=.true.)
+      call group%put('displacement_tip', study%tip, 'displacement', &
+         'displacement of the tip, up from the unstressed beam', 'tau')
+      call group%put('velocity_tip', study%tip_velocity, 'velocity', 'its velocity', 'tau')
+      if (size(study%stop, 1) > 0) then
+         call group%put('surface', [(k, k=1, size(study%stop, 1))], &
+            'surface, in the order of &stop, below before above', is_scale=.true.)
+         call group%put('displacement_stop', study%stop, 'displacement', &
+            'displacement of the beam there, up from the unstressed beam', [character(7) :: 'surface', 'tau'])
+         call group%put('velocity_stop', study%stop_velocity, 'velocity', 'its velocity', &
+            [character(7) :: 'surface', 'tau'])
+      end if
+      if (.not. allocated(study%branch)) return
+      call group%attribute('branches', [size(study%branch)])
+      do k = 1, size(study%branch)
+         call write_branch(group%part('branch_'//to_text(k)), study%branch(k), trim(study%quantity))
+      end do
+   end subroutine write_orbits
+
+   !> Absent speeds are no numbers.
+   elemental function speed_of(point) result(speed)
+      type(orbit_point_t), intent(in) :: point
+      real(wp) :: speed
+
+      speed = ieee_value(1.0_wp, ieee_quiet_nan)
+      if (point%least_speed < huge(1.0_wp)) speed = point%least_speed
+   end function speed_of
+
+   subroutine write_branch(group, branch, quantity)
+      type(quantity_group_t), intent(in) :: group
+      type(orbit_branch_t), intent(in) :: branch
+      !> Of the parameter
+      character(*), intent(in) :: quantity
+
+      character(*), parameter :: along(2) = [character(8) :: 'section', 'point']
+      complex(wp) :: greatest(size(branch%point))
+      real(wp), dimension(maxval(branch%point%periods), size(branch%point)) :: displacement, velocity
+      character(:), allocatable :: meanings
+      integer :: i, k
+
+      associate (point => branch%point)
+         call group%attribute('parent', [branch%parent])
+         call group%attribute('parent_point', [branch%parent_point])
+         do i = 1, size(point)
+            greatest(i) = point(i)%multiplier(1)
+            do k = 1, size(displacement, 1)
+               displacement(k, i) = point(i)%tip(1, 1 + modulo(k - 1, point(i)%periods))
+               velocity(k, i) = point(i)%tip(2, 1 + modulo(k - 1, point(i)%periods))
+            end do
+         end do
+         call group%put('point', [(i, i=1, size(point))], 'place along the branch', is_scale=.true.)
+         call group%put('section', [(k, k=1, size(displacement, 1))], 'section of phase 0', is_scale=.true.)
+         call group%put('parameter', point%value, quantity, 'amplitude or frequency of the load', 'point')
+         call group%put('period', point%period, 'time', 'of the loads', 'point')
+         call group%put('periods', point%periods, 'periods of the loads after which the motion returns', 'point')
+         call group%put('impacts', point%impacts, 'impacts and contacts until it returns', 'point')
+         call group%put('is_stable', merge(1, 0, point%is_stable()), '1: motions beside it come to it', 'point')
+         call group%put('mark', point%mark, 'what happens there', 'point')
+         meanings = ''
+         do i = 0, ubound(mark_names, 1)
+            meanings = trim(meanings//' '//mark_names(i))
+         end do
+         call group%attribute('flag_values', [(i, i=0, ubound(mark_names, 1))], 'mark')
+         call group%attribute('flag_meanings', adjustl(meanings), 'mark')
+         call group%put('multiplier_real', real(greatest, wp), 'number', 'greatest multiplier, real part', 'point')
+         call group%put('multiplier_imaginary', aimag(greatest), 'number', 'imaginary part', 'point')
+         call group%put('least_impact_speed', speed_of(point), 'velocity', &
+            'least speed of an impact with restitution', 'point')
+         call group%put('displacement_tip', displacement, 'displacement', &
+            'displacement of the tip at sections, up from the unstressed beam', along)
+         call group%put('velocity_tip', velocity, 'velocity', 'its velocity', along)
+      end associate
+   end subroutine write_branch
+
+   subroutine print_orbits(unit, study, units)
+      integer, intent(in) :: unit
+      type(orbit_study_t), intent(in) :: study
+      !> What results are in
+      type(units_t), intent(in) :: units
+
+      integer :: i, k
+
+      associate (orbit => study%orbit)
+         write (unit, '(/, 2x, a)') trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
+            orbit%is_stable()))//', of '//to_text(orbit%periods)//words_in(units, ' load periods of {tau~t} = ') &
+            //in_words('time', orbit%period, units)//' with '//to_text(orbit%impacts)//' impacts'
+         write (unit, '(2x, a)') 'missed by '//to_text(orbit%residual)//" after steps of Newton's method: " &
+            //to_text(orbit%iterations)
+         do i = 1, min(most_shown, size(orbit%multiplier))
+            write (unit, '(2x, a)') 'multiplier '//to_text(i)//'   '//multiplier_in_words(orbit%multiplier(i))
+         end do
+      end associate
+      if (.not. allocated(study%branch)) return
+      do k = 1, size(study%branch)
+         associate (branch => study%branch(k))
+            write (unit, '(/, 2x, a)') 'branch '//to_text(k)//', '//to_text(maxval(branch%point%periods)) &
+               //' load periods, '//to_text(size(branch%point))//' points from '//value_of(branch%point(1))//' to '// &
+               value_of(branch%point(size(branch%point)))//from_branch(branch%parent)
+            do i = 1, size(branch%point)
+               associate (point => branch%point(i))
+                  if (.not. any(point%mark == [mark_fold, mark_doubling, mark_torus, mark_grazing, mark_lost])) cycle
+                  write (unit, '(4x, a)') mark_names(point%mark)//' '//value_of(point)//'   multiplier ' &
+                     //multiplier_in_words(point%multiplier(1))
+               end associate
+            end do
+         end associate
+      end do
+
+   contains
+
+      function value_of(point) result(words)
+         type(orbit_point_t), intent(in) :: point
+         character(:), allocatable :: words
+
+         words = in_words(trim(study%quantity), point%value, units)
+      end function value_of
+   end subroutine print_orbits
+
+   pure function from_branch(parent) result(words)
+      !> 0: there is none
+      integer, intent(in) :: parent
+      character(:), allocatable :: words
+
+      words = ''
+      if (parent > 0) words = ', leaves branch '//to_text(parent)
+   end function from_branch
+
+   function in_words(quantity, value, units) result(words)
+      character(*), intent(in) :: quantity
+      real(wp), intent(in) :: value
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      if (units%are_of_scene) then
+         words = reading_in(units, quantity, value)
+      else
+         words = fixed(value, 8)
+      end if
+   end function in_words
+
+   pure function multiplier_in_words(multiplier) result(words)
+      complex(wp), intent(in) :: multiplier
+      character(:), allocatable :: words
+
+      words = fixed(real(multiplier, wp), 8)
+      if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//fixed(abs(aimag(multiplier)), 8)//' i'
+   end function multiplier_in_words
+
+end module orbit_tables
