@@ -10,7 +10,7 @@ module free_modes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: free_modes_t, find_free_modes
+   public :: free_modes_t, find_free_modes, rigid_square
 
    type :: free_modes_t
       !> Elements of the mesh

@@ -11,7 +11,7 @@ module moment_signals
    use certified_search, only: local_t, viewed_signal_t
    use driven_signal, only: driven_terms_t
    use exponential_signal, only: exponential_signal_t
-   use free_modes, only: free_modes_t
+   use free_modes, only: free_modes_t, rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
    use moment_places, only: enter_moment, gather_places, moment_places_t
@@ -179,7 +179,7 @@ contains
             allocate (weight, source=stiffness - held%oscillators%square*mass)
          end if
          ! a rotation about a pinned root bends nothing
-         where (held%oscillators%square <= 0.0_wp) weight = 0.0_wp
+         where (held%oscillators%square <= rigid_square) weight = 0.0_wp
          if (size(now%set%pressed) > 0) then
             call find_pressed(now, static, weight, of_forces(now, mass, surface), signal)
          else
