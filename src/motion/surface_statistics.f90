@@ -135,6 +135,7 @@ contains
       logical :: is_greater, still_rises
 
       call signal%view(from, factor, 0.0_wp, 0, part)
+      ! its end first: mostly that spares a search, which would find it too
       call part%evaluate(to - from, value, slope)
       greatest = max(greatest, value)
       call greatest_value(part, to - from, greatest, is_greater, still_rises, value, time)
