@@ -10,7 +10,7 @@ set(packages_folder "${CMAKE_INSTALL_LIBDIR}/cmake/impactbeam")
 
 install(TARGETS impactbeam impactbeam-paper impactbeam-benchmark RUNTIME)
 install(DIRECTORY inputs/ DESTINATION "${share}/examples" FILES_MATCHING PATTERN "*.nml" PATTERN "*.txt")
-install(DIRECTORY examples/ DESTINATION "${share}/examples")
+install(DIRECTORY packaging/example/ DESTINATION "${share}/examples/library")
 install(DIRECTORY scripts/ DESTINATION "${scripts_folder}" USE_SOURCE_PERMISSIONS
   FILES_MATCHING PATTERN "*.py" PATTERN "impactbeam-plot" PATTERN "__pycache__" EXCLUDE)
 file(RELATIVE_PATH scripts_from_programs "/${CMAKE_INSTALL_BINDIR}" "/${scripts_folder}")
