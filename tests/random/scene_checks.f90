@@ -273,11 +273,13 @@ contains
       character(:), allocatable, intent(inout) :: complaint
 
       real(wp), parameter :: share = 3.0e-6_wp
+      ! beside that of the unit of displacement, about 0.02: what is less is its rounding
+      real(wp), parameter :: least_moment = 1.0e-9_wp
       integer :: p
 
       do p = 1, size(response%moments)
          associate (record => response%moments(p))
-            associate (scale => maxval(abs(response%moments%greatest)) + maxval(abs(response%moments%least)))
+            associate (scale => least_moment + maxval(abs(response%moments%greatest)) + maxval(abs(response%moments%least)))
                call limit('a moment exceeds its greatest by', maxval(record%moment) - record%greatest, share*scale, &
                   complaint)
                call limit('a moment falls below its least by', record%least - minval(record%moment), share*scale, &
@@ -339,6 +341,17 @@ contains
             + response%energy%strain + response%energy%stop)
       end associate
    end function energy_scale
+
+   !> What loads of their full amplitude could give the beam: where they pass through zero, rounding is that of these.
+   pure function energy_of_loads(scene) result(energy)
+      type(scene_t), intent(in) :: scene
+      real(wp) :: energy
+
+      energy = 0.0_wp
+      if (scene%has_forces) energy = sum(scene%forces%course%amplitude**2)
+      if (scene%has_bases) energy = energy + sum(scene%bases%course%amplitude**2)
+      energy = 0.5_wp*energy*min(scene%response%duration, 1.0_wp)**2
+   end function energy_of_loads
 
    !> How far the beam moves, which a nodal impulse can raise with the energy that it creates.
    pure function length_scale(scene, response) result(unit)
@@ -469,7 +482,7 @@ contains
          at_work = e%kinetic + e%strain + e%stop
          if (allocated(e%work)) at_work = at_work - e%work
          total = at_work + e%dissipated_beam + e%dissipated_stop + e%dissipated_impact - e%created
-         unit = energy_scale(response)
+         unit = energy_scale(response) + energy_of_loads(scene)
          share = rounding
          if (scene%response%method /= method_exact) then
             share = rounding_of_steps(model, scene%response%step)
