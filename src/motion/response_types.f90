@@ -15,7 +15,7 @@ module response_types
    public :: response_t, event_t, surface_record_t, moment_record_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_blow
    public :: is_contact_start, is_contact_end, miss_of_energies
-   public :: mode_check_t, mesh_check_t, run_measures_t, quiet_level, quiet_energy
+   public :: mode_check_t, mesh_check_t, run_measures_t, frequency_response_t, quiet_level, quiet_energy
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -214,6 +214,17 @@ module response_types
       real(wp) :: greatest_tau = 0.0_wp
    end type moment_record_t
 
+   !> Complex amplitudes of the beam with its stops open under loads sin(omega tau + phase): the displacement is the
+   !> imaginary part of amplitude exp(i omega tau).
+   type :: frequency_response_t
+      !> omega over omega1, [frequencies]
+      real(wp), allocatable :: frequency(:)
+      !> [frequencies]
+      complex(wp), allocatable :: tip(:)
+      !> In the scene's order of surfaces, [surfaces, frequencies]
+      complex(wp), allocatable :: stop(:, :)
+   end type frequency_response_t
+
    type :: response_t
       !> Events in order; only the first `event_count` are meant
       type(event_t), allocatable :: events(:)
@@ -236,6 +247,8 @@ module response_types
       type(run_sections_t), allocatable :: sections
       !> Periodic motions; unallocated: not asked for
       type(orbit_study_t), allocatable :: orbits
+      !> Of the linear beam; unallocated: not asked for
+      type(frequency_response_t), allocatable :: frequency_response
       !> Surfaces, in the scene's order, that were closed as the run took over a motion; unallocated: it took over none
       logical, allocatable :: starts_closed(:)
       !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant],

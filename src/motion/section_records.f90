@@ -131,6 +131,8 @@ contains
    pure subroutine find_period(sections)
       type(run_sections_t), intent(inout) :: sections
 
+      ! so much further off a state may be that has not returned yet
+      real(wp), parameter :: doubtful = 100.0_wp
       real(wp) :: greatest, miss
       integer :: p
 
@@ -139,9 +141,9 @@ contains
          do p = 1, min(sections%most_periods, n/2)
             miss = max(size_of(tip(:, n - p + 1:n) - tip(:, n - 2*p + 1:n - p)), &
                size_of(reshape(stop(:, :, n - p + 1:n) - stop(:, :, n - 2*p + 1:n - p), [2, size(stop, 2)*p])))
-            if (miss > sections%tolerance*greatest) cycle
-            sections%motion_period = p
-            return
+            if (miss <= sections%tolerance*greatest) sections%motion_period = p
+            ! what is left of a transient would pass for a longer period
+            if (miss <= doubtful*sections%tolerance*greatest) return
          end do
       end associate
 

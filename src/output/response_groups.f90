@@ -2,6 +2,7 @@
 module response_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
+   use linear_groups, only: write_frequency_response
    use measure_rows, only: write_measures_of_run
    use orbit_tables, only: write_orbits
    use quantity_groups, only: quantity_group_t
@@ -40,6 +41,9 @@ contains
          call write_sections(group%part('poincare'), response%sections, names_of(response%surfaces))
       end if
       if (allocated(response%orbits)) call write_orbits(group%part('orbit'), response%orbits)
+      if (allocated(response%frequency_response)) then
+         call write_frequency_response(group%part('frequency_response'), response%frequency_response)
+      end if
       ! sample times that are not allocated are not present
       if (allocated(response%surfaces)) call write_surfaces(group%part('surfaces'), response%surfaces, response%tau)
       if (allocated(response%moments)) call write_stress(group%part('stress'), response%moments, response%tau)

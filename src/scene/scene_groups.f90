@@ -5,6 +5,7 @@
 module scene_groups
    use body_groups, only: list_beam, list_masses, list_root, list_section, physical_beam_t, physical_mass_t, &
       physical_root_t
+   use frequency_response_names, only: list_frequency_response
    use history_list, only: history_count, history_table
    use kinds, only: wp
    use load_groups, only: list_bases, list_forces, list_start, physical_base_t, physical_course_t, physical_start_t
@@ -46,6 +47,8 @@ module scene_groups
       type(physical_base_t), allocatable :: bases(:)
       type(physical_start_t) :: start
       type(physical_statistics_t) :: statistics
+      !> Frequencies of &frequency_response
+      real(wp), allocatable :: frequency_range(:)
       !> Unit of displacement; 0: not given
       real(wp) :: displacement_scale = 0.0_wp
       !> Duration and step of the response
@@ -68,7 +71,8 @@ module scene_groups
    !> In the order of the reference and the echo.
    character(*), parameter :: group_names(25) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', 'statistics', &
-      'poincare', 'orbit', 'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
+      'poincare', 'orbit', 'frequency_response', 'frequencies', 'precision', 'sweep', 'best', 'cases', &
+      'statements', 'output']
 
    ! What more than one name needs
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
@@ -161,6 +165,8 @@ contains
          call list_statistics(table, scene, physical%statistics)
       case ('poincare', 'orbit')
          call list_periods(group, table, scene)
+      case ('frequency_response')
+         call list_frequency_response(table, scene, physical%frequency_range)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)
@@ -174,8 +180,7 @@ contains
          call table%open(group_t('best'), scene%wants_best)
          if (table%is_open) call list_best(table, scene%best)
       case ('cases')
-         call table%open(group_t('cases'), scene%wants_cases)
-         if (table%is_open) call list_cases(table, scene%cases)
+         call list_cases(table, scene%wants_cases, scene%cases)
       case ('statements')
          call table%open(group_t('statements', program_paper), scene%wants_statements)
          if (table%is_open) call list_statements(table, scene%statements)
@@ -368,8 +373,9 @@ contains
          range_t(1.0e-12_wp, 0.1_wp), refinement))
    end subroutine list_best
 
-   subroutine list_cases(table, cases)
+   subroutine list_cases(table, is_wanted, cases)
       class(table_t), intent(inout) :: table
+      logical, intent(inout) :: is_wanted
       type(cases_settings_t), intent(inout) :: cases
 
       integer, allocatable :: places(:)
@@ -377,6 +383,8 @@ contains
       type(parameter_t) :: parameter
       integer :: k, chosen
 
+      call table%open(group_t('cases'), is_wanted)
+      if (.not. table%is_open) return
       call list_parameters(table, places)
       places = pack(places, [(is_in_cases(table, places(k)), k=1, size(places))])
       allocate (names(size(places)))

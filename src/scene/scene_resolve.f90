@@ -11,6 +11,7 @@ module scene_resolve
    use run_settings, only: response_settings_t
    use scene_beam, only: check_stations, mean_section, resolve_beam
    use scene_body, only: resolve_masses, resolve_root
+   use scene_frequency_response, only: resolve_frequency_response
    use scene_groups, only: physical_t, scheme_betas
    use scene_input, only: scene_input_t
    use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
@@ -94,11 +95,7 @@ contains
       if (scene%has_supports) call resolve_supports(input, table, physical%supports, scene)
       if (input%has_problem()) return
       call resolve_loads(input, table, physical, scene)
-      if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
-      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, scene)
-      call resolve_orbit(input, scene)
-      if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
-      if (scene%wants_statistics) call resolve_statistics(input, table, physical%statistics, scene)
+      call resolve_motion(input, table, physical, scene)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
       if (input%has_problem()) return
@@ -209,6 +206,25 @@ contains
             //to_text(scales%height_ratio)//': must be '//range_text(height_ratio_range))
       end if
    end subroutine find_scales
+
+   !> The run, and what is asked of it.
+   subroutine resolve_motion(input, table, physical, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
+      !> What it gives in physical units
+      type(physical_t), intent(in) :: physical
+      !> Its loads resolved in
+      type(scene_t), intent(inout) :: scene
+
+      if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
+      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, scene)
+      call resolve_orbit(input, scene)
+      if (scene%wants_frequency_response .and. .not. input%has_problem()) then
+         call resolve_frequency_response(input, physical%frequency_range, scene)
+      end if
+      if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
+      if (scene%wants_statistics) call resolve_statistics(input, table, physical%statistics, scene)
+   end subroutine resolve_motion
 
    !> &response
    subroutine resolve_response(input, table, physical, omega1, response)

@@ -7,7 +7,7 @@ module scene_rules
    public :: check_rules
 
    integer, parameter :: name_room = 32
-   integer, parameter :: others_room = 176
+   integer, parameter :: others_room = 200
    integer, parameter :: problem_room = 112
 
    !> A group, and others that do not go with it.
@@ -33,11 +33,11 @@ module scene_rules
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
       'beam section root mass mesh damping tip_mass stop support force base start response statistics '// &
-      'poincare orbit frequencies precision sweep best cases stress output', &
+      'poincare orbit frequency_response frequencies precision sweep best cases stress output', &
       ', which has beams, stops and runs of its own'), &
       exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
       exclusion_t('precision', 'force base start', ', which measures beams released from rest'), &
-      exclusion_t('precision', 'response statistics poincare orbit sweep best cases stress output', &
+      exclusion_t('precision', 'response statistics poincare orbit frequency_response sweep best cases stress output', &
       ', which has runs of its own')]
 
    type(exclusion_t), parameter :: exclusions(*) = [ &
@@ -64,6 +64,7 @@ module scene_rules
       demand_t('statistics', '', 'response', a_response), &
       demand_t('poincare', '', 'response', a_response), &
       demand_t('orbit', '', 'response', a_response), &
+      demand_t('frequency_response', '', 'response', a_response), &
       demand_t('sweep', '', 'response', a_response), &
       demand_t('cases', '', 'response', a_response), &
       demand_t('best', '', 'sweep response', a_sweep//', and &response /'), &

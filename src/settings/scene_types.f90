@@ -8,8 +8,8 @@ module scene_types
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use orbit_settings, only: orbit_settings_t
-   use run_settings, only: name_length, output_settings_t, poincare_settings_t, response_settings_t, &
-      statistics_settings_t, stop_settings_t, stress_settings_t
+   use run_settings, only: frequency_response_settings_t, name_length, output_settings_t, poincare_settings_t, &
+      response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
@@ -282,6 +282,9 @@ module scene_types
       !> &orbit is there
       logical :: wants_orbit = .false.
       type(orbit_settings_t) :: orbit
+      !> &frequency_response is there
+      logical :: wants_frequency_response = .false.
+      type(frequency_response_settings_t) :: frequency_response
       !> &frequencies is there
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies

@@ -2,6 +2,7 @@
 module case_runs
    use case_beam, only: case_beam_t
    use failures, only: fail, failure_t, status_run_failed
+   use frequency_response, only: find_frequency_response
    use kinds, only: wp
    use mesh_choice, only: find_case_beam
    use motion_run, only: run_motion, set_store_t
@@ -66,6 +67,12 @@ contains
          allocate (cases(i)%node_position, source=beam%model%mesh%position)
          call run_motion(beam%model, run_of(cases(i)%scene), cases(i)%response, error, beam%modes, sets)
          if (allocated(error)) return
+         if (scene%wants_frequency_response) then
+            allocate (cases(i)%response%frequency_response)
+            call find_frequency_response(beam%model, run_of(cases(i)%scene), scene%frequency_response, &
+               cases(i)%response%frequency_response, error)
+            if (allocated(error)) return
+         end if
          if (beam%check%compared > 0) cases(i)%response%mesh_check = beam%check
       end do
    end subroutine run_cases

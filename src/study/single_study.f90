@@ -4,6 +4,7 @@ module single_study
    use case_beam, only: case_beam_t
    use console_tables, only: print_measures, print_mesh, print_model, print_modes, print_surfaces
    use failures, only: failure_t
+   use frequency_response, only: find_frequency_response
    use frequency_study, only: frequency_table
    use frequency_tables, only: print_frequency_table
    use frequency_types, only: frequency_table_t
@@ -114,6 +115,10 @@ contains
          if (allocated(error)) return
          call watch_reach()
          call run_motion(model, settings, response, error)
+      end if
+      if (scene%wants_frequency_response .and. .not. allocated(error)) then
+         allocate (response%frequency_response)
+         call find_frequency_response(model, settings, scene%frequency_response, response%frequency_response, error)
       end if
       call forget_reach()
       if (scene%wants_orbit .and. .not. allocated(error)) call find_orbits(model, settings, scene%orbit, &

@@ -5,10 +5,12 @@ module sweep_file
    use file_system, only: move_file, remove_entries
    use hdf5_writing, only: hdf5_column_t
    use kinds, only: wp
+   use linear_groups, only: write_frequency_response
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measures_of_cases
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use quantity_groups, only: quantity_group_t
+   use response_types, only: frequency_response_t
    use results_file, only: results_name, write_head
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -31,6 +33,8 @@ module sweep_file
       integer :: failures = 0
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
+      !> Of the beam of the scene itself; unallocated: not asked for
+      type(frequency_response_t), allocatable :: linear
    end type survey_t
 
 contains
@@ -122,6 +126,7 @@ contains
       sweep = root%part('sweep')
       if (any(plan%axes%parameter%quantity == 'displacement')) sweep = sweep%as_they_are(plan%axes%parameter%quantity)
       call write_group(sweep, scene, plan, survey)
+      if (allocated(survey%linear)) call write_frequency_response(root%part('frequency_response'), survey%linear)
       if (scene%wants_best) call write_best(root%part('best'), scene, plan, survey%best, refined)
       if (present(errors)) then
          root%tells_symbols = .false.

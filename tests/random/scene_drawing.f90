@@ -189,7 +189,14 @@ contains
       real(wp) :: period, periods
 
       period = period_in(draft)
-      if (period <= 0.0_wp .or. chance(0.5_wp)) return
+      if (period <= 0.0_wp) return
+      if (chance(0.2_wp)) then
+         call draw_group(names, 'frequency_response', 0.5_wp, draft)
+         call drop(draft, 'frequency_response', 'frequency_range')
+         call put(draft, 'frequency_response', 'frequency_ratio_range', ascending(2, between(0.1_wp, 1000.0_wp, .true.)))
+         call put(draft, 'frequency_response', 'points', to_text(2 + int(50.0_wp*number())))
+      end if
+      if (chance(0.5_wp)) return
       call put(draft, 'poincare', '', '')
       call draw_group(names, 'poincare', 0.4_wp, draft)
       if (has_name(draft, 'sweep', '') .and. chance(0.5_wp)) then

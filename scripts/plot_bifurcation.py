@@ -1,0 +1,166 @@
+#!/usr/bin/python3
+"""Plot a bifurcation diagram: the sections of the cases of a sweep with &poincare against the parameter that is stepped
+through, on the way there and back in two colours; below it the greatest Lyapunov exponent where the sweep has it, and the
+frequency response of the linear beam beside the greatest displacement in the sections where it is asked for.
+
+Plots what the results files hold and computes nothing.
+"""
+
+import argparse
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import impactbeam_plots as plots
+
+THERE, BACK, LINEAR = plots.COLOURS[2], plots.COLOURS[1], plots.COLOURS[5]
+LABELS = {"displacement": "displacement in sections", "velocity": "velocity in sections"}
+POINTS = {"tip": "of the tip", "stop": "of the stop point"}
+
+
+class Diagram:
+    """What a picture shows of one file."""
+
+    def __init__(self, path, quantity, point, chain):
+        with plots.open_results(path) as file:
+            group = plots.group_of(file, "sweep", "&sweep")
+            name = f"section_{quantity}_{point}"
+            if name not in group:
+                raise plots.Unplottable(f"{path}: has no sections: its scene has no &poincare")
+            names = [word.strip() for word in plots.text_of(group.attrs["parameters"]).split(",")]
+            self.path = path
+            self.title = plots.title_of(file)
+            self.parameter = plots.text_of(group.attrs["carry"]) if "carry" in group.attrs else names[-1]
+            length = int(np.ravel(group.attrs["chain"])[0]) if "chain" in group.attrs else len(group[self.parameter])
+            count = len(group[self.parameter])//length
+            if not 1 <= chain <= count:
+                raise plots.Unplottable(f"{path}: has chains 1 to {count}: --chain {chain} is none of them")
+            cases = slice((chain - 1)*length, chain*length)
+            self.others = {other: group[other][cases][0] for other in names if other != self.parameter and count > 1}
+            self.values = group[self.parameter][cases]
+            self.unit = plots.text_of(group[self.parameter].attrs["units"])
+            self.sections = group[name][cases]
+            self.section_unit = plots.text_of(group[name].attrs["units"])
+            self.is_back = group["direction"][cases] < 0 if "direction" in group else np.zeros(length, bool)
+            self.exponent = group["lyapunov_exponent"][cases] if "lyapunov_exponent" in group else None
+            self.linear = self.read_linear(file, point) if "frequency" in self.parameter else None
+            self.greatest = None
+            if self.linear is not None:
+                extremes = [f"{end}imum_{'tip' if point == 'tip' else 'displacement'}" for end in ("min", "max")]
+                if all(extreme in group for extreme in extremes):
+                    least, most = (group[extreme][cases] for extreme in extremes)
+                    self.greatest = 0.5*(most - least)
+
+    @staticmethod
+    def read_linear(file, point):
+        """Frequencies and amplitudes of the linear beam, if the file has them."""
+        if "frequency_response" not in file:
+            return None
+        group = file["frequency_response"]
+        scale = "frequency" if "frequency" in group else "omega"
+        amplitude = group[f"amplitude_{point}"][()]
+        return group[scale][()], amplitude if amplitude.ndim == 1 else amplitude[:, 0]
+
+    def prefix(self, values):
+        """A factor and the unit with a prefix in which values are written."""
+        if self.section_unit not in ("m", "m/s") or not np.any(np.isfinite(values)):
+            return 1.0, self.section_unit
+        size = np.nanmax(np.abs(values))
+        for factor, letter in ((1.0, ""), (1e3, "m"), (1e6, "µ")):
+            if size*factor >= 1.0:
+                break
+        return factor, letter + self.section_unit
+
+    def panels(self):
+        """Names of the panels, from top to bottom, and their heights."""
+        wanted = [("sections", 3.0)]
+        if self.linear is not None:
+            wanted.append(("amplitude", 1.7))
+        if self.exponent is not None and np.any(np.isfinite(self.exponent)):
+            wanted.append(("exponent", 1.2))
+        return wanted
+
+
+def draw_sections(axes, diagram, quantity, point):
+    """A point for each section kept."""
+    factor, unit = diagram.prefix(diagram.sections)
+    for label, colour, chosen in ways(diagram):
+        there = np.repeat(diagram.values[chosen], diagram.sections.shape[1])
+        axes.plot(there, factor*diagram.sections[chosen].ravel(), ".", color=colour, markersize=2.2 if chosen[0] else 1.4,
+                  markeredgewidth=0, label=label, rasterized=True)
+    axes.set_ylabel(f"{LABELS[quantity]}\n{POINTS[point]}" + in_brackets(unit))
+    if diagram.is_back.any():
+        axes.legend(markerscale=4, loc="best")
+
+
+def ways(diagram):
+    """Label, colour and cases of the way there, and of the way back if there is one."""
+    yield "there", THERE, ~diagram.is_back
+    if diagram.is_back.any():
+        yield "and back", BACK, diagram.is_back
+
+
+def draw_amplitude(axes, diagram):
+    """The linear beam's amplitude, and half the range of the motion where the sweep has it."""
+    factor, unit = diagram.prefix(diagram.linear[1])
+    axes.plot(diagram.linear[0], factor*diagram.linear[1], color=LINEAR, label="stops open")
+    if diagram.greatest is not None:
+        for label, colour, chosen in ways(diagram):
+            axes.plot(diagram.values[chosen], factor*diagram.greatest[chosen], color=colour, label=label)
+    axes.set_yscale("log")
+    axes.set_ylabel("amplitude" + in_brackets(unit))
+    axes.legend(loc="best")
+
+
+def draw_exponent(axes, diagram):
+    """Above 0 the motion is chaotic."""
+    for _, colour, chosen in ways(diagram):
+        axes.plot(diagram.values[chosen], diagram.exponent[chosen], color=colour)
+    axes.axhline(0.0, color="#000000", linewidth=0.6)
+    axes.set_ylabel("Lyapunov\nexponent")
+
+
+def in_brackets(unit):
+    """A unit behind a label; none where there is none."""
+    return f", {unit}" if unit not in ("", "1", "eta", "eta/tau") else ""
+
+
+def draw(diagram, quantity, point):
+    """The figure of one file."""
+    panels = diagram.panels()
+    figure, rows = plt.subplots(len(panels), 1, sharex=True, squeeze=False, layout="constrained",
+                                figsize=(plots.WIDTH, 1.1 + sum(height for _, height in panels)),
+                                gridspec_kw={"height_ratios": [height for _, height in panels]})
+    for axes, (name, _) in zip(rows[:, 0], panels):
+        if name == "sections":
+            draw_sections(axes, diagram, quantity, point)
+        elif name == "amplitude":
+            draw_amplitude(axes, diagram)
+        else:
+            draw_exponent(axes, diagram)
+    given = ", ".join(f"{name} = {value:g}" for name, value in diagram.others.items())
+    rows[0, 0].set_title(diagram.title + (f"; {given}" if given else ""))
+    rows[-1, 0].set_xlabel(diagram.parameter.replace("_", " ") + in_brackets(diagram.unit))
+    rows[-1, 0].set_xlim(diagram.values.min(), diagram.values.max())
+    return figure
+
+
+def main():
+    """Read the command line and draw each file."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", metavar="results.h5", nargs="+", type=Path)
+    parser.add_argument("--quantity", choices=list(LABELS), default="displacement")
+    parser.add_argument("--point", choices=list(POINTS), default="tip")
+    parser.add_argument("--chain", type=int, default=1, help="which chain of several (default 1)")
+    parser.add_argument("--out", type=Path, help="picture; default: beside each file, .png")
+    arguments = parser.parse_args()
+    plt.rcParams.update(plots.STYLE)
+    for path in arguments.files:
+        figure = draw(Diagram(path, arguments.quantity, arguments.point, arguments.chain), arguments.quantity,
+                      arguments.point)
+        plots.save(figure, arguments.out or path.with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)

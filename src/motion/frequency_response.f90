@@ -1,0 +1,113 @@
+!> The beam with its stops open under harmonic loads, in closed form from its modes (docs/theory.md, section 21).
+module frequency_response
+   use applied_loads, only: applied_loads_t, gather_loads
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t
+   use free_modes, only: find_free_modes, free_modes_t
+   use kinds, only: wp
+   use load_settings, only: base_displacement, course_harmonic
+   use mode_choice, only: rates_of_modes
+   use response_types, only: frequency_response_t
+   use run_settings, only: frequency_response_settings_t, run_settings_t
+   use stop_surfaces, only: surface_t, surfaces_of
+   implicit none (type, external)
+   private
+   public :: find_frequency_response
+
+contains
+
+   !> All harmonic loads at one frequency after the other, each with its amplitude and phase.
+   subroutine find_frequency_response(model, settings, asked, answer, error)
+      type(beam_model_t), intent(in) :: model
+      !> Loads, stops, damping
+      type(run_settings_t), intent(in) :: settings
+      type(frequency_response_settings_t), intent(in) :: asked
+      type(frequency_response_t), intent(out) :: answer
+      !> Set when the modes cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(free_modes_t) :: modes
+      type(applied_loads_t) :: loads
+      type(surface_t), allocatable :: surfaces(:)
+      real(wp), allocatable :: damping(:), force(:, :)
+      complex(wp), allocatable :: coordinate(:)
+      integer :: i, k, kept
+
+      call find_free_modes(model, modes, error)
+      if (allocated(error)) return
+      kept = size(modes%square)
+      if (settings%response%mode_count > 0) kept = min(kept, settings%response%mode_count)
+      allocate (surfaces, source=surfaces_of(settings))
+      call gather_loads(model, settings, loads)
+      force = matmul(transpose(modes%mode(:, :kept)), loads%vector)
+      damping = 2.0_wp*settings%zeta*modes%square(:kept) + rates_of_modes(settings, modes%square(:kept))
+      answer%frequency = frequencies_of(asked)
+      allocate (answer%tip(asked%points), answer%stop(size(surfaces), asked%points))
+      do i = 1, asked%points
+         associate (omega => answer%frequency(i))
+            coordinate = matmul(force, amplitudes_at(settings, omega))/cmplx(modes%square(:kept) - omega**2, &
+               omega*damping, wp)
+         end associate
+         answer%tip(i) = sum(modes%mode(modes%tip_dof, :kept)*coordinate)
+         do k = 1, size(surfaces)
+            associate (dof => model%stop_dofs(surfaces(k)%stop))
+               answer%stop(surfaces(k)%number, i) = sum(modes%mode(dof, :kept)*coordinate)
+            end associate
+         end do
+      end do
+   end subroutine find_frequency_response
+
+   !> Divided evenly, the ends exact.
+   pure function frequencies_of(asked) result(frequency)
+      type(frequency_response_settings_t), intent(in) :: asked
+      real(wp) :: frequency(asked%points)
+
+      integer :: i
+
+      associate (least => asked%range(1), most => asked%range(2), last => real(asked%points - 1, wp))
+         if (asked%is_logarithmic) then
+            frequency = [(least*(most/least)**(real(i, wp)/last), i=0, asked%points - 1)]
+         else
+            frequency = [(least + (most - least)*(real(i, wp)/last), i=0, asked%points - 1)]
+         end if
+         frequency(asked%points) = most
+      end associate
+   end function frequencies_of
+
+   !> Of all loads in the order of `gather_loads`; what is not harmonic has none.
+   pure function amplitudes_at(settings, omega) result(amplitude)
+      type(run_settings_t), intent(in) :: settings
+      real(wp), intent(in) :: omega
+      complex(wp), allocatable :: amplitude(:)
+
+      integer :: k
+
+      allocate (amplitude(0))
+      if (allocated(settings%forces)) then
+         do k = 1, size(settings%forces)
+            amplitude = [amplitude, phasor(settings%forces(k)%course%kind, settings%forces(k)%course%amplitude, &
+               settings%forces(k)%course%phase)]
+         end do
+      end if
+      if (allocated(settings%bases)) then
+         do k = 1, size(settings%bases)
+            associate (base => settings%bases(k))
+               amplitude = [amplitude, phasor(base%course%kind, base%course%amplitude, base%course%phase) &
+                  *merge(-omega**2, 1.0_wp, base%quantity == base_displacement)]
+            end associate
+         end do
+      end if
+   end function amplitudes_at
+
+   !> amplitude sin(omega tau + phase) over exp(i omega tau), of which the imaginary part is meant.
+   pure function phasor(kind, amplitude, phase) result(value)
+      integer, intent(in) :: kind
+      real(wp), intent(in) :: amplitude
+      real(wp), intent(in) :: phase
+      complex(wp) :: value
+
+      value = (0.0_wp, 0.0_wp)
+      if (kind == course_harmonic) value = cmplx(amplitude*cos(phase), amplitude*sin(phase), wp)
+   end function phasor
+
+end module frequency_response
