@@ -1055,6 +1055,11 @@ contains
          call instead('stop', 'damper_ratio', 'damper', scene%stop%damper_ratio*stiffness*time)
          call instead('response', 'duration', 'duration_time', scene%response%duration*time)
          call instead('response', 'step', 'step_time', scene%response%step*time)
+         if (has_name(draft, 'frequency_response', 'frequency_ratio_range') .and. chance(0.7_wp)) then
+            call drop(draft, 'frequency_response', 'frequency_ratio_range')
+            call put(draft, 'frequency_response', 'frequency_range', list(scene%frequency_response%range &
+               /(2.0_wp*acos(-1.0_wp)*time)))
+         end if
          if (scene%wants_statistics) then
             call instead('statistics', 'start', 'start_time', scene%statistics%start*time)
             call instead('statistics', 'end', 'end_time', scene%statistics%end*time)
@@ -1156,6 +1161,8 @@ contains
       !> The draft in ratios
       type(draft_t), intent(inout) :: draft
 
+      if (has_name(draft, 'frequency_response', '')) call put(draft, 'frequency_response', 'frequency_ratio_range', &
+         list(scene%frequency_response%range))
       call take('damping', 'zeta', scene%zeta)
       call take('tip_mass', 'ratio', scene%tip_mass_ratio)
       if (allocated(scene%masses)) then
