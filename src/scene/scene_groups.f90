@@ -69,7 +69,7 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(25) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
+   character(*), parameter :: group_names(26) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
       'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', 'statistics', &
       'poincare', 'orbit', 'frequency_response', 'frequencies', 'precision', 'sweep', 'best', 'cases', &
       'statements', 'output']
