@@ -94,6 +94,13 @@ def motions(page):
     page.compare("one_impact", "period, closed form, s (the first three of a motion that is not stable)", [2.41660973353061] * 3,
                  np.diff(events)[:3], 1e-11)
     page.compare("one_impact", "velocity after impacts, m/s", [0.1720680596549182] * 3, speed[:3], 1e-11)
+    with page.run("check_orbit_unstable") as file:
+        multipliers = file["orbit/multiplier_real"][()]
+    page.compare("orbit_unstable", "Floquet multipliers of that motion, closed form", [-4.766284172064514, -0.13427650909928524], multipliers, 1e-10)
+    with page.run("check_orbit_doubling") as file:
+        branch = file["orbit/branch_1"]
+        doubles = branch["parameter"][()][branch["mark"][()] == 2]
+    page.compare("orbit_doubling", "where a multiplier is -1, closed form, Hz", [0.42229340662982373], doubles, 1e-9)
     with page.run("check_grazing") as file:
         impacts = file["sweep/impacts"][()]
     touches = list(impacts[1::2] > 0)

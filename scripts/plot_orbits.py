@@ -1,0 +1,92 @@
+#!/usr/bin/python3
+"""Plot branches of periodic motions: the displacement of the tip in sections of phase 0 against the amplitude or the
+frequency of the load, stable motions solid, others dashed, with marks where branches turn back, double their period or
+an impact comes or goes. Behind them, on request, the sections of a sweep over the same.
+
+Plots what the results files hold and computes nothing.
+"""
+
+import argparse
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import impactbeam_plots as plots
+
+MARKS = {"fold": ("o", "fold"), "period_doubling": ("s", "period doubling"), "neimark_sacker": ("D", "torus"),
+         "grazing": ("x", "grazing"), "lost": ("|", "lost")}
+
+
+def sections_of(path):
+    """Parameter and sections of the tip of all cases of a sweep."""
+    with plots.open_results(path) as file:
+        group = plots.group_of(file, "sweep", "&sweep")
+        if "section_displacement_tip" not in group:
+            raise plots.Unplottable(f"{path}: has no sections: its scene has no &poincare")
+        name = [word.strip() for word in plots.text_of(group.attrs["parameters"]).split(",")][-1]
+        sections = group["section_displacement_tip"][()]
+        return np.repeat(group[name][()], sections.shape[1]), sections.ravel()
+
+
+def draw_branch(axes, group, colour, shown):
+    """Runs of stable and of other points, and what is marked."""
+    value = group["parameter"][()]
+    tip = plots.values_of(group, "displacement_tip")
+    stable = group["is_stable"][()] > 0
+    edges = [0, *(np.flatnonzero(np.diff(stable)) + 1), len(value)]
+    for first, last in zip(edges, edges[1:]):
+        # up to the first point of the next run, so that no gap is left
+        run = slice(first, min(last + 1, len(value)))
+        axes.plot(value[run], tip[run], color=colour, linewidth=1.1 if stable[first] else 0.8,
+                  linestyle="-" if stable[first] else (0, (4, 2)))
+    mark = group["mark"]
+    words = plots.text_of(mark.attrs["flag_meanings"]).split()
+    for number, word in enumerate(words):
+        here = mark[()] == number
+        if word not in MARKS or not here.any():
+            continue
+        symbol, label = MARKS[word]
+        axes.plot(value[here], tip[here, 0], linestyle="none", marker=symbol, markersize=5, color="black",
+                  markerfacecolor="white", label=None if word in shown else label, zorder=4)
+        shown.add(word)
+
+
+def draw(path, sweep):
+    """The picture of one file."""
+    figure, axes = plt.subplots(figsize=(7.2, 4.6))
+    if sweep:
+        axes.plot(*sections_of(sweep), linestyle="none", marker=".", markersize=1.5, color="#b8b8b8",
+                  label="sections of the sweep", zorder=0)
+    with plots.open_results(path) as file:
+        group = plots.group_of(file, "orbit", "&orbit")
+        if "branches" not in group.attrs:
+            raise plots.Unplottable(f"{path}: has no branches: its &orbit has no parameter")
+        shown = set()
+        for k in range(1, int(np.ravel(group.attrs["branches"])[0]) + 1):
+            draw_branch(axes, group[f"branch_{k}"], plots.COLOURS[(k - 1) % len(plots.COLOURS)], shown)
+        first = group["branch_1"]
+        unit = plots.text_of(first["parameter"].attrs["units"])
+        axes.set_xlabel(plots.with_unit("frequency or amplitude of the load", "" if unit == "1" else unit))
+        axes.set_ylabel(plots.with_unit("tip in sections of phase 0", plots.unit_of(first, "displacement_tip")))
+        axes.set_title(plots.title_of(file))
+        values = first["parameter"][()]
+    axes.set_xlim(values.min(), values.max())
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize="small")
+    return figure
+
+
+def main():
+    """Read the command line, draw, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, metavar="FILE.h5", help="results file of a scene with &orbit")
+    parser.add_argument("--sweep", type=Path, metavar="SWEEP.h5", help="sections of its cases stand behind the branches")
+    parser.add_argument("--out", type=Path, metavar="PICTURE",
+                        help="file of the picture, .png, .pdf or .svg (default: beside the results, .png)")
+    arguments = parser.parse_args()
+    plots.save(draw(arguments.file, arguments.sweep), arguments.out or arguments.file.with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    plots.run(main)
