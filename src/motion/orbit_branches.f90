@@ -83,6 +83,7 @@ contains
       call close_orbit(map, doubling, asked%tolerance, most_corrections, here)
       if (.not. here%converged) return
       call direction_of_multiplier(map, here%map, aside)
+      if (.not. allocated(aside)) return
       map%periods = periods
       length = asked%step
       do i = 1, 4

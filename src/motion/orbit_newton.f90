@@ -227,11 +227,17 @@ contains
       complex(wp), allocatable, intent(out) :: multiplier(:)
 
       complex(wp) :: other
-      real(wp), allocatable :: vectors(:, :)
-      integer :: i, j
+      real(wp), allocatable :: matrix(:, :), real_part(:), imaginary_part(:), work(:)
+      real(wp), dimension(1, 1) :: left, right
+      integer :: i, info, j, n
 
-      call find_eigenvalues(map, result, multiplier, vectors)
-      do i = 2, size(multiplier)
+      n = size(result%derivative, 1)
+      allocate (matrix(n, n), source=scaled(map, result))
+      allocate (real_part(n), imaginary_part(n), work(8*n))
+      call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
+      allocate (multiplier(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
+      if (info == 0) multiplier = cmplx(real_part, imaginary_part, wp)
+      do i = 2, n
          other = multiplier(i)
          j = i - 1
          do while (j > 0)
@@ -243,44 +249,48 @@ contains
       end do
    end subroutine find_multipliers
 
-   !> As LAPACK gives them; without a number where there are none.
-   subroutine find_eigenvalues(map, result, value, vectors)
+   !> The derivative by the state, in units of the map.
+   pure function scaled(map, result) result(matrix)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      complex(wp), allocatable, intent(out) :: value(:)
-      !> In units of the map, [unknowns, values]
-      real(wp), allocatable, intent(out) :: vectors(:, :)
+      real(wp) :: matrix(size(result%derivative, 1), size(result%derivative, 1))
 
-      real(wp), allocatable :: matrix(:, :), real_part(:), imaginary_part(:), work(:)
-      real(wp) :: nothing(1, 1)
-      integer :: i, info, n
+      integer :: i
 
-      n = size(result%derivative, 1)
-      allocate (matrix, source=bordered(map, result, map%unit))
-      matrix = matrix(:n, :n)
-      do i = 1, n
-         matrix(i, i) = matrix(i, i) + 1.0_wp
-      end do
-      allocate (real_part(n), imaginary_part(n), vectors(n, n), work(max(1, 8*n)))
-      call dgeev('N', 'V', n, matrix, n, real_part, imaginary_part, nothing, 1, vectors, n, work, size(work), info)
-      allocate (value(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
-      if (info == 0) value = cmplx(real_part, imaginary_part, wp)
-   end subroutine find_eigenvalues
+      associate (n => size(matrix, 1))
+         do i = 1, n
+            matrix(:, i) = result%derivative(:, i)*map%unit(i)/map%unit(:n)
+         end do
+      end associate
+   end function scaled
 
-   !> Where a motion goes beside one of which a multiplier is -1, of length 1.
+   !> Where a motion goes beside one of which a multiplier is -1, of length 1: by inverse iteration, as LAPACK's vectors
+   !> of matrices with both great and vanishing numbers are of no use.
    subroutine direction_of_multiplier(map, result, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      !> [unknowns + 1]
+      !> [unknowns + 1]; unallocated: there is none
       real(wp), allocatable, intent(out) :: direction(:)
 
-      complex(wp), allocatable :: value(:)
-      real(wp), allocatable :: vectors(:, :)
+      integer, parameter :: rounds = 3
+      ! beside the multiplier, so that the matrix has an inverse
+      real(wp), parameter :: shift = 1.0_wp + 1.0e-9_wp
+      real(wp), allocatable :: matrix(:, :), right(:, :), vector(:)
+      integer :: i, n, round
 
-      call find_eigenvalues(map, result, value, vectors)
-      associate (nearest => minloc(abs(value + (1.0_wp, 0.0_wp)), dim=1))
-         allocate (direction, source=[vectors(:, nearest)/norm2(vectors(:, nearest)), 0.0_wp])
-      end associate
+      n = size(result%derivative, 1)
+      allocate (right(n, 1), source=1.0_wp)
+      do round = 1, rounds
+         allocate (matrix(n, n), source=scaled(map, result))
+         do i = 1, n
+            matrix(i, i) = matrix(i, i) + shift
+         end do
+         call solve(matrix, right, vector)
+         deallocate (matrix)
+         if (.not. allocated(vector)) return
+         right(:, 1) = vector/norm2(vector)
+      end do
+      allocate (direction, source=[right(:, 1), 0.0_wp])
    end subroutine direction_of_multiplier
 
 end module orbit_newton
