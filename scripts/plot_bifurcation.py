@@ -116,7 +116,7 @@ def draw_amplitude(axes, diagram):
 def draw_exponent(axes, diagram):
     """Above 0 the motion is chaotic."""
     for _, colour, chosen in ways(diagram):
-        axes.plot(diagram.values[chosen], diagram.exponent[chosen], color=colour)
+        axes.plot(diagram.values[chosen], diagram.exponent[chosen], ".-", color=colour, markersize=2.5, linewidth=0.7)
     axes.axhline(0.0, color="#000000", linewidth=0.6)
     axes.set_ylabel("Lyapunov\nexponent")
 

@@ -297,6 +297,10 @@ contains
          return
       end if
       call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes, sets, runner%carried)
+      if (allocated(runner%carried)) then
+         ! the next case follows a variation of its own
+         if (allocated(runner%carried%tangent)) deallocate (runner%carried%tangent)
+      end if
       if (allocated(error)) then
          reason = error%message
          return
