@@ -204,7 +204,7 @@ contains
       integer :: i
 
       call root%begin(8_c_size_t*(size(part%rows, kind=c_size_t) + size(part%values, kind=c_size_t) &
-         + section_values*plan%sections*size(part%rows, 2, kind=c_size_t)) + overhead)
+         + int(section_values*plan%sections, c_size_t)*size(part%rows, 2, kind=c_size_t)) + overhead)
       call root%add('plan', real(checksum(text, len(text, kind=c_size_t)), wp), '1', 'checksum of the plan in plan.txt')
       call root%add('case', [(i, i=first_of_part(plan, number), last_of_part(plan, number))], '1', &
          'number of the case', is_scale=.true.)
