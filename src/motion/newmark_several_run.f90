@@ -18,7 +18,7 @@ module newmark_several_run
    private
    public :: several_run_t
    public :: is_open, is_held, is_in_contact, is_lifted, is_idle
-   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, greatest_lifted_force, surface_energy, energy_left
+   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, surface_energy, energy_left
 
    !> The beam is away from the surface.
    integer, parameter :: is_open = 1
@@ -231,17 +231,6 @@ contains
             - met%stop%viscosity*met%surface%sign*state%beam%velocity(met%dof)
       end associate
    end function lifted_force
-
-   !> Force above which spring and damper that pushed no more push again: that of release, which knows nothing of the
-   !> spring, but not more than takes the spring the tolerance of contact deep.
-   pure function greatest_lifted_force(run, k) result(force)
-      type(several_run_t), intent(in) :: run
-      !> The surface
-      integer, intent(in) :: k
-      real(wp) :: force
-
-      force = min(run%release_force, run%surfaces(k)%stop%stiffness*run%contact_tolerance)
-   end function greatest_lifted_force
 
    !> Energy in the springs of a surface.
    pure function surface_energy(run, k, state) result(energy)

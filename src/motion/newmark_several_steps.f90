@@ -11,7 +11,7 @@ module newmark_several_steps
    use newmark_loads, only: load_at_end
    use newmark_run, only: whole_step
    use newmark_several_run, only: depth_at, gap_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, is_open, &
-      greatest_lifted_force, lifted_force, several_run_t, surface_energy
+      lifted_force, several_run_t, surface_energy
    use newmark_stepper, only: band, deepest_level, finish_step, make_factors, predict_step, solve_for_force
    use step_measures, only: measure_contact, measure_energy, measure_motion, piece_t
    use yielding_stop, only: contact_force, mean_force_coefficients
@@ -260,7 +260,7 @@ contains
       ! at the last level rounding may be all that is missing
       least = -run%contact_tolerance
       if (level == deepest_level) least = 2.0_wp*least
-      associate (new => run%states(3 - run%now))
+      associate (old => run%states(run%now), new => run%states(3 - run%now))
          do k = 1, size(run%surfaces)
             select case (run%surfaces(k)%status)
             case (is_open)
@@ -269,7 +269,9 @@ contains
             case (is_held, is_in_contact)
                run%refuses(k) = .not. new%force(k) > 0.0_wp
             case (is_lifted)
-               run%refuses(k) = .not. lifted_force(run, k, new) <= greatest_lifted_force(run, k)
+               ! the force of release knows nothing of the spring, which may be hard
+               run%refuses(k) = .not. (lifted_force(run, k, new) <= run%release_force .and. &
+                  new%indentation(k) <= max(old%indentation(k), -least))
             case (is_idle)
                run%refuses(k) = .false.
             end select
