@@ -303,7 +303,7 @@ contains
       call h5dget_space_f(self%id, space, status)
       if (self%width > 0) then
          call h5sselect_hyperslab_f(space, h5s_select_set_f, [0_hsize_t, int(first - 1, hsize_t)], &
-            [int(self%width, hsize_t), size(values, kind=hsize_t)/self%width], status)
+            [int(self%width, hsize_t), size(values, kind=hsize_t)/int(self%width, hsize_t)], status)
       else
          call h5sselect_hyperslab_f(space, h5s_select_set_f, [int(first - 1, hsize_t)], [size(values, kind=hsize_t)], &
             status)
