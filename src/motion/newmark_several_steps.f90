@@ -260,7 +260,7 @@ contains
       ! at the last level rounding may be all that is missing
       least = -run%contact_tolerance
       if (level == deepest_level) least = 2.0_wp*least
-      associate (old => run%states(run%now), new => run%states(3 - run%now))
+      associate (new => run%states(3 - run%now))
          do k = 1, size(run%surfaces)
             select case (run%surfaces(k)%status)
             case (is_open)
@@ -269,9 +269,7 @@ contains
             case (is_held, is_in_contact)
                run%refuses(k) = .not. new%force(k) > 0.0_wp
             case (is_lifted)
-               ! the force of release knows nothing of the spring, which may be hard
-               run%refuses(k) = .not. (lifted_force(run, k, new) <= run%release_force .and. &
-                  new%indentation(k) <= max(old%indentation(k), -least))
+               run%refuses(k) = .not. lifted_force(run, k, new) <= run%release_force
             case (is_idle)
                run%refuses(k) = .false.
             end select
