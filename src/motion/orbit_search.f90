@@ -1,6 +1,7 @@
 !> Motions that return, found from where a run has come to (docs/theory.md, section 22).
 module orbit_search
    use beam_model, only: beam_model_t
+   use contact_sets, only: set_store_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use number_text, only: to_text
@@ -32,8 +33,10 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(section_map_t), target :: map
+      type(set_store_t), target :: sets
       type(solution_t) :: orbit
 
+      map%sets => sets
       call open_section_map(model, settings, asked%period, map, error)
       if (allocated(error)) return
       map%load = asked%load

@@ -40,7 +40,8 @@ module section_map
       integer, allocatable :: keeping(:)
       !> A change of each unknown that counts for 1, the parameter last, [unknowns + 1]
       real(wp), allocatable :: unit(:)
-      type(set_store_t) :: sets
+      !> What its runs share; its owner's, as a compiler forgets the other components where one is finalized
+      type(set_store_t), pointer :: sets => null()
    end type section_map_t
 
    type :: map_result_t

@@ -157,7 +157,9 @@ contains
 
          real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
 
-         greatest = max(0.0_wp, maxval(abs(states(1, :))), maxval(abs(states(2, :)))*sections%period/one_turn)
+         greatest = 0.0_wp
+         if (size(states) == 0) return
+         greatest = max(maxval(abs(states(1, :))), maxval(abs(states(2, :)))*sections%period/one_turn)
       end function size_of
    end subroutine find_period
 

@@ -121,7 +121,7 @@ contains
       if (rate >= 10.0_wp) then
          words = words//', '//to_text(nint(rate))//' a second, '
       else
-         words = words//', '//to_text(0.01_wp*real(nint(100.0_wp*rate), wp))//' a second, '
+         words = words//', '//to_text(real(nint(100.0_wp*rate), wp)/100.0_wp)//' a second, '
       end if
       if (left < 600.0_wp) then
          words = words//to_text(nint(left))//' s left'
