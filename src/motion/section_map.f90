@@ -7,7 +7,7 @@ module section_map
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use load_settings, only: base_displacement, course_harmonic
+   use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: take_modes
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
@@ -174,7 +174,7 @@ contains
       real(wp), intent(out) :: period
 
       real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
-      real(wp) :: ratio, turns
+      real(wp) :: ratio
       integer :: forces, g
 
       settings = map%settings
@@ -184,21 +184,11 @@ contains
       forces = 0
       if (allocated(settings%forces)) forces = size(settings%forces)
       do g = 1, forces
-         associate (course => settings%forces(g)%course)
-            if (course%kind /= course_harmonic) cycle
-            turns = map%period*course%frequency/one_turn
-            course%phase = course%phase + one_turn*map%turn*anint(turns)
-            course%frequency = ratio*course%frequency
-         end associate
+         call begin_later(settings%forces(g)%course)
       end do
       if (allocated(settings%bases)) then
          do g = 1, size(settings%bases)
-            associate (course => settings%bases(g)%course)
-               if (course%kind /= course_harmonic) cycle
-               turns = map%period*course%frequency/one_turn
-               course%phase = course%phase + one_turn*map%turn*anint(turns)
-               course%frequency = ratio*course%frequency
-            end associate
+            call begin_later(settings%bases(g)%course)
          end do
       end if
       if (map%parameter /= by_amplitude) return
@@ -208,6 +198,17 @@ contains
       else
          settings%bases(g - forces)%course%amplitude = value
       end if
+
+   contains
+
+      !> Its phase at the section is that of its beginning.
+      pure subroutine begin_later(course)
+         type(time_course_t), intent(inout) :: course
+
+         if (course%kind /= course_harmonic) return
+         course%phase = course%phase + one_turn*map%turn*anint(map%period*course%frequency/one_turn)
+         course%frequency = ratio*course%frequency
+      end subroutine begin_later
    end subroutine set_case
 
    !> A run from a section on; without a state from the start of the scene.

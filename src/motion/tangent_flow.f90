@@ -4,6 +4,7 @@ module tangent_flow
    use damped_oscillators, only: acceleration, propagate
    use driven_modes, only: driven_mode_t, make_driven_mode
    use exponential_differences, only: exponential_difference
+   use held_sets, only: held_set_t
    use joint_modes, only: joint_amplitudes
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
@@ -167,15 +168,26 @@ contains
                end do
             end do
          end if
-         if (allocated(held%mode)) then
-            q = matmul(held%mode, z1)
-            v = matmul(held%mode, v1)
-         else
-            q = z1
-            v = v1
-         end if
+         call take_back(held, z1, v1, q, v)
       end associate
    end subroutine flow_alone
+
+   !> From modes of a held set to free modes.
+   pure subroutine take_back(held, z, rate, q, v)
+      type(held_set_t), intent(in) :: held
+      !> Of its modes
+      real(wp), intent(in) :: z(:), rate(:)
+      !> Of the free ones
+      real(wp), intent(out) :: q(:), v(:)
+
+      if (allocated(held%mode)) then
+         q = matmul(held%mode, z)
+         v = matmul(held%mode, rate)
+      else
+         q = z
+         v = rate
+      end if
+   end subroutine take_back
 
    !> What a change of a load makes of a mode, from rest: divided differences of exp(s t) over the exponents of both.
    pure subroutine drive_mode(mode, change, share, time, z, v)
@@ -246,13 +258,7 @@ contains
          v1 = real(matmul(joint%shape, joint%exponent*term), wp)
          memory(pressed) = real(matmul(joint%branch, term), wp)
          if (size(joint%inactive) > 0) call flow_inactive(z1, v1)
-         if (allocated(held%mode)) then
-            q = matmul(held%mode, z1)
-            v = matmul(held%mode, v1)
-         else
-            q = z1
-            v = v1
-         end if
+         call take_back(held, z1, v1, q, v)
       end associate
 
    contains

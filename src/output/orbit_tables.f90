@@ -2,7 +2,7 @@
 module orbit_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use kinds, only: wp
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_lost, mark_names, mark_torus, orbit_branch_t, &
       orbit_point_t, orbit_study_t
    use quantities, only: units_t, words_in
@@ -121,10 +121,10 @@ contains
 
       associate (orbit => study%orbit)
          write (unit, '(/, 2x, a)') trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
-            orbit%is_stable()))//', of '//to_text(orbit%periods)//words_in(units, ' load periods of {tau~t} = ') &
-            //in_words('time', orbit%period, units)//' with '//to_text(orbit%impacts)//' impacts'
-         write (unit, '(2x, a)') 'missed by '//to_text(orbit%residual)//" after steps of Newton's method: " &
-            //to_text(orbit%iterations)
+            orbit%is_stable()))//', of '//counted(orbit%periods, 'load period')//words_in(units, ', {tau~t} = ') &
+            //in_words('time', orbit%period, units)//', with '//counted(orbit%impacts, 'impact')
+         write (unit, '(2x, a)') 'returns to '//rounded(orbit%residual)//' of its size after '// &
+            counted(orbit%iterations, 'step')//" of Newton's method"
          do i = 1, min(most_shown, size(orbit%multiplier))
             write (unit, '(2x, a)') 'multiplier '//to_text(i)//'   '//multiplier_in_words(orbit%multiplier(i))
          end do
@@ -132,8 +132,9 @@ contains
       if (.not. allocated(study%branch)) return
       do k = 1, size(study%branch)
          associate (branch => study%branch(k))
-            write (unit, '(/, 2x, a)') 'branch '//to_text(k)//', '//to_text(maxval(branch%point%periods)) &
-               //' load periods, '//to_text(size(branch%point))//' points from '//value_of(branch%point(1))//' to '// &
+            write (unit, '(/, 2x, a)') 'branch '//to_text(k)//', '// &
+               counted(maxval(branch%point%periods), 'load period')//', '//counted(size(branch%point), 'point')//' from '// &
+               value_of(branch%point(1))//' to '// &
                value_of(branch%point(size(branch%point)))//from_branch(branch%parent)
             do i = 1, size(branch%point)
                associate (point => branch%point(i))
@@ -184,5 +185,16 @@ contains
       words = fixed(real(multiplier, wp), 8)
       if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//fixed(abs(aimag(multiplier)), 8)//' i'
    end function multiplier_in_words
+
+   !> '1 impact', '2 impacts'.
+   pure function counted(number, what) result(words)
+      integer, intent(in) :: number
+      !> One of them
+      character(*), intent(in) :: what
+      character(:), allocatable :: words
+
+      words = to_text(number)//' '//what
+      if (number /= 1) words = words//'s'
+   end function counted
 
 end module orbit_tables
