@@ -133,7 +133,8 @@ contains
       do k = 1, size(study%branch)
          associate (branch => study%branch(k))
             write (unit, '(/, 2x, a)') 'branch '//to_text(k)//', '// &
-               counted(maxval(branch%point%periods), 'load period')//', '//counted(size(branch%point), 'point')//' from '// &
+               counted(maxval(branch%point%periods), 'load period')//', '// &
+               counted(size(branch%point), 'point')//' from '// &
                value_of(branch%point(1))//' to '// &
                value_of(branch%point(size(branch%point)))//from_branch(branch%parent)
             do i = 1, size(branch%point)
