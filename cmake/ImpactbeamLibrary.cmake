@@ -8,10 +8,14 @@
 # impactbeam_program(<name> SOURCES <file of the main program> LINKS <library>)
 
 add_library(impactbeam_flags INTERFACE)
+if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(impactbeam_flags INTERFACE
+    # threads of a sweep are in one procedure at once: no local variable may be static
+    -frecursive
+    -Wall -Wextra -Wconversion-extra -Wimplicit-interface -Wimplicit-procedure)
+endif()
 target_compile_options(impactbeam_flags INTERFACE
-  # threads of a sweep are in one procedure at once: no local variable may be static
-  -frecursive
-  -std=f2018 -Wall -Wextra -Wconversion-extra -Wimplicit-interface -Wimplicit-procedure
+  -std=f2018
   $<$<BOOL:${IMPACTBEAM_WERROR}>:-Werror>
   $<$<AND:$<CONFIG:Release>,$<BOOL:${IMPACTBEAM_NATIVE}>>:-march=native>
   $<$<CONFIG:Debug>:-Og> $<$<CONFIG:Debug>:-g>

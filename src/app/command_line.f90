@@ -212,20 +212,18 @@ contains
 
       character, parameter :: next = new_line('a')
 
-      text = 'usage: '//name// &
-         ' SCENE.nml... [--out DIR] [--check] [--estimate] [--format csv|json] [--threads N] '//next// &
-         '          [--quiet] [--new KIND] [--names] [--version] [--help]'//next//next// &
+      text = 'usage: '//name//' SCENE.nml... [options]'//next//next// &
          purpose//next// &
-         'Each scene file is a Fortran namelist file; each leaves DIR/<name>.h5 and a table.'//next// &
+         'Each scene is a Fortran namelist file, and leaves DIR/<name>.h5 and a table.'//next// &
          next// &
          '  --out DIR   folder of the results (default: results)'//next// &
-         '  --check     read and check the scenes and the memory they need, compute nothing'//next// &
+         '  --check     read and check the scenes and the memory they need, no more'//next// &
          '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//next// &
-         '  --format F  also measures, sweep and frequencies as csv (DIR/<name>_measures.csv ...) or json'//next// &
+         '  --format F  also measures, sweep, frequencies as csv or json, beside that file'//next// &
          '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
          '  --quiet     no tables'//next// &
          '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//next// &
-         '  --names     print every group and name of a scene: meaning, what is allowed, default'//next// &
+         '  --names     print every name of a scene: what it means and may be, its default'//next// &
          '  --version   print the version'//next// &
          '  --help      print this'//next// &
          next

@@ -6,24 +6,26 @@ module scene_templates
 
    character(*), parameter :: template_kinds(4) = [character(5) :: 'beam', 'relay', 'tube', 'reed']
 
-   character(*), parameter :: beam(*) = [character(112) :: &
-      '! A clamped beam is pulled away from a stop at its tip and let go, in ratios without dimensions:', &
-      '! time in 1/omega1, displacements in units of the distance it was pulled. --names tells every name.', &
+   character(*), parameter :: beam(*) = [character(80) :: &
+      '! A clamped beam is pulled away from a stop at its tip and let go, in ratios', &
+      '! without dimensions: time in 1/omega1, displacements in units of the distance', &
+      '! it was pulled. --names tells every name.', &
       '&mesh elements = 16 /', &
       '&damping zeta = 0.01 /          ! of the first mode', &
       '&stop', &
-      '   restitution = 0.6            ! velocity after an impact over that before it, 0 to 1', &
-      '   preload = 0.1                ! how far the stop is pushed into the resting beam; negative: a gap', &
+      '   restitution = 0.6            ! speed after an impact over that before, 0 to 1', &
+      '   preload = 0.1                ! how far the stop is pushed in; negative: a gap', &
       '/', &
       '&response', &
       '   duration = 20.0              ! 2 pi is a swing of the first mode', &
-      '   step = 0.01                  ! distance of samples; the motion is exact whatever it is', &
+      '   step = 0.01                  ! of samples; the motion is exact whatever it is', &
       '/', &
-      '&frequencies count = 6 /        ! leave out what is not wanted: a group that is absent costs nothing']
+      '&frequencies count = 6 /        ! a group that is left out costs nothing']
 
-   character(*), parameter :: relay(*) = [character(112) :: &
-      '! The reed of a relay is let go above its contact, closes it, and bounces. SI units.', &
-      '! Less bounce: more damping, a lighter bead, more pressure (a higher surface), a softer contact.', &
+   character(*), parameter :: relay(*) = [character(80) :: &
+      '! The reed of a relay is let go above its contact, closes it, and bounces.', &
+      '! SI units. Less bounce: more damping, a lighter bead, more pressure (a higher', &
+      '! surface), a softer contact.', &
       "&scene units = 'SI', title = 'A relay closes' /", &
       '&beam', &
       '   length = 20.0e-3             ! m', &
@@ -36,9 +38,9 @@ module scene_templates
       '&damping stiffness_coefficient = 2.0e-6 /  ! s', &
       '&tip_mass mass = 20.0e-6 /      ! kg, the contact bead', &
       '&stop', &
-      '   surface_height = 0.1e-3      ! m, above the unstressed reed: a closed contact is under pressure', &
+      '   surface_height = 0.1e-3      ! m, above the unstressed reed: closed, it presses', &
       '   initial_height = 0.5e-3      ! m, from where it is let go', &
-      "   law = 'three_element'        ! a spring, beside a spring and a damper one behind the other", &
+      "   law = 'three_element'        ! a spring; beside it spring and damper in series", &
       '   stiffness = 1.7e6            ! N/m', &
       '   branch_stiffness = 3.4e6     ! N/m', &
       '   damper = 30.0                ! N s/m', &
@@ -46,33 +48,46 @@ module scene_templates
       '&response duration_time = 6.0e-3, step_time = 1.0e-6 /  ! s', &
       '&stress position = 0.0 /        ! the stress at the root']
 
-   character(*), parameter :: tube(*) = [character(112) :: &
-      '! A tube of a heat exchanger is shaken by its flow and rattles in supports with clearance. SI units.', &
-      '! &statistics tells what each support feels; leave out what settles before start.', &
+   character(*), parameter :: tube(*) = [character(80) :: &
+      '! A tube of a heat exchanger is shaken by its flow and rattles in supports with', &
+      '! clearance. SI units. &statistics tells what each support feels, without what', &
+      '! happens before its start.', &
       "&scene units = 'SI', title = 'A tube rattles in its supports' /", &
       "&section shape = 'tube', outer_diameter = 15.9e-3, wall = 1.15e-3 /  ! m", &
       '&beam length = 1.2, youngs_modulus = 207.0e9, density = 7870.0 /', &
       '&mesh elements = 16 /', &
       '&damping zeta = 0.005 /', &
-      '! the supports, at 0.6 and 1.2 m: clearance on both sides in m, spring in N/m, damper in N s/m', &
-      "&stop position = 0.5, side = 'both', clearance = 1e-4, law = 'spring_damper', stiffness = 1e5, damper = 0.3 /", &
-      "&stop position = 1.0, side = 'both', clearance = 2e-4, law = 'spring_damper', stiffness = 1e5, damper = 0.3 /", &
+      '! the supports, at 0.6 and 1.2 m, with clearance on both sides', &
+      '&stop', &
+      "   position = 0.5, side = 'both', clearance = 1e-4       ! of the length; m", &
+      "   law = 'spring_damper', stiffness = 1e5, damper = 0.3  ! N/m, N s/m", &
+      '/', &
+      '&stop', &
+      "   position = 1.0, side = 'both', clearance = 2e-4", &
+      "   law = 'spring_damper', stiffness = 1e5, damper = 0.3", &
+      '/', &
       '! the flow: 20 N along the outer half, 30 times a second', &
       '&force stretch = 0.5, 1.0, amplitude = 20.0, frequency = 30.0 /', &
       "&start kind = 'rest' /", &
       '&response duration_time = 0.5, step_time = 2.0e-4 /', &
-      '&statistics start = 0.1 /       ! s']
+      '&statistics start_time = 0.1 /  ! s']
 
-   character(*), parameter :: reed(*) = [character(112) :: &
-      '! The reed of a valve is driven by pressure between its seat and a stop above it. SI units.', &
-      '! It dies of fatigue at its root: see greatest_stress and stress_range among the measures.', &
+   character(*), parameter :: reed(*) = [character(80) :: &
+      '! The reed of a valve is driven by pressure between its seat and a stop above', &
+      '! it. SI units. It dies of fatigue at its root: see greatest_stress and', &
+      '! stress_range among the measures.', &
       "&scene units = 'SI', title = 'A valve reed between seat and stop' /", &
-      '&beam length = 40.0e-3, width = 10.0e-3, height_root = 0.4e-3, youngs_modulus = 210.0e9, density = 7850.0 /', &
+      '&beam', &
+      '   length = 40.0e-3, width = 10.0e-3, height_root = 0.4e-3  ! m', &
+      '   youngs_modulus = 210.0e9, density = 7850.0               ! Pa, kg/m^3', &
+      '/', &
       '&mesh elements = 16 /', &
       '&damping stiffness_coefficient = 4.0e-6, mass_coefficient = 20.0 /  ! s, 1/s', &
       '! the seat below the tip, and the stop 1.5 mm above it', &
       '&stop position = 1.0, surface_height = 0.0, restitution = 0.3 /', &
-      "&stop position = 0.8, side = 'above', surface_height = 1.5e-3, restitution = 0.4 /", &
+      '&stop', &
+      "   position = 0.8, side = 'above', surface_height = 1.5e-3, restitution = 0.4", &
+      '/', &
       '! the pressure, 50 times a second: 100 N/m along the outer half', &
       '&force stretch = 0.5, 1.0, amplitude = 100.0, frequency = 50.0 /', &
       "&start kind = 'rest' /", &

@@ -19,7 +19,7 @@ module console_tables
    implicit none (type, external)
    private
    public :: print_model, print_measures, print_mesh, print_modes, print_surfaces
-   public :: fill_column
+   public :: fill_column, surface_label
 
    !> Width of a column of numbers.
    integer, parameter :: column_width = 12
@@ -188,7 +188,7 @@ contains
          "the mesh adds to the mass that is struck: mass = 'auto' errs less")
       if (check%compared == 0) return
       call print_line(unit, '', 'with '//to_text(check%compared)//' elements the motion differs by '// &
-         reading_in(units, 'displacement', check%difference)//words_in(units, ' until {tau~t} = ') &
+         reading_in(units, 'displacement', check%difference)//words_in(units, ', until {tau~t} = ') &
          //reading_in(units, 'time', check%horizon))
       if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
    end subroutine print_mesh
@@ -254,24 +254,31 @@ contains
          'total_contact', 'greatest_force', 'greatest_impulse']
       character(*), parameter :: titles(6) = [character(24) :: 'impacts', 'lasting contacts', &
          'first at {tau =~t}', 'time in contact', 'greatest force', 'greatest impulse']
-      character(column_width) :: cells(size(shown) + 2, size(surfaces))
-      character(size_of_heading) :: headings(size(shown) + 2)
+      character(column_width) :: cells(size(shown) + 1, size(surfaces))
+      character(size_of_heading) :: headings(size(shown) + 1)
       real(wp) :: rows(measure_count, size(surfaces))
       integer :: i, k
 
-      headings(:2) = ['stop', 'side']
+      headings(1) = 'stop'
       do i = 1, size(surfaces)
          rows(:, i) = row_in(units, row_of(surfaces(i)%measures))
-         cells(:2, i) = [character(column_width) :: to_text(surfaces(i)%stop), &
-            trim(merge('below', 'above', surfaces(i)%sign > 0))]
+         cells(1, i) = surface_label(surfaces(i))
       end do
       do k = 1, size(shown)
-         call fill_column(measure_named(shown(k)), rows, words_in(units, trim(titles(k))), units, headings(k + 2), &
-            cells(k + 2, :))
+         call fill_column(measure_named(shown(k)), rows, words_in(units, trim(titles(k))), units, headings(k + 1), &
+            cells(k + 1, :))
       end do
       write (unit, '()')
       call print_columns(unit, headings, cells)
    end subroutine print_surfaces
+
+   !> Such as '2 above'.
+   pure function surface_label(surface) result(words)
+      type(surface_record_t), intent(in) :: surface
+      character(:), allocatable :: words
+
+      words = to_text(surface%stop)//' '//merge('below', 'above', surface%sign > 0)
+   end function surface_label
 
    !> A column of a measure; '-': it did not happen.
    pure subroutine fill_column(measure, rows, title, units, heading, cells)

@@ -15,7 +15,7 @@ module frequency_tables
    !> Width of a column of numbers.
    integer, parameter :: column_width = 12
    !> Wider tables of frequencies are printed in parts.
-   integer, parameter :: most_columns = 6
+   integer, parameter :: most_columns = 4
    !> Errors in percent below this are written with an exponent.
    real(wp), parameter :: smallest_plain_error = 0.001_wp
 

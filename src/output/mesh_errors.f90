@@ -24,6 +24,9 @@ module mesh_errors
       real(wp), allocatable :: order(:, :)
    end type mesh_errors_t
 
+   !> Width of names with their units.
+   integer, parameter :: label_width = 28
+
 contains
 
    !> Error of a measure and order of its convergence. Where the finer two meshes differ hardly less than the coarser
@@ -90,6 +93,7 @@ contains
       !> What they are in
       type(units_t), intent(in) :: units
 
+      character(label_width), parameter :: heading = 'measure'
       character(12) :: last
       character(:), allocatable :: label
       real(wp) :: factor
@@ -100,11 +104,11 @@ contains
       if (cases == 1) then
          write (unit, '(2x, a)') 'Error of the mesh, from '//to_text(errors%elements(1))//', '// &
             to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
-         write (unit, '(2x, a, a14, a12, a8)') 'measure                 ', 'value', 'error', 'order'
+         write (unit, '(2x, a, a14, a12, a8)') heading, 'value', 'error', 'order'
       else
          write (unit, '(2x, a)') 'Error of the mesh in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
-         write (unit, '(2x, a, a14, a12)') 'measure                 ', 'greatest error', 'settled'
+         write (unit, '(2x, a, a14, a12)') heading, 'greatest error', 'settled'
       end if
       do i = 1, measure_count
          if (.not. is_shown(i)) cycle
@@ -142,16 +146,14 @@ contains
       character(:), allocatable :: unit
 
       factor = 1.0_wp
-      label = measure_table(measure)%name
-      if (.not. units%are_of_scene) return
       associate (quantity => measure_table(measure)%quantity)
-         label = name_in(units, label)
-         if (quantity /= 'number') then
+         label = name_in(units, trim(measure_table(measure)%name))
+         if (units%are_of_scene .and. quantity /= 'number') then
             call find_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
                unit_of(quantity_named(quantity), units), factor, unit)
             label = label//', '//unit
          end if
-         label = label//repeat(' ', int(max(0, len(measure_table%name) - character_count(label)), i8))
+         label = label//repeat(' ', int(max(0, label_width - character_count(label)), i8))
       end associate
    end subroutine find_label
 

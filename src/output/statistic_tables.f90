@@ -1,7 +1,7 @@
 !> What &statistics says on standard output: a line for each surface.
 module statistic_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use console_tables, only: fill_column
+   use console_tables, only: fill_column, surface_label
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count, measure_named
    use measure_rows, only: row_in
@@ -30,24 +30,23 @@ contains
       character(*), parameter :: titles(*) = [character(24) :: 'mean force', 'RMS force', 'greatest force', &
          'share in contact', 'impact rate', 'mean velocity', 'mean impulse', 'RMS displacement']
       !> The last column of forces, and those of the rest
-      integer, parameter :: forces = 6, others(*) = [1, 2, 7, 8, 9, 10]
-      character(column_width) :: cells(size(shown) + 2, size(surfaces))
-      character(size_of_heading) :: headings(size(shown) + 2)
+      integer, parameter :: forces = 5, others(*) = [1, 6, 7, 8, 9]
+      character(column_width) :: cells(size(shown) + 1, size(surfaces))
+      character(size_of_heading) :: headings(size(shown) + 1)
       real(wp) :: rows(measure_count, size(surfaces))
       integer :: i, k
 
       write (unit, '(/, 2x, a)') 'statistics from '//instant(statistics%edge(0))//' to ' &
          //instant(statistics%edge(size(statistics%edge) - 1))//' in '//to_text(size(statistics%edge) - 1)//' blocks'
-      headings(:2) = ['stop', 'side']
+      headings(1) = 'stop'
       rows = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(surfaces)
          rows(first_statistic:, i) = statistics%value(:, i)
          rows(:, i) = row_in(units, rows(:, i))
-         cells(:2, i) = [character(column_width) :: to_text(surfaces(i)%stop), &
-            trim(merge('below', 'above', surfaces(i)%sign > 0))]
+         cells(1, i) = surface_label(surfaces(i))
       end do
       do k = 1, size(shown)
-         call fill_column(measure_named(shown(k)), rows, trim(titles(k)), units, headings(k + 2), cells(k + 2, :))
+         call fill_column(measure_named(shown(k)), rows, trim(titles(k)), units, headings(k + 1), cells(k + 1, :))
       end do
       if (size(surfaces) == 0) return
       ! side by side they are wider than a terminal

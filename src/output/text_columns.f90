@@ -6,12 +6,12 @@ module text_columns
    private
    public :: print_line, print_columns, fixed, at_right, label_width
 
-   !> Width of the labels at the left.
-   integer, parameter :: label_width = 20
+   !> Width of the labels at the left, and of all.
+   integer, parameter :: label_width = 20, page_width = 80
 
 contains
 
-   !> A label and what belongs to it.
+   !> A label and what belongs to it, in as many lines as it takes.
    subroutine print_line(unit, label, words)
       integer, intent(in) :: unit
       character(*), intent(in) :: label
@@ -19,10 +19,40 @@ contains
       character(*), intent(in) :: words
 
       character(max(label_width, len_trim(label) + 1)) :: padded
+      integer :: first, last
 
       padded = label
-      write (unit, '(2x, a, a)') padded, words
+      first = 1
+      do
+         last = first - 1 + end_of_line(words(first:), page_width - 2 - len(padded))
+         write (unit, '(2x, a, a)') padded, trim(words(first:last))
+         if (last >= len(words)) exit
+         first = last + 1
+         padded = ''
+      end do
    end subroutine print_line
+
+   !> Where a text is to be broken: behind the last comma or colon that fits, else at the last blank, else at the first.
+   pure function end_of_line(words, width) result(last)
+      character(*), intent(in) :: words
+      !> Characters that a line has
+      integer, intent(in) :: width
+      integer :: last
+
+      integer :: i
+      logical :: is_at_comma
+
+      last = len(words)
+      if (character_count(words) <= width) return
+      is_at_comma = .false.
+      do i = 2, len(words) - 1
+         if (words(i:i) /= ' ') cycle
+         if (last < len(words) .and. character_count(words(:i - 1)) > width) return
+         if (is_at_comma .and. scan(words(i - 1:i - 1), ',:;') == 0) cycle
+         is_at_comma = scan(words(i - 1:i - 1), ',:;') > 0
+         last = i
+      end do
+   end function end_of_line
 
    !> Columns as wide as what stands in them, under headings of two lines.
    subroutine print_columns(unit, headings, cells)
