@@ -8,10 +8,12 @@ module bessel_functions
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: qp, bessel_i_scaled, bessel_k_scaled, bessel_i_scaled_quad, bessel_k_scaled_quad
+   public :: qp, pi_quad, bessel_i_scaled, bessel_k_scaled, bessel_i_scaled_quad, bessel_k_scaled_quad
 
    !> Quadruple precision.
    integer, parameter :: qp = real128
+   !> Written out: not every compiler computes acos in quadruple precision.
+   real(qp), parameter :: pi_quad = 3.1415926535897932384626433832795029_qp
 
    !> exp(-40) is below the rounding of double precision.
    real(wp), parameter :: negligible_double = -40.0_wp
@@ -161,7 +163,6 @@ contains
       real(qp), intent(in) :: x
       real(qp) :: value
 
-      real(qp), parameter :: pi_quad = acos(-1.0_qp)
       real(qp) :: exponent, weight
       integer(i8) :: intervals, k
 

@@ -10,7 +10,7 @@
 !> I and K have no phase to lose and come from the library in double, except where one of the latter
 !> two cancellations counts. So every root is right to 3e-16 for 0 <= s < 1 and masses up to 1e9.
 module exact_frequencies
-   use bessel_functions, only: bessel_i_scaled, bessel_i_scaled_quad, bessel_k_scaled, bessel_k_scaled_quad, qp
+   use bessel_functions, only: bessel_i_scaled, bessel_i_scaled_quad, bessel_k_scaled, bessel_k_scaled_quad, pi_quad, qp
    use failures, only: fail, failure_t, status_bad_input, status_run_failed
    use kinds, only: wp
    implicit none (type, external)
@@ -148,7 +148,7 @@ contains
       real(wp), intent(in) :: taper
       real(qp) :: distance
 
-      distance = 0.5_qp*acos(-1.0_qp)*(sqrt(1.0_qp + real(taper, qp)) + sqrt(1.0_qp - real(taper, qp)))
+      distance = 0.5_qp*pi_quad*(sqrt(1.0_qp + real(taper, qp)) + sqrt(1.0_qp - real(taper, qp)))
    end function asymptotic_distance
 
    !> Deflection of the tip under a unit force there, int_0^1 (1-x)^2/(h/hbar)^3 dx, or slightly more.

@@ -6,7 +6,7 @@
 module piecewise_frequencies
    use beam_model, only: beam_model_t
    use beam_section, only: area, inertia
-   use bessel_functions, only: qp
+   use bessel_functions, only: pi_quad, qp
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -235,7 +235,7 @@ contains
       !> Roots of D below k
       integer, intent(out) :: held
 
-      real(qp), parameter :: small = 2.0_qp, pi = acos(-1.0_qp)
+      real(qp), parameter :: small = 2.0_qp
       real(qp) :: c, d, decay, square, t
       integer :: halves
 
@@ -256,7 +256,7 @@ contains
       s = [k**3*(c*(1.0_qp - square) + t*(1.0_qp + square)), k**2*t*(1.0_qp - square), &
          k**3*(2.0_qp*decay*t + 1.0_qp - square), k**2*(1.0_qp + square - 2.0_qp*decay*c), &
          k*(t*(1.0_qp + square) - c*(1.0_qp - square)), k*(1.0_qp - square - 2.0_qp*decay*t)]/d
-      halves = int(k/pi)
+      halves = int(k/pi_quad)
       held = halves
       if (d > 0.0_qp .eqv. modulo(halves, 2) == 1) held = halves - 1
 

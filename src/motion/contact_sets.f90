@@ -3,7 +3,7 @@
 !> the free modes (section 18). Made at first use and kept.
 module contact_sets
    use contact_losses, only: integral
-   use damped_oscillators, only: propagate, sampler_t
+   use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
    use held_sets, only: free_beam_t, held_set_t, make_held_set, rest_on_heights
    use joint_modes, only: joint_modes_t, make_joint_modes
@@ -143,7 +143,7 @@ contains
          is_new = set%run /= store%run
          if (is_new) then
             call rest_on_heights(store%beam, set%held)
-            set%sampler = sampler_t()
+            set%sampler = sampler_t(matrices=step_matrices_t())
             call find_rest(set)
             set%run = store%run
          end if
