@@ -6,9 +6,10 @@ module orbit_branches
    use kinds, only: wp
    use orbit_newton, only: close_orbit, direction_of_multiplier, distance_of, find_direction, moved_along, place_t, &
       solution_t
+   use orbit_returns, only: change_places, joins_at, look_back, returns_in_half
    use orbit_settings, only: orbit_settings_t
-   use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_torus, orbit_branch_t, &
-      orbit_point_t
+   use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_limit, mark_lost, mark_none, mark_torus, &
+      orbit_branch_t, orbit_point_t
    use section_map, only: section_map_t, turn_section
    implicit none (type, external)
    private
@@ -29,7 +30,13 @@ module orbit_branches
       !> Where the period doubles, and which points that are
       type(place_t), allocatable :: doubling(:)
       integer, allocatable :: at(:)
+      !> Where the branch that it left doubles its period
+      type(orbit_point_t), allocatable :: origin(:)
       logical :: is_over = .false.
+      !> Where it began, how it went on, and whether it was elsewhere since and came back
+      type(orbit_point_t) :: start, second
+      logical :: has_left = .false.
+      logical :: is_closed = .false.
    end type trace_t
 
 contains
@@ -47,15 +54,19 @@ contains
       integer :: i, n
 
       call trace_from(map, asked, orbit, -1.0_wp, down)
-      call trace_from(map, asked, orbit, 1.0_wp, up)
+      if (down%is_closed) then
+         call open_trace(map, asked, orbit, up)
+      else
+         call trace_from(map, asked, orbit, 1.0_wp, up)
+      end if
       n = size(down%point)
       allocate (first%point, source=[down%point(n:1:-1), orbit%point, up%point])
       allocate (branch(1), source=[first])
       doubling = [down%doubling, up%doubling]
       associate (at => [n + 1 - down%at, n + 1 + up%at])
          do i = 1, size(doubling)
-            if (asked%doublings > 0) call leave_branch(map, asked, 1, at(i), doubling(i), 2*orbit%point%periods, &
-               asked%doublings, branch)
+            if (asked%doublings > 0 .and. .not. is_traced(map, branch, 1, doubling(i)%value)) call leave_branch(map, &
+               asked, 1, at(i), doubling(i), 2*orbit%point%periods, asked%doublings, branch)
          end do
       end associate
    end subroutine trace_branches
@@ -78,6 +89,7 @@ contains
       real(wp), allocatable :: aside(:)
       real(wp) :: length
       integer :: i, number
+      logical :: is_other
 
       map%periods = periods/2
       call close_orbit(map, doubling, asked%tolerance, most_corrections, here)
@@ -89,11 +101,16 @@ contains
       do i = 1, 4
          call close_orbit(map, moved_along(map, doubling, aside, length), asked%tolerance, 2*most_corrections, &
             there, aside)
-         if (there%converged) exit
+         is_other = there%converged
+         if (is_other) is_other = .not. returns_in_half(there%point, units_of(map))
+         if (is_other) exit
          length = 0.3_wp*length
       end do
-      if (.not. there%converged) return
+      if (.not. is_other) return
       call open_trace(map, asked, there, trace)
+      associate (point => branch(parent)%point)
+         trace%origin = pack(point, point%mark == mark_doubling)
+      end associate
       call find_direction(map, there%map, aside, trace%direction)
       if (.not. allocated(trace%direction)) return
       call trace_on(map, asked, trace)
@@ -104,9 +121,32 @@ contains
       number = size(branch)
       if (levels < 2) return
       do i = 1, size(trace%doubling)
-         call leave_branch(map, asked, number, 2 + trace%at(i), trace%doubling(i), 2*periods, levels - 1, branch)
+         if (.not. is_traced(map, branch, number, trace%doubling(i)%value)) call leave_branch(map, asked, number, &
+            2 + trace%at(i), trace%doubling(i), 2*periods, levels - 1, branch)
       end do
    end subroutine leave_branch
+
+   !> Does a branch that left the same one elsewhere end where the period doubles?
+   pure function is_traced(map, branch, parent, value) result(answer)
+      type(section_map_t), intent(in) :: map
+      type(orbit_branch_t), intent(in) :: branch(:)
+      integer, intent(in) :: parent
+      !> Of the parameter there
+      real(wp), intent(in) :: value
+      logical :: answer
+
+      ! as a share of the range
+      real(wp), parameter :: near = 1.0e-6_wp
+      integer :: i
+
+      answer = .false.
+      do i = 2, size(branch)
+         associate (last => branch(i)%point(size(branch(i)%point)))
+            answer = answer .or. branch(i)%parent == parent .and. last%mark == mark_doubling .and. &
+               abs(last%value - value) <= near*map%unit(size(map%unit))
+         end associate
+      end do
+   end function is_traced
 
    !> Down or up from a motion.
    subroutine trace_from(map, asked, orbit, side, trace)
@@ -133,10 +173,11 @@ contains
       type(trace_t), intent(inout) :: trace
 
       trace%last = start
+      trace%start = start%point
       trace%step = asked%step
       trace%limit = map%unit(size(map%unit))*[asked%lowest_ratio, asked%greatest_ratio] &
          /(asked%greatest_ratio - asked%lowest_ratio)
-      allocate (trace%point(0), trace%doubling(0), trace%at(0))
+      allocate (trace%point(0), trace%doubling(0), trace%at(0), trace%origin(0))
    end subroutine open_trace
 
    !> Step on until the range ends, or the branch.
@@ -159,6 +200,8 @@ contains
             call find_direction(map, next%map, trace%direction, direction)
             if (allocated(direction)) is_near = sum(direction*trace%direction) > 0.7_wp .and. &
                distance_of(map, next%place, trace%last%place) < 2.0_wp*trace%step
+            ! back on the branch that it left
+            if (size(trace%origin) > 0) is_near = is_near .and. .not. returns_in_half(next%point, units_of(map))
          end if
          if (is_near .and. next%point%impacts == trace%last%point%impacts) then
             call take_step(map, asked, next, direction, trace)
@@ -188,7 +231,10 @@ contains
       integer :: n
 
       n = size(direction)
+      call see_whether_over(map, next%point, trace)
+      if (trace%is_over) return
       if (next%point%impacts == trace%last%point%impacts) call mark_between(map, asked, next, direction, trace)
+      if (trace%is_over) return
       if (next%place%value < trace%limit(1) .or. next%place%value > trace%limit(2)) then
          guess = next%place
          guess%value = min(max(guess%value, trace%limit(1)), trace%limit(2))
@@ -218,6 +264,42 @@ contains
       trace%is_over = .not. allocated(trace%direction)
    end subroutine take_step
 
+   !> A branch ends where it comes back to the one that it left, or to its own beginning.
+   pure subroutine see_whether_over(map, next, trace)
+      type(section_map_t), intent(in) :: map
+      type(orbit_point_t), intent(in) :: next
+      type(trace_t), intent(inout) :: trace
+
+      ! as a share of the range
+      real(wp), parameter :: near = 1.0e-6_wp
+      logical :: is_away
+      integer :: i
+
+      do i = 1, size(trace%origin)
+         trace%is_over = joins_at(trace%origin(i), trace%last%point, next, 2.0_wp*trace%step*map%unit(size(map%unit)))
+         if (.not. trace%is_over) cycle
+         ! that it turns back there, too, may have been seen a step before
+         where (trace%point%mark == mark_fold .and. abs(trace%point%value - trace%origin(i)%value) <= near &
+            *map%unit(size(map%unit))) trace%point%mark = mark_none
+         trace%point = [trace%point, trace%origin(i)]
+         return
+      end do
+      if (size(trace%point) == 0) trace%second = next
+      call look_back(trace%start, trace%second, trace%last%point, next, units_of(map), is_away, trace%is_closed)
+      trace%is_closed = trace%is_closed .and. trace%has_left
+      trace%has_left = trace%has_left .or. is_away
+      trace%is_over = trace%is_closed
+      if (trace%is_over) trace%point = [trace%point, trace%start]
+   end subroutine see_whether_over
+
+   !> Of the parameter and of velocities.
+   pure function units_of(map) result(units)
+      type(section_map_t), intent(in) :: map
+      real(wp) :: units(2)
+
+      units = map%unit([size(map%unit), size(map%value, 1) + 1])
+   end function units_of
+
    !> Folds, doublings and tori between the last point and the next.
    subroutine mark_between(map, asked, next, direction, trace)
       type(section_map_t), target, intent(inout) :: map
@@ -236,8 +318,13 @@ contains
          if ((before > 0.0_wp) .eqv. (after > 0.0_wp)) cycle
          call find_between(map, asked, trace, kind, [before, after], there)
          if (.not. there%converged) cycle
+         if (kind == mark_torus .and. .not. has_pair_on_circle(there%point)) cycle
          there%point%mark = kind
+         ! another branch, that is not known, doubles its period where the sections of this one change places
+         if (kind == mark_fold .and. size(trace%origin) > 0) trace%is_over = change_places(trace%last%point, next%point)
+         if (trace%is_over) there%point%mark = mark_doubling
          trace%point = [trace%point, there%point]
+         if (trace%is_over) return
          if (kind /= mark_doubling) cycle
          trace%doubling = [trace%doubling, there%place]
          trace%at = [trace%at, size(trace%point)]
@@ -251,26 +338,38 @@ contains
       real(wp), intent(in) :: direction(:)
       real(wp) :: value
 
+      complex(wp), parameter :: one = (1.0_wp, 0.0_wp)
       complex(wp) :: all
       integer :: i
 
       associate (multiplier => point%multiplier)
+         all = one
          select case (kind)
          case (mark_fold)
-            value = direction(size(direction))
+            all = cmplx(direction(size(direction)), 0.0_wp, wp)
          case (mark_doubling)
-            all = (1.0_wp, 0.0_wp)
             do i = 1, size(multiplier)
-               all = all*(multiplier(i) + (1.0_wp, 0.0_wp))
+               all = all*(multiplier(i) + one)
             end do
-            value = real(all, wp)
          case default
-            value = -1.0_wp
-            if (any(abs(aimag(multiplier)) > 0.0_wp)) value = maxval(abs(multiplier), &
-               mask=abs(aimag(multiplier)) > 0.0_wp) - 1.0_wp
+            ! of all pairs: smooth where two meet on the real axis, too
+            do i = 2, size(multiplier)
+               all = all*product(multiplier(i)*multiplier(:i - 1) - one)
+            end do
          end select
       end associate
+      value = real(all, wp)
    end function test_of
+
+   !> Or is it a pair of real ones, the inverse of each other, of which nothing comes?
+   pure function has_pair_on_circle(point) result(answer)
+      type(orbit_point_t), intent(in) :: point
+      logical :: answer
+
+      real(wp), parameter :: near = 1.0e-6_wp
+
+      answer = any(abs(aimag(point%multiplier)) > 0.0_wp .and. abs(abs(point%multiplier) - 1.0_wp) < near)
+   end function has_pair_on_circle
 
    !> Where that is, as exactly as Newton's method tells.
    subroutine find_between(map, asked, trace, kind, values, there)

@@ -62,7 +62,8 @@ contains
 
       type(place_t) :: guess
       type(response_t) :: response
-      integer :: i
+      integer, parameter :: rounds = 3
+      integer :: i, round
       logical :: is_turned
 
       guess%value = value_of_parameter(map)
@@ -76,16 +77,20 @@ contains
          return
       end if
       call find_units(map, guess%state, (asked%greatest_ratio - asked%lowest_ratio)*guess%value)
-      do i = 1, 2
-         call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
-         if (allocated(error)) return
-         call turn_section(map, guess%value, guess%state, response, is_turned, error)
-         if (allocated(error)) return
-         if (.not. is_turned) exit
+      do round = 1, rounds
+         do i = 1, 2
+            call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
+            if (allocated(error)) return
+            call turn_section(map, guess%value, guess%state, response, is_turned, error)
+            if (allocated(error)) return
+            if (.not. is_turned) exit
+         end do
+         guess%turn = map%turn
+         call close_orbit(map, guess, asked%tolerance, asked%most_steps, orbit)
+         if (orbit%converged) return
+         ! the events of the motion that is sought may be where those of the guess were not
+         guess = orbit%place
       end do
-      guess%turn = map%turn
-      call close_orbit(map, guess, asked%tolerance, asked%most_steps, orbit)
-      if (orbit%converged) return
       call fail(error, status_run_failed, "Newton's method finds no motion that returns after "//to_text(map%periods) &
          //' periods of the load: after '//to_text(orbit%point%iterations)//' steps it misses its start by '// &
          to_text(orbit%point%residual)//' of its size; try another skip, periods or load')

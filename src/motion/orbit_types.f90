@@ -4,7 +4,7 @@ module orbit_types
    implicit none (type, external)
    private
    public :: orbit_point_t, orbit_branch_t, orbit_study_t
-   public :: mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
+   public :: mark_none, mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
 
    !> What is special about a point of a branch: nothing; it turns back (a multiplier of 1); its period doubles (-1); a
    !> torus leaves it (a pair of modulus 1); an impact comes or goes; the range ends; Newton's method fails beyond.
