@@ -21,7 +21,7 @@ def sources():
     for top in ("src", "tests"):
         for folder, _, names in sorted(os.walk(os.path.join(ROOT, top))):
             for name in sorted(names):
-                if name.endswith((".f90", ".F90", ".pf")):
+                if name.endswith((".f90", ".pf")):
                     yield os.path.join(folder, name)
 
 

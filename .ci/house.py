@@ -123,7 +123,7 @@ def read_house():
     for folder, _, names in sorted(os.walk(os.path.join(ROOT, "src"))):
         concern = os.path.relpath(folder, os.path.join(ROOT, "src")).split(os.sep)[0]
         for name in sorted(names):
-            if name.endswith((".f90", ".F90")):
+            if name.endswith(".f90"):
                 if concern not in folders:
                     broken.append(f"{concern}/{name}: its folder is not in src/CMakeLists.txt")
                     continue

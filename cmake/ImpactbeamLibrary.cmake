@@ -46,5 +46,13 @@ function(impactbeam_program name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LINKS")
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LINKS} impactbeam_flags)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}")
+  target_link_options(${name} PRIVATE ${IMPACTBEAM_STATIC_FLAGS}
+    # the sanitizer calls dlopen() for the program, and has another path to search
+    $<$<BOOL:${IMPACTBEAM_SANITIZE}>:-Wl,--disable-new-dtags>)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}"
+    IMPACTBEAM_STATIC "${IMPACTBEAM_LINKED_STATICALLY}")
+  if(TARGET impactbeam_ranks)
+    add_dependencies(${name} impactbeam_ranks)
+    set_property(TARGET ${name} PROPERTY BUILD_RPATH "\$ORIGIN")
+  endif()
 endfunction()

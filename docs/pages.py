@@ -24,7 +24,6 @@ src_dir: {place}/src
 page_dir: {place}/pages
 output_dir: {place}/html
 media_dir: {place}/media
-exclude: **/sweep_ranks.F90
 preprocess: false
 display: public
 source: false

@@ -11,8 +11,15 @@ static const size_t buffer_of_a_thread = (size_t)129 << 20;
 int openblas_num_threads_env(void);
 void openblas_set_num_threads(int threads) __attribute__((weak));
 
-/* What OpenBLAS takes for the value of OPENBLAS_NUM_THREADS: this one goes before its own. */
-int openblas_num_threads_env(void)
+/* What OpenBLAS takes for the value of OPENBLAS_NUM_THREADS: this one goes before that of its shared library; that of its
+ * archive would go before this one, so there the linker is told to take the second (--wrap). */
+__attribute__((weak)) int openblas_num_threads_env(void)
+{
+   return 1;
+}
+
+int __wrap_openblas_num_threads_env(void);
+int __wrap_openblas_num_threads_env(void)
 {
    return 1;
 }

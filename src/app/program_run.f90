@@ -86,12 +86,17 @@ contains
       type(c_ptr), value :: data
       type(c_ptr) :: nothing
 
+      type(failure_t), allocatable :: error
       type(program_run_t), pointer :: run
 
       nothing = c_null_ptr
       call c_f_pointer(data, run)
       call single_threaded_blas()
-      call start_ranks()
+      call start_ranks(error)
+      if (allocated(error)) then
+         call report(run%program, error%message, error%status, run%status)
+         return
+      end if
       call run_command_line(run%program, run%status)
       call stop_ranks()
    end function run_ranks

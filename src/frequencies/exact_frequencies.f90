@@ -111,6 +111,10 @@ contains
       real(qp) :: distance, left, right, step, value_left, value_right
       integer :: found
 
+      if (abs(problem%taper) < least_taper) then
+         call find_uniform_roots(problem, roots, error)
+         return
+      end if
       distance = asymptotic_distance(problem%taper)
       step = distance/real(steps_per_root, qp)
       roots = 0.0_qp
@@ -141,6 +145,27 @@ contains
          value_left = value_right
       end do
    end subroutine search_roots
+
+   !> The first roots of a uniform beam: cos k = -1/cosh k, or tan k = tanh k where the tip is held, so root i alone is
+   !> near to (i - 1/2) pi, or to (i + 1/4) pi.
+   subroutine find_uniform_roots(problem, roots, error)
+      type(characteristic_t), intent(in) :: problem
+      !> The roots, ascending
+      real(qp), intent(out) :: roots(:)
+      !> Unallocated: done
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(qp) :: place, reach
+      integer :: i
+
+      roots = 0.0_qp
+      do i = 1, size(roots)
+         place = acos(-1.0_qp)*(real(i, qp) + merge(0.25_qp, -0.5_qp, problem%held_tip))
+         reach = max(2.2_qp*exp(-place), 1.0e-18_qp*place)
+         call find_root(problem, place - reach, place + reach, roots(i), error)
+         if (allocated(error)) return
+      end do
+   end subroutine find_uniform_roots
 
    !> Distance of neighbouring roots in the limit: pi/int_0^1 (h/hbar)^(-1/2) dx.
    pure function asymptotic_distance(taper) result(distance)

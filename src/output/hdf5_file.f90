@@ -6,14 +6,13 @@ module hdf5_file
    use failures, only: fail, failure_t, status_run_failed
    use h5ds, only: h5dsattach_scale_f, h5dsset_scale_f
    use hdf5, only: &
-      h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dopen_f, h5dwrite_f, &
-      h5fclose_f, h5fcreate_f, h5fflush_f, h5fget_file_image_f, h5gcreate_f, &
-      h5pclose_f, h5pcreate_f, h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, &
-      h5pset_libver_bounds_f, h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, &
-      h5screate_f, h5screate_simple_f, h5tclose_f, hid_t, hsize_t, size_t, &
-      h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_earliest_f, h5f_libver_v18_f, h5f_scope_local_f, &
-      h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, h5p_file_access_f, &
-      h5p_file_create_f, h5p_group_create_f, h5s_scalar_f, h5t_native_double
+      h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, h5dopen_f, h5dwrite_f, h5fclose_f, h5fcreate_f, &
+      h5fflush_f, h5fget_file_image_f, h5gcreate_f, h5pclose_f, h5pcreate_f, h5pset_buffer_f, &
+      h5pset_attr_phase_change_f, h5pset_fapl_core_f, h5pset_fclose_degree_f, h5pset_libver_bounds_f, &
+      h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5sclose_f, h5screate_f, h5screate_simple_f, &
+      h5tclose_f, hid_t, hsize_t, size_t, h5f_acc_trunc_f, h5f_close_strong_f, h5f_libver_earliest_f, &
+      h5f_libver_v18_f, h5f_scope_local_f, h5p_crt_order_indexed_f, h5p_crt_order_tracked_f, h5p_dataset_create_f, &
+      h5p_dataset_xfer_f, h5p_file_access_f, h5p_file_create_f, h5p_group_create_f, h5s_scalar_f, h5t_native_double
    use hdf5_library, only: make_text_type, open_hdf5
    use kinds, only: wp
    implicit none (type, external)
@@ -23,12 +22,17 @@ module hdf5_file
    !> Up to so many attributes are kept with their object, where HDF5 finds them fastest.
    integer, parameter :: compact_attributes = 64
 
+   !> Bytes in which texts become those of the file; HDF5 would fill a megabyte with zeros for each write of them.
+   integer(hsize_t), parameter :: text_buffer = 4096_hsize_t
+
    type :: hdf5_file_t
       !> Its root
       integer(hid_t) :: id = -1_hid_t
       integer(hid_t) :: text_type = -1_hid_t
       integer(hid_t), private :: group_properties = -1_hid_t
       integer(hid_t), private :: dataset_properties = -1_hid_t
+      !> Of writing
+      integer(hid_t), private :: transfer_properties = -1_hid_t
       !> The space of one value
       integer(hid_t), private :: one_value = -1_hid_t
       !> The dimension scale that was asked for last, open, with its group and name
@@ -87,6 +91,8 @@ contains
       call h5pset_attr_phase_change_f(self%group_properties, compact_attributes, 0, status)
       call h5pcreate_f(h5p_dataset_create_f, self%dataset_properties, status)
       call h5pset_obj_track_times_f(self%dataset_properties, .false., status)
+      call h5pcreate_f(h5p_dataset_xfer_f, self%transfer_properties, status)
+      call h5pset_buffer_f(self%transfer_properties, text_buffer, status)
       call self%check(status, 'the creation properties')
       call make_text_type(self%text_type, status)
       call self%check(status, 'the type of texts')
@@ -134,6 +140,7 @@ contains
 
       call h5sclose_f(self%one_value, status)
       call h5tclose_f(self%text_type, status)
+      call h5pclose_f(self%transfer_properties, status)
       call h5pclose_f(self%dataset_properties, status)
       call h5pclose_f(self%group_properties, status)
       call h5fclose_f(self%id, status)
@@ -190,7 +197,7 @@ contains
       call h5dcreate_f(group, name, type, space, dataset, status, dcpl_id=self%dataset_properties)
       call self%check(status, name)
       if (.not. allocated(self%refused) .and. c_associated(address)) then
-         call h5dwrite_f(dataset, type, address, status)
+         call h5dwrite_f(dataset, type, address, status, xfer_prp=self%transfer_properties)
          call self%check(status, name)
       end if
       if (size(extent) > 0) call h5sclose_f(space, status)

@@ -29,6 +29,10 @@ module process
          implicit none (type, external)
       end subroutine impactbeam_take_signals
 
+      subroutine impactbeam_keep_memory() bind(c)
+         implicit none (type, external)
+      end subroutine impactbeam_keep_memory
+
       !> Do some work where there is a stack of the usual size.
       subroutine work_on_usual_stack(work, data) bind(c, name='impactbeam_work_on_usual_stack')
          import :: c_ptr, work_interface
@@ -61,6 +65,7 @@ contains
    subroutine prepare_process()
       call impactbeam_hold_streams()
       call impactbeam_take_signals()
+      call impactbeam_keep_memory()
    end subroutine prepare_process
 
    !> Open a unit for a text that is to be read back.

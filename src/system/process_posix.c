@@ -3,6 +3,9 @@
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <pthread.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -78,6 +81,17 @@ void impactbeam_hold_streams(void)
    }
 }
 
+/* Memory that was given back is mostly wanted again at once: glibc gives less than this back to the system, each page of which
+ * would be cleared anew. */
+void impactbeam_keep_memory(void)
+{
+#ifdef __GLIBC__
+   mallopt(M_MMAP_THRESHOLD, 4 << 20);
+   mallopt(M_TRIM_THRESHOLD, 16 << 20);
+   mallopt(M_TOP_PAD, 1 << 20);
+#endif
+}
+
 /* Write all bytes; 0, or the errno of what failed. */
 int impactbeam_write_all(int descriptor, const char *bytes, size_t count)
 {
@@ -116,10 +130,15 @@ void impactbeam_work_on_usual_stack(void *(*work)(void *), void *data)
    if (!is_done) work(data);
 }
 
-/* libgfortran calls one of these where an allocation without a status fails, and would print a backtrace: the program's own
- * goes before it. What is not finished goes, status 1. */
+/* libgfortran's are called where an allocation without a status fails, and print a backtrace: the program's own go before
+ * those of its shared library, and before those of its archive where the linker is told so (--wrap). What is not finished
+ * goes, status 1. */
 void _gfortran_os_error(const char *message) __attribute__((weak, noreturn));
 void _gfortran_os_error_at(const char *place, const char *message, ...) __attribute__((weak, noreturn));
+
+void __wrap__gfortran_os_error(const char *message) __attribute__((noreturn, alias("_gfortran_os_error")));
+void __wrap__gfortran_os_error_at(const char *place, const char *message, ...)
+   __attribute__((noreturn, alias("_gfortran_os_error_at")));
 
 static void end_without_memory(const char *message, va_list arguments) __attribute__((noreturn));
 

@@ -1,27 +1,22 @@
 !> The processes that share a sweep, by MPI; without it there is one. The first one hands out the parts, between its own
 !> cases; the others ask.
 module sweep_ranks
-#ifdef IMPACTBEAM_MPI
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use mpi_f08, only: mpi_allreduce, mpi_any_source, mpi_barrier, mpi_comm_rank, mpi_comm_size, mpi_comm_world, &
-      mpi_finalize, mpi_in_place, mpi_init_thread, mpi_integer, mpi_iprobe, mpi_max, mpi_recv, mpi_send, &
-      mpi_status, mpi_status_ignore, mpi_thread_serialized, mpi_probe
-#endif
+   use failures, only: failure_t
    use number_text, only: to_text
+   use rank_calls, only: load_rank_calls, rank_call, rank_call_t
    implicit none (type, external)
    private
    public :: start_ranks, stop_ranks, rank_number, rank_count, is_first_rank, greatest_of_all, deal_t, start_deal, &
       next_of_deal, serve_deal, abandon_deal, finish_deal, ranks_in_words
 
-#ifdef IMPACTBEAM_MPI
-   integer, parameter :: tag_question = 1
-   integer, parameter :: tag_answer = 2
-   logical, protected :: is_started = .false.
-#endif
-
    !> Number of this process, and of all; set once at the start.
    integer, protected :: this_rank = 0
    integer, protected :: all_ranks = 1
+
+   !> How to talk to the others; not associated: there are none.
+   procedure(rank_call_t), pointer :: ask => null(), is_asked => null(), answer => null(), meet => null(), &
+      greatest => null(), leave => null()
 
    !> Hands out the numbers of a list, each once.
    type :: deal_t
@@ -36,26 +31,36 @@ module sweep_ranks
 contains
 
    !> Begin, if the program was started by MPI's launcher.
-   subroutine start_ranks()
-#ifdef IMPACTBEAM_MPI
-      integer :: provided
+   subroutine start_ranks(error)
+      !> Set where the others cannot be talked to
+      type(failure_t), allocatable, intent(inout) :: error
 
-      is_started = any([is_set('OMPI_COMM_WORLD_SIZE'), is_set('PMI_SIZE'), is_set('PMIX_RANK'), is_set('PMI_RANK')])
-      if (.not. is_started) return
-      call mpi_init_thread(mpi_thread_serialized, provided)
-      call mpi_comm_size(mpi_comm_world, all_ranks)
-      call mpi_comm_rank(mpi_comm_world, this_rank)
-      if (provided >= mpi_thread_serialized) return
-      if (this_rank == 0) write (error_unit, &
+      procedure(rank_call_t), pointer :: start, number, count
+      logical :: are_loaded, take_turns
+
+      call load_rank_calls(are_loaded, error)
+      if (.not. are_loaded) return
+      start => rank_call('start')
+      number => rank_call('number')
+      count => rank_call('count')
+      ask => rank_call('ask')
+      is_asked => rank_call('is_asked')
+      answer => rank_call('answer')
+      meet => rank_call('meet')
+      greatest => rank_call('greatest')
+      leave => rank_call('stop')
+      take_turns = start(0) == 1
+      this_rank = number(0)
+      all_ranks = count(0)
+      if (this_rank == 0 .and. .not. take_turns) write (error_unit, &
          '(a)') 'impactbeam: this MPI does not let threads take turns; give --threads 1'
-#endif
    end subroutine start_ranks
 
    !> End.
    subroutine stop_ranks()
-#ifdef IMPACTBEAM_MPI
-      if (is_started) call mpi_finalize()
-#endif
+      integer :: nothing
+
+      if (associated(leave)) nothing = leave(0)
    end subroutine stop_ranks
 
    !> Number of this process, from 0.
@@ -87,9 +92,7 @@ contains
       integer, intent(in) :: value
 
       greatest_of_all = value
-#ifdef IMPACTBEAM_MPI
-      if (all_ranks > 1) call mpi_allreduce(mpi_in_place, greatest_of_all, 1, mpi_integer, mpi_max, mpi_comm_world)
-#endif
+      if (all_ranks > 1) greatest_of_all = greatest(value)
    end function greatest_of_all
 
    !> Begin to hand out.
@@ -113,13 +116,9 @@ contains
       if (this_rank == 0) then
          call serve_deal(deal)
          call take(deal, number)
+      else
+         number = ask(0)
       end if
-#ifdef IMPACTBEAM_MPI
-      if (this_rank > 0) then
-         call mpi_send(number, 1, mpi_integer, 0, tag_question, mpi_comm_world)
-         call mpi_recv(number, 1, mpi_integer, 0, tag_answer, mpi_comm_world, mpi_status_ignore)
-      end if
-#endif
       deal%is_over = number == 0
    end subroutine next_of_deal
 
@@ -139,19 +138,11 @@ contains
    subroutine serve_deal(deal)
       type(deal_t), intent(inout) :: deal
 
-#ifdef IMPACTBEAM_MPI
-      type(mpi_status) :: status
-      logical :: is_asked
-
-#endif
-      if (this_rank /= 0 .or. deal%asking == 0) return
-#ifdef IMPACTBEAM_MPI
+      if (this_rank /= 0) return
       do while (deal%asking > 0)
-         call mpi_iprobe(mpi_any_source, tag_question, mpi_comm_world, is_asked, status)
-         if (.not. is_asked) return
-         call answer(deal, status%mpi_source)
+         if (is_asked(0) == 0) exit
+         call answer_one(deal)
       end do
-#endif
    end subroutine serve_deal
 
    !> Hand out no more, if this is the first process.
@@ -165,8 +156,6 @@ contains
    subroutine finish_deal(deal)
       type(deal_t), intent(inout) :: deal
 
-#ifdef IMPACTBEAM_MPI
-      type(mpi_status) :: status
       integer :: number
 
       ! a process that stops early takes the rest of what it is given without doing it
@@ -174,39 +163,22 @@ contains
          call next_of_deal(deal, number)
       end do
       do while (this_rank == 0 .and. deal%asking > 0)
-         call mpi_probe(mpi_any_source, tag_question, mpi_comm_world, status)
-         call answer(deal, status%mpi_source)
+         number = is_asked(1)
+         call answer_one(deal)
       end do
-      if (all_ranks > 1) call mpi_barrier(mpi_comm_world)
-#endif
+      if (all_ranks > 1) number = meet(0)
       deal%is_over = .true.
    end subroutine finish_deal
 
-#ifdef IMPACTBEAM_MPI
-   !> Is an environment variable set?
-   function is_set(name) result(answer)
-      character(*), intent(in) :: name
-      logical :: answer
-
-      integer :: length, status
-
-      call get_environment_variable(name, length=length, status=status)
-      answer = status == 0 .and. length > 0
-   end function is_set
-
    !> Answer one question.
-   subroutine answer(deal, source)
+   subroutine answer_one(deal)
       type(deal_t), intent(inout) :: deal
-      !> Who asked
-      integer, intent(in) :: source
 
-      integer :: number
+      integer :: number, nothing
 
-      call mpi_recv(number, 1, mpi_integer, source, tag_question, mpi_comm_world, mpi_status_ignore)
       call take(deal, number)
-      call mpi_send(number, 1, mpi_integer, source, tag_answer, mpi_comm_world)
+      nothing = answer(number)
       if (number == 0) deal%asking = deal%asking - 1
-   end subroutine answer
-#endif
+   end subroutine answer_one
 
 end module sweep_ranks
