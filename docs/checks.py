@@ -101,6 +101,16 @@ def motions(page):
         branch = file["orbit/branch_1"]
         doubles = branch["parameter"][()][branch["mark"][()] == 2]
     page.compare("orbit_doubling", "where a multiplier is -1, closed form, Hz", [0.42229340662982373], doubles, 1e-9)
+    with page.run("check_orbit_grazing") as file:
+        orbit, branch = file["orbit"], file["orbit/branch_1"]
+        after = 0.8 * orbit.attrs["least_impact_speed"]
+        multiplier = [orbit[name][0] for name in ("multiplier_real", "multiplier_imaginary")]
+        amplitude, mark = branch["parameter"][()], branch["mark"][()]
+    page.compare("orbit_grazing", "Dankowicz and Schilder 2013, example 15.2: velocity after the impact, m/s", [1.36], [after], 0.0037)
+    page.compare("orbit_grazing", "the same, closed form", [1.356586350075906], [after], 1e-10)
+    page.compare("orbit_grazing", "its Floquet multiplier, closed form", [-0.5842953143415296, 0.005600351492473558], multiplier, 1e-8)
+    page.compare("orbit_grazing", "where the motion turns back and where it grazes, closed form, N", [0.0999707536283133, 0.1],
+                 [*amplitude[mark == 1], *amplitude[mark == 4]], 1e-6)
     with page.run("check_grazing") as file:
         impacts = file["sweep/impacts"][()]
     touches = list(impacts[1::2] > 0)
