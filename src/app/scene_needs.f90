@@ -1,6 +1,7 @@
 !> What a scene of the program `impactbeam` needs of the machine.
 module scene_needs
    use auto_solver, only: lanczos_is_faster
+   use few_modes, only: first_count, takes_few_modes
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use measure_list, only: measure_count
@@ -218,8 +219,15 @@ contains
       type(need_t), intent(inout) :: need
 
       character(*), parameter :: fewer = 'give &mesh fewer elements'
+      !> Of an element for each mode: the iteration, and two sets of them; measured
+      real(wp), parameter :: numbers = 13.0_wp
 
-      if (scene%response%method == method_exact) then
+      if (scene%response%method == method_exact .and. takes_few_modes(elements, run_of(scene))) then
+         associate (modes => max(scene%response%mode_count, 2*first_count))
+            call add_need(need, real(runs, wp)*numbers*bytes_of_number*real(elements, wp)*real(modes, wp), &
+               to_text(modes)//' modes of '//to_text(elements)//' elements', fewer)
+         end associate
+      else if (scene%response%method == method_exact) then
          call add_modes(elements, runs, fewer//", or &response method = 'newmark'", need)
       else
          call add_need(need, real(runs, wp)*800.0_wp*real(elements, wp), to_text(elements)//' elements', fewer)

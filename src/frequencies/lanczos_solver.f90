@@ -1,5 +1,5 @@
 !> The few lowest frequencies and modes of a large mesh in O(n): Lanczos iteration on K^-1 M in
-!> element curvatures, where it is B^T B (`natural_coordinates`): two sums along the beam a step,
+!> element curvatures, where it is B^T B (`held_coordinates`): two sums along the beam a step,
 !> no factorisation and no cancellation.
 !>
 !> Every vector is orthogonalised against all before it. The tridiagonal matrix gives its small
@@ -11,17 +11,18 @@
 !> along the beam (Gantmacher and Krein, Oscillation Matrices); where a coarse mesh does not show
 !> that, K - sigma M must have the right number of negative pivots.
 module lanczos_solver
-   use beam_model, only: beam_model_t, has_rigid_mode
+   use beam_model, only: beam_model_t, hold_supports, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
+   use held_coordinates, only: bend, bend_transposed, displace, held_beam_t, make_held_beam
    use kinds, only: wp
    use lapack_interfaces, only: dgemm, dgemv, dpotrf, dstevd, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs, sign_changes
-   use natural_coordinates, only: deflect, deflect_transposed, make_natural_beam, natural_beam_t, nodal_displacements
    use number_text, only: to_text
+   use pinned_coordinates, only: rigid_rotation
    use skyline_matrix, only: combine, factorise, negative_pivots, skyline_t
    implicit none (type, external)
    private
-   public :: lanczos_modes
+   public :: lanczos_modes, lanczos_vectors, lambda_of, orthogonalise
 
    !> Relative residual at which a mode has converged, by the estimate from the tridiagonal matrix.
    real(wp), parameter :: convergence = 1.0e-11_wp
@@ -38,7 +39,7 @@ module lanczos_solver
 
 contains
 
-   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for.
+   !> The first lambda_i of the mesh on its supports, ascending, and the mode shapes where they are asked for.
    subroutine lanczos_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most n
@@ -47,50 +48,89 @@ contains
       real(wp), allocatable, intent(out) :: lambda(:)
       !> Set when a mode does not converge, or one is missed
       type(failure_t), allocatable, intent(out) :: error
-      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
+      !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [degrees of freedom, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
-      type(natural_beam_t) :: natural
-      real(wp), allocatable :: deflection(:, :), vectors(:, :)
-      integer :: found, mode
+      type(held_beam_t) :: beam
+      real(wp), allocatable :: deflection(:, :), direction(:), motion(:), vectors(:, :)
+      integer :: mode, rigid
 
       if (count < 0 .or. count > model%mesh%elements) then
          call fail(error, status_run_failed, 'Lanczos: it finds at most as many modes as the mesh has elements')
          return
       end if
-      if (has_rigid_mode(model)) then
-         call fail(error, status_run_failed, "Lanczos: it needs a root that does not turn freely; take 'natural'")
-         return
-      end if
-      call make_natural_beam(model, natural)
-      allocate (lambda(count), vectors(natural%order, count), deflection(natural%rows, count))
-      found = 0
-      do while (found < count)
-         call find_more(natural, found, vectors, error)
-         if (allocated(error)) return
-         call refine(natural, vectors(:, :found), deflection(:, :found), error)
-         if (allocated(error)) return
-      end do
-      do mode = 1, count
-         lambda(mode) = (sum_of_squares(vectors(:, mode))/sum_of_squares(deflection(:, mode)))**0.25_wp
-      end do
-      call check_residuals(natural, lambda, vectors, deflection, error)
+      call make_held_beam(model, beam)
+      rigid = merge(1, 0, is_mechanism(model) .and. count > 0)
+      call lanczos_vectors(model, beam, count - rigid, vectors, deflection, error)
       if (allocated(error)) return
-      call check_none_missed(model, lambda, deflection(:natural%beam_rows, :), error)
-      if (allocated(error) .or. .not. present(modes)) return
-      allocate (modes(natural%order, count))
-      do mode = 1, count
-         call nodal_displacements(natural, vectors(:, mode), modes(:, mode))
+      allocate (lambda(count), source=0.0_wp)
+      lambda(rigid + 1:) = lambda_of(vectors, deflection)
+      if (.not. present(modes)) return
+      allocate (modes(beam%dofs, count))
+      if (rigid > 0) then
+         allocate (direction(beam%rows), motion(beam%dofs))
+         call rigid_rotation(beam%natural, direction, motion)
+         modes(:, 1) = motion
+      end if
+      do mode = rigid + 1, count
+         call displace(beam, vectors(:, mode - rigid), modes(:, mode))
       end do
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine lanczos_modes
 
+   !> The modes with strain in the coordinates of the beam, the lowest first.
+   subroutine lanczos_vectors(model, beam, count, vectors, deflection, error)
+      type(beam_model_t), intent(in) :: model
+      !> The same beam in its coordinates
+      type(held_beam_t), intent(in) :: beam
+      !> Number of modes
+      integer, intent(in) :: count
+      !> Of unit modal mass, [order, count]
+      real(wp), allocatable, intent(out) :: vectors(:, :)
+      !> B times the vectors, [rows, count]
+      real(wp), allocatable, intent(out) :: deflection(:, :)
+      !> Set when a mode does not converge, or one is missed
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp) :: lambda(count)
+      integer :: found
+
+      allocate (vectors(beam%order, count), deflection(beam%rows, count))
+      found = 0
+      do while (found < count)
+         call find_more(beam, found, vectors, error)
+         if (allocated(error)) return
+         call refine(beam, vectors(:, :found), deflection(:, :found), error)
+         if (allocated(error)) return
+      end do
+      if (count == 0) return
+      lambda = lambda_of(vectors, deflection)
+      call check_residuals(beam, lambda, vectors, deflection, error)
+      if (allocated(error)) return
+      call check_none_missed(model, lambda, deflection(:beam%natural%beam_rows, :), error)
+   end subroutine lanczos_vectors
+
+   !> lambda of vectors, from their strain and kinetic energy.
+   pure function lambda_of(vectors, deflection) result(lambda)
+      !> [order, count]
+      real(wp), intent(in) :: vectors(:, :)
+      !> B times the vectors, [rows, count]
+      real(wp), intent(in) :: deflection(:, :)
+      real(wp) :: lambda(size(vectors, 2))
+
+      integer :: mode
+
+      do mode = 1, size(lambda)
+         lambda(mode) = (sum_of_squares(vectors(:, mode))/sum_of_squares(deflection(:, mode)))**0.25_wp
+      end do
+   end function lambda_of
+
    !> Lanczos steps on B^T B, orthogonal to the vectors found, until the next ones have converged.
-   subroutine find_more(natural, found, vectors, error)
-      type(natural_beam_t), intent(in) :: natural
+   subroutine find_more(beam, found, vectors, error)
+      type(held_beam_t), intent(in) :: beam
       !> Number of vectors found, the lowest frequencies; more on return
       integer, intent(inout) :: found
-      !> Vectors as columns, the lowest frequency first, [2 n, wanted]
+      !> Vectors as columns, the lowest frequency first, [order, wanted]
       real(wp), intent(inout) :: vectors(:, :)
       !> Set when no further one converges
       type(failure_t), allocatable, intent(out) :: error
@@ -102,13 +142,13 @@ contains
 
       order = size(vectors, 1)
       wanted = size(vectors, 2) - found
-      limit = min(order - found, 6*wanted + 60)
-      allocate (basis(order, found + limit + 1), deflection(natural%rows))
+      limit = min(beam%free - found, 6*wanted + 60)
+      allocate (basis(order, found + limit + 1), deflection(beam%rows))
       allocate (diagonal(limit), off_diagonal(limit), small(limit, wanted))
       do place = 1, found
          basis(:, place) = vectors(:, place)/norm2(vectors(:, place))
       end do
-      call start_vector(natural, deflection, basis(:, :found + 1))
+      call start_vector(beam, deflection, basis(:, :found + 1))
 
       before = 0.0_wp
       ready = 0
@@ -116,8 +156,8 @@ contains
       do step = 1, limit
          place = found + step
          associate (next => basis(:, place + 1))
-            call deflect(natural, basis(:, place), deflection)
-            call deflect_transposed(natural, deflection, next)
+            call bend(beam, basis(:, place), deflection)
+            call bend_transposed(beam, deflection, next)
             call project_out(basis(:, :place), before, next, diagonal(step), off_diagonal(step))
             before = off_diagonal(step)
             finished = step == limit .or. off_diagonal(step) <= epsilon(1.0_wp)*maxval(diagonal(:step))
@@ -143,7 +183,7 @@ contains
    !> w less its components along the columns of Q. The two last ones hold nearly all of these; with
    !> them taken out first, one pass over all columns leaves nothing but rounding.
    subroutine project_out(basis, before, vector, diagonal, off_diagonal)
-      !> Q, orthonormal columns, [2 n, m]
+      !> Q, orthonormal columns, [order, m]
       real(wp), contiguous, intent(in) :: basis(:, :)
       !> The off-diagonal before
       real(wp), intent(in) :: before
@@ -169,11 +209,11 @@ contains
    end subroutine project_out
 
    !> A smooth vector in which no mode is missing: the curvatures under point forces of all signs.
-   subroutine start_vector(natural, forces, basis)
-      type(natural_beam_t), intent(in) :: natural
+   subroutine start_vector(beam, forces, basis)
+      type(held_beam_t), intent(in) :: beam
       !> Work space, [rows]
       real(wp), intent(inout) :: forces(:)
-      !> Vectors to which it shall be orthogonal, then the vector, of unit length, [2 n, found + 1]
+      !> Vectors to which it shall be orthogonal, then the vector, of unit length, [order, found + 1]
       real(wp), intent(inout) :: basis(:, :)
 
       real(wp), parameter :: golden = 0.61803398874989485_wp
@@ -184,7 +224,7 @@ contains
          forces(row) = modulo(golden*real(row, wp), 1.0_wp) - 0.3_wp
       end do
       associate (vector => basis(:, size(basis, 2)))
-         call deflect_transposed(natural, forces, vector)
+         call bend_transposed(beam, forces, vector)
          vector = vector/norm2(vector)
          do i = 1, size(basis, 2) - 1
             vector = vector - dot_product(basis(:, i), vector)*basis(:, i)
@@ -237,9 +277,9 @@ contains
 
    !> Orthogonalise the vectors in the mass product, from low to high, which takes out what rounding
    !> left of lower modes; then one application of B^T B, which takes out what it left of higher ones.
-   subroutine refine(natural, vectors, deflection, error)
-      type(natural_beam_t), intent(in) :: natural
-      !> Vectors; of unit modal mass on return, [2 n, count]
+   subroutine refine(beam, vectors, deflection, error)
+      type(held_beam_t), intent(in) :: beam
+      !> Vectors; of unit modal mass on return, [order, count]
       real(wp), intent(inout) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(inout) :: deflection(:, :)
@@ -250,8 +290,8 @@ contains
 
       do pass = 1, 2
          do mode = 1, size(vectors, 2)
-            if (pass == 2) call deflect_transposed(natural, deflection(:, mode), vectors(:, mode))
-            call deflect(natural, vectors(:, mode), deflection(:, mode))
+            if (pass == 2) call bend_transposed(beam, deflection(:, mode), vectors(:, mode))
+            call bend(beam, vectors(:, mode), deflection(:, mode))
          end do
          call orthogonalise(vectors, deflection, error)
          if (allocated(error)) return
@@ -260,7 +300,7 @@ contains
 
    !> From low to high, by Cholesky's factor of the modal masses.
    subroutine orthogonalise(vectors, deflection, error)
-      !> Vectors, [2 n, count]
+      !> Vectors, [order, count]
       real(wp), intent(inout) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(inout) :: deflection(:, :)
@@ -300,11 +340,11 @@ contains
    end function sum_of_squares
 
    !> Each mode must satisfy its equation: |B^T B v - lambda^-4 v| small against lambda^-4 |v|.
-   subroutine check_residuals(natural, lambda, vectors, deflection, error)
-      type(natural_beam_t), intent(in) :: natural
+   subroutine check_residuals(beam, lambda, vectors, deflection, error)
+      type(held_beam_t), intent(in) :: beam
       !> lambda_i, [count]
       real(wp), intent(in) :: lambda(:)
-      !> Vectors, [2 n, count]
+      !> Vectors, [order, count]
       real(wp), intent(in) :: vectors(:, :)
       !> B times the vectors, [rows, count]
       real(wp), intent(in) :: deflection(:, :)
@@ -318,7 +358,7 @@ contains
 
       allocate (product(size(vectors, 1)))
       do mode = 1, size(lambda)
-         call deflect_transposed(natural, deflection(:, mode), product)
+         call bend_transposed(beam, deflection(:, mode), product)
          residual = norm2(product*lambda(mode)**4 - vectors(:, mode))/norm2(vectors(:, mode))
          if (.not. residual <= residual_limit) then
             write (numbers, '(a,i0,a,es9.2)') 'mode ', mode, ' has a residual of ', residual
@@ -328,33 +368,37 @@ contains
       end do
    end subroutine check_residuals
 
-   !> Mode i changes its sign i - 1 times; or else, where the mesh is too coarse to show that, K - sigma M
-   !> has as many negative pivots as there are modes below sigma.
+   !> Mode i changes its sign i - 1 times; or else, where the mesh is too coarse or supports are in the way to show
+   !> that, K - sigma M has as many negative pivots as there are modes below sigma.
    subroutine check_none_missed(model, lambda, deflection, error)
       type(beam_model_t), intent(in) :: model
-      !> lambda_i, [count]
+      !> lambda_i of the modes with strain, [count]
       real(wp), intent(in) :: lambda(:)
       !> Displacements along the beam, each times a positive number, [places, count]
       real(wp), intent(in) :: deflection(:, :)
       !> Set when a mode has been missed
       type(failure_t), allocatable, intent(out) :: error
 
+      type(beam_model_t) :: held
       type(skyline_t) :: shifted
-      integer :: below, mode
+      real(wp) :: shift
+      integer :: below, mode, rigid
       logical :: complete
 
       ! a rotary inertia may add a change of sign
-      complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp)
+      complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp) .and. size(model%supports) == 0
+      rigid = merge(1, 0, is_mechanism(model))
       do mode = 1, size(lambda)
-         complete = complete .and. sign_changes(deflection(:, mode)) == mode - 1
+         complete = complete .and. sign_changes(deflection(:, mode)) == mode - 1 + rigid
       end do
       if (complete) return
-      associate (highest => lambda(size(lambda)))
-         shifted = combine(1.0_wp, model%stiffness, -(highest*(1.0_wp + 1.0e-4_wp))**4, model%mass)
-      end associate
+      held = hold_supports(model)
+      shift = (lambda(size(lambda))*(1.0_wp + 1.0e-4_wp))**4
+      shifted = combine(1.0_wp, held%stiffness, -shift, held%mass)
       call factorise(shifted, error, positive=.false.)
       if (allocated(error)) return
-      below = negative_pivots(shifted)
+      ! what is held stands for itself, with a value of 1
+      below = negative_pivots(shifted) - rigid - merge(count(.not. model%supports%stiffness > 0.0_wp), 0, shift > 1.0_wp)
       if (below == size(lambda)) return
       call fail(error, status_run_failed, 'Lanczos: '//to_text(size(lambda))//' modes were found where ' &
          //to_text(below)//' are'//remedy)

@@ -20,7 +20,7 @@ module natural_coordinates
    implicit none (type, external)
    private
    public :: natural_beam_t, make_natural_beam, deflect, deflect_transposed, nodal_displacements
-   public :: flexibility_matrix, nodal_flexibility, coordinates_of_node, coordinates_of_force, row_shape
+   public :: flexibility_matrix, nodal_flexibility, coordinates_of_shape, coordinates_of_forces, row_shape
 
    real(wp), parameter :: one_sixth = 1.0_wp/6.0_wp
    real(wp), parameter :: one_third = 1.0_wp/3.0_wp
@@ -255,21 +255,23 @@ contains
       end associate
    end subroutine deflect_transposed
 
-   !> N^T e, e one of the nodes' degrees of freedom: the coordinates under a unit force or moment there, [order].
-   pure function coordinates_of_force(natural, dof) result(q)
+   !> N^T f: the coordinates under forces and moments on the degrees of freedom, [order].
+   pure function coordinates_of_forces(natural, forces) result(q)
       type(natural_beam_t), intent(in) :: natural
-      !> Not of the root
-      integer, intent(in) :: dof
+      !> [dofs]
+      real(wp), intent(in) :: forces(:)
       real(wp) :: q(natural%order)
 
-      real(wp) :: force, left, moment, moment_lost, right
+      real(wp) :: force, force_lost, left, moment, moment_lost, right
       integer :: element
 
-      q = 0.0_wp
-      force = merge(1.0_wp, 0.0_wp, modulo(dof, 2) == 1)
-      moment = 1.0_wp - force
+      force = 0.0_wp
+      force_lost = 0.0_wp
+      moment = 0.0_wp
       moment_lost = 0.0_wp
-      do element = (dof + 1)/2, 1, -1
+      do element = natural%elements, 1, -1
+         call add(force, force_lost, forces(2*element - 1))
+         call add(moment, moment_lost, forces(2*element))
          associate (length => natural%length(element), inverse => natural%inverse(:, element))
             right = length*(0.5_wp*moment + length*one_sixth*force)
             left = length*(0.5_wp*moment + length*one_third*force)
@@ -278,11 +280,11 @@ contains
             call add(moment, moment_lost, length*force)
          end associate
       end do
-      associate (place => natural%root_place)
-         if (place(1) > 0) q(place(1)) = natural%root_give(1)*force
-         if (place(2) > 0) q(place(2)) = natural%root_give(2)*moment
+      associate (place => natural%root_place, root => natural%root_dofs)
+         if (place(1) > 0) q(place(1)) = natural%root_give(1)*(force + forces(root(1)))
+         if (place(2) > 0) q(place(2)) = natural%root_give(2)*(moment + forces(root(2)))
       end associate
-   end function coordinates_of_force
+   end function coordinates_of_forces
 
    !> y and dy/dx of the nodes, and of the root where it moves.
    pure subroutine nodal_displacements(natural, q, nodal)
@@ -361,27 +363,32 @@ contains
       end do
    end function nodal_flexibility
 
-   !> The coordinates of a motion that moves one node by 1 and nothing else, [order]. Its strain energy is q.q/2.
-   pure function coordinates_of_node(natural, node) result(q)
+   !> The coordinates of a motion of the degrees of freedom, [order]. Its strain energy is q.q/2.
+   pure function coordinates_of_shape(natural, nodal) result(q)
       !> The beam in its curvatures
       type(natural_beam_t), intent(in) :: natural
-      integer, intent(in) :: node
+      !> [dofs]
+      real(wp), intent(in) :: nodal(:)
       real(wp) :: q(natural%order)
 
-      real(wp) :: ends(4, 2)
-      integer :: element, dof
+      real(wp) :: ends(2), values(4)
+      integer :: element, i
 
-      q = 0.0_wp
-      do element = node, min(node + 1, natural%elements)
-         dof = merge(3, 1, element == node)
+      values = 0.0_wp
+      do i = 1, 2
+         if (natural%root_dofs(i) > 0) values(2 + i) = nodal(natural%root_dofs(i))
+         if (natural%root_place(i) > 0) q(natural%root_place(i)) = values(2 + i)/natural%root_give(i)
+      end do
+      do element = 1, natural%elements
+         values = [values(3:4), nodal(2*element - 1:2*element)]
          associate (length => natural%length(element), inverse => natural%inverse(:, element))
-            ends(:, 1) = hermite_curvature(0.0_wp, length)
-            ends(:, 2) = hermite_curvature(1.0_wp, length)
-            q(2*element) = ends(dof, 2)/inverse(3)
-            q(2*element - 1) = (ends(dof, 1) - inverse(2)*q(2*element))/inverse(1)
+            ends = [dot_product(hermite_curvature(0.0_wp, length), values), &
+               dot_product(hermite_curvature(1.0_wp, length), values)]
+            q(2*element) = ends(2)/inverse(3)
+            q(2*element - 1) = (ends(1) - inverse(2)*q(2*element))/inverse(1)
          end associate
       end do
-   end function coordinates_of_node
+   end function coordinates_of_shape
 
    !> What the rows of B are where one node moves by 1 and nothing else, the rows of point masses left out, [rows].
    pure function row_shape(natural, node) result(shape)

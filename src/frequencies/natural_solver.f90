@@ -11,7 +11,7 @@ module natural_solver
    use kinds, only: wp
    use lapack_interfaces, only: dgejsv, dgemm, dpotrf, dtrsm, lapack_message
    use mode_shapes, only: fix_mode_signs
-   use natural_coordinates, only: coordinates_of_node, flexibility_matrix, make_natural_beam, natural_beam_t, &
+   use natural_coordinates, only: coordinates_of_shape, flexibility_matrix, make_natural_beam, natural_beam_t, &
       nodal_flexibility, row_shape
    use pinned_coordinates, only: pinned_flexibility, rigid_rotation, take_rotation_out
    use skyline_matrix, only: multiply, skyline_t
@@ -38,7 +38,7 @@ contains
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
       type(natural_beam_t) :: natural
-      real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), vectors(:, :)
+      real(wp), allocatable :: flexibility(:, :), nodal(:, :), singular(:), unit(:), vectors(:, :)
       integer :: bent, rigid
 
       call make_natural_beam(model, natural)
@@ -55,7 +55,9 @@ contains
       if (model%is_redistributed) call continue_displacement(model, natural, nodal, flexibility)
       if (has_rigid_mode(model)) call take_rotation_out(natural, flexibility, nodal)
       if (model%has_massless_node) then
-         call drop_axis(coordinates_of_node(natural, model%mesh%struck_node), flexibility, nodal)
+         allocate (unit(natural%dofs), source=0.0_wp)
+         unit(2*model%mesh%struck_node - 1) = 1.0_wp
+         call drop_axis(coordinates_of_shape(natural, unit), flexibility, nodal)
       end if
       call right_singular_vectors(flexibility, present(modes), singular, vectors, error)
       if (allocated(error)) return

@@ -5,6 +5,7 @@ module exact_motion
    use contact_sets, only: set_store_t
    use exact_run, only: advance, run_phases
    use failures, only: failure_t
+   use few_modes, only: find_few_modes, find_modes_of_run, first_count, most_count, wants_few_modes
    use free_modes, only: find_free_modes, free_modes_t
    use held_contact, only: held_contact_t, make_held_contact
    use kinds, only: wp
@@ -47,6 +48,8 @@ contains
       type(section_state_t), intent(inout), optional :: carried
 
       type(free_modes_t) :: own
+      type(mode_check_t) :: check
+      type(run_settings_t) :: ours
       type(set_store_t), target :: own_sets
       type(set_store_t), pointer :: kept
 
@@ -58,11 +61,76 @@ contains
             return
          end if
       end if
-      call find_free_modes(model, own, error)
+      ours = settings
+      if (wants_few_modes(model, settings)) then
+         call choose_few_modes(model, settings, present(carried), own, check, error)
+         ours%response%keep_all_modes = .true.
+      else
+         call find_free_modes(model, own, error)
+      end if
       if (allocated(error)) return
-      call respond(model, own, settings, kept, response, error, carried)
+      call respond(model, own, ours, kept, response, error, carried)
+      if (check%compared > 0) response%mode_check = check
+      response%evaluations = response%evaluations + check%evaluations
       response%factorisations = response%factorisations + 1
    end subroutine exact_response
+
+   !> Of a large mesh so many modes that twice as many change nothing, up to the third rebound.
+   subroutine choose_few_modes(model, settings, is_chain, modes, check, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> The run is one of a chain, whose states must have the same modes
+      logical, intent(in) :: is_chain
+      type(free_modes_t), intent(out) :: modes
+      !> How many, and how that was found
+      type(mode_check_t), intent(out) :: check
+      !> Set when they cannot be found, or a run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(response_t) :: fewer, more
+      type(run_settings_t) :: trial
+      integer :: count
+
+      if (is_chain .or. settings%response%mode_count > 0) then
+         call find_modes_of_run(model, settings, modes, error)
+         return
+      end if
+      count = first_count
+      do
+         call find_few_modes(model, settings, count, modes, error)
+         if (allocated(error)) return
+         trial = trial_settings(settings, modes%lambda(1))
+         call try_modes(model, modes, trial, more, error)
+         if (allocated(error)) return
+         check%evaluations = check%evaluations + more%evaluations
+         check%kept = size(modes%lambda)
+         if (allocated(fewer%tau)) then
+            call compare_runs(fewer, more, trial%response%duration, check)
+            if (check%difference <= agreement*settings%response%mode_tolerance .or. 2*count > most_count) return
+         end if
+         check%compared = check%kept
+         count = 2*count
+         fewer = more
+      end do
+   end subroutine choose_few_modes
+
+   !> A run to compare.
+   subroutine try_modes(model, modes, settings, response, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      type(response_t), intent(out) :: response
+      !> Set when the run fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(run_settings_t) :: ours
+      type(set_store_t), target :: sets
+
+      ours = settings
+      ours%response%keep_all_modes = .true.
+      if (allocated(ours%stress)) deallocate (ours%stress)
+      call respond(model, modes, ours, sets, response, error)
+   end subroutine try_modes
 
    !> Choose the modes and run.
    subroutine respond(model, modes, settings, sets, response, error, carried)

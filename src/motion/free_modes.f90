@@ -10,7 +10,7 @@ module free_modes
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: free_modes_t, find_free_modes, rigid_square
+   public :: free_modes_t, find_free_modes, describe_modes, rigid_square
 
    type :: free_modes_t
       !> Elements of the mesh
@@ -53,12 +53,27 @@ contains
       logical, intent(in), optional :: with_support
 
       type(modal_beam_t) :: beam
-      real(wp), allocatable :: unit(:), mass_column(:)
 
       call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, error, &
          modes%mode)
       if (allocated(error)) return
       call attach_supports(model%supports, modes%lambda, modes%mode)
+      call describe_modes(model, modes)
+      if (.not. present(with_support)) return
+      if (.not. with_support) return
+      call make_modal_beam(modes%square, modes%mode(modes%stop_dof, :), modes%mode(modes%tip_dof, :), 0.0_wp, beam, &
+         modes%node_flexibility)
+      call make_support(beam, modes%support)
+   end subroutine find_free_modes
+
+   !> What follows from lambda and the shapes.
+   subroutine describe_modes(model, modes)
+      type(beam_model_t), intent(in) :: model
+      !> Has both
+      type(free_modes_t), intent(inout) :: modes
+
+      real(wp), allocatable :: unit(:), mass_column(:)
+
       modes%elements = model%mesh%elements
       modes%stop_dof = model%stop_dof
       modes%tip_dof = model%tip_dof
@@ -73,11 +88,6 @@ contains
       call multiply(model%mass, unit, mass_column)
       allocate (modes%nodal_mass(size(modes%lambda)))
       modes%nodal_mass(:) = matmul(mass_column, modes%mode)
-      if (.not. present(with_support)) return
-      if (.not. with_support) return
-      call make_modal_beam(modes%square, modes%mode(modes%stop_dof, :), modes%mode(modes%tip_dof, :), 0.0_wp, beam, &
-         modes%node_flexibility)
-      call make_support(beam, modes%support)
-   end subroutine find_free_modes
+   end subroutine describe_modes
 
 end module free_modes

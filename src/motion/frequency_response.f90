@@ -3,7 +3,8 @@ module frequency_response
    use applied_loads, only: applied_loads_t, gather_loads
    use beam_model, only: beam_model_t
    use failures, only: failure_t
-   use free_modes, only: find_free_modes, free_modes_t
+   use few_modes, only: find_modes_of_run
+   use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic
    use mode_choice, only: rates_of_modes
@@ -33,7 +34,7 @@ contains
       complex(wp), allocatable :: coordinate(:)
       integer :: i, k, kept
 
-      call find_free_modes(model, modes, error)
+      call find_modes_of_run(model, settings, modes, error)
       if (allocated(error)) return
       kept = size(modes%square)
       if (settings%response%mode_count > 0) kept = min(kept, settings%response%mode_count)

@@ -4,6 +4,7 @@ module motion_run
    use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
+   use few_modes, only: wants_few_modes
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use load_settings, only: field_mode, start_mode, start_pull, start_velocity
@@ -143,7 +144,7 @@ contains
       !> Set when they cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      if (settings%response%method == method_exact) then
+      if (settings%response%method == method_exact .and. .not. wants_few_modes(model, settings)) then
          call find_free_modes(model, modes, error, with_support=is_rigid(settings%stop))
       end if
    end subroutine find_shared_modes

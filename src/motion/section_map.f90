@@ -5,7 +5,8 @@ module section_map
    use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
    use failures, only: failure_t
-   use free_modes, only: find_free_modes, free_modes_t
+   use few_modes, only: find_modes_of_run
+   use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: take_modes
@@ -76,7 +77,7 @@ contains
       map%settings%output = output_settings_t(history=.false.)
       if (allocated(map%settings%stress)) deallocate (map%settings%stress)
       if (allocated(map%settings%statistics)) deallocate (map%settings%statistics)
-      call find_free_modes(model, map%modes, error)
+      call find_modes_of_run(model, settings, map%modes, error)
       if (allocated(error)) return
       kept = size(map%modes%lambda)
       if (settings%response%mode_count > 0) kept = min(kept, settings%response%mode_count)

@@ -5,9 +5,10 @@ module static_states
    use beam_model, only: beam_model_t
    use complementarity, only: solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
+   use held_coordinates, only: held_beam_t
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
-   use static_shapes, only: elastic_beam_t, make_elastic_beam, unit_shape
+   use static_shapes, only: make_elastic_beam, unit_shape
    use stop_laws, only: static_stiffness
    use stop_surfaces, only: surface_t
    implicit none (type, external)
@@ -28,7 +29,7 @@ contains
 
       ! more than rounding, less than anything meant
       real(wp), parameter :: tolerance = 1.0e-9_wp
-      type(elastic_beam_t) :: beam
+      type(held_beam_t) :: beam
       real(wp) :: gap
       integer :: dof, k, pulled
 
@@ -64,7 +65,7 @@ contains
       !> Set when nothing holds the beam
       type(failure_t), allocatable, intent(out) :: error
 
-      type(elastic_beam_t) :: beam
+      type(held_beam_t) :: beam
       real(wp) :: compliance(size(surfaces), size(surfaces)), stiffness
       real(wp), allocatable :: shape(:)
       integer :: dofs(size(surfaces)), k

@@ -1,0 +1,117 @@
+!> What modes that are left out do at some points, in a few vectors (docs/theory.md, section 13).
+!>
+!> The static shapes of forces there, less the part of the modes that are kept, are orthogonal to these in strain and so
+!> in mass (MacNeal, Computers and Structures 1 (1971) 581; Rubin, AIAA J. 13 (1975) 995). Rayleigh and Ritz make modes
+!> of them: with those the flexibility at and between the points is that of all modes.
+module residual_modes
+   use failures, only: fail, failure_t, status_run_failed
+   use held_coordinates, only: bend, held_beam_t
+   use kinds, only: wp
+   use lanczos_solver, only: orthogonalise
+   use lapack_interfaces, only: dsygv, lapack_message
+   implicit none (type, external)
+   private
+   public :: add_residual_modes
+
+contains
+
+   !> Modes of shapes that others leave, behind these.
+   subroutine add_residual_modes(beam, shapes, vectors, deflection, error)
+      type(held_beam_t), intent(in) :: beam
+      !> Coordinates of the shapes, [order, shapes]
+      real(wp), intent(in) :: shapes(:, :)
+      !> Modes, of unit modal mass; more on return, [order, modes]
+      real(wp), allocatable, intent(inout) :: vectors(:, :)
+      !> B times the vectors, [rows, modes]
+      real(wp), allocatable, intent(inout) :: deflection(:, :)
+      !> Set when their small eigenproblem fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: rest(:, :), moved(:, :), all_vectors(:, :), all_deflections(:, :)
+      integer :: before, count, j
+
+      allocate (rest, source=remainders(shapes, vectors))
+      count = size(rest, 2)
+      if (count == 0) return
+      allocate (moved(beam%rows, count))
+      do j = 1, count
+         call bend(beam, rest(:, j), moved(:, j))
+      end do
+      call rotate(rest, moved, error)
+      if (.not. allocated(error)) call orthogonalise(rest, moved, error)
+      if (allocated(error)) return
+      before = size(vectors, 2)
+      allocate (all_vectors(beam%order, before + count), all_deflections(beam%rows, before + count))
+      all_vectors(:, :before) = vectors
+      all_vectors(:, before + 1:) = rest
+      all_deflections(:, :before) = deflection
+      all_deflections(:, before + 1:) = moved
+      call move_alloc(all_vectors, vectors)
+      call move_alloc(all_deflections, deflection)
+   end subroutine add_residual_modes
+
+   !> What is left of shapes beside modes, orthonormal; nothing of one that the others make up.
+   pure function remainders(shapes, vectors) result(rest)
+      !> [order, shapes]
+      real(wp), intent(in) :: shapes(:, :)
+      !> [order, modes]
+      real(wp), intent(in) :: vectors(:, :)
+      real(wp), allocatable :: rest(:, :)
+
+      !> Of which rounding leaves too little
+      real(wp), parameter :: least = 1.0e-11_wp
+      real(wp) :: found(size(shapes, 1), size(shapes, 2)), q(size(shapes, 1))
+      integer :: count, i, j, round
+
+      count = 0
+      do j = 1, size(shapes, 2)
+         q = shapes(:, j)/norm2(shapes(:, j))
+         do round = 1, 2
+            do i = 1, size(vectors, 2)
+               q = q - vectors(:, i)*(dot_product(vectors(:, i), q)/dot_product(vectors(:, i), vectors(:, i)))
+            end do
+            do i = 1, count
+               q = q - found(:, i)*dot_product(found(:, i), q)
+            end do
+         end do
+         if (.not. norm2(q) > least) cycle
+         count = count + 1
+         q = q/norm2(q)
+         do i = 1, count - 1
+            q = q - found(:, i)*dot_product(found(:, i), q)
+         end do
+         found(:, count) = q/norm2(q)
+      end do
+      allocate (rest, source=found(:, :count))
+   end function remainders
+
+   !> Vectors that are orthogonal in strain made so in mass as well, that of most mass first.
+   subroutine rotate(vectors, deflection, error)
+      !> Orthonormal, [order, count]
+      real(wp), intent(inout) :: vectors(:, :)
+      !> B times the vectors, [rows, count]
+      real(wp), intent(inout) :: deflection(:, :)
+      !> Set when DSYGV fails
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), dimension(size(vectors, 2), size(vectors, 2)) :: mass, unit
+      real(wp) :: value(size(vectors, 2)), work(34*size(vectors, 2) + 1)
+      integer :: count, i, info
+
+      count = size(vectors, 2)
+      mass = matmul(transpose(deflection), deflection)
+      unit = 0.0_wp
+      do i = 1, count
+         unit(i, i) = 1.0_wp
+      end do
+      call dsygv(1, 'V', 'U', count, mass, count, unit, count, value, work, size(work), info)
+      if (info /= 0) then
+         call fail(error, status_run_failed, lapack_message('DSYGV', info, count))
+         return
+      end if
+      mass = mass(:, count:1:-1)
+      vectors = matmul(vectors, mass)
+      deflection = matmul(deflection, mass)
+   end subroutine rotate
+
+end module residual_modes
