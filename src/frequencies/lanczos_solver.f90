@@ -398,7 +398,8 @@ contains
       call factorise(shifted, error, positive=.false.)
       if (allocated(error)) return
       ! what is held stands for itself, with a value of 1
-      below = negative_pivots(shifted) - rigid - merge(count(.not. model%supports%stiffness > 0.0_wp), 0, shift > 1.0_wp)
+      below = negative_pivots(shifted) - rigid
+      if (shift > 1.0_wp) below = below - count(.not. model%supports%stiffness > 0.0_wp)
       if (below == size(lambda)) return
       call fail(error, status_run_failed, 'Lanczos: '//to_text(size(lambda))//' modes were found where ' &
          //to_text(below)//' are'//remedy)
