@@ -7,6 +7,7 @@ module sweep_plan
    use number_text, only: to_text
    use program_identity, only: program_name, program_version
    use random_numbers, only: next_random, random_t, shuffle, start_random
+   use run_settings, only: method_newmark
    use scene_types, only: scene_t
    use sweep_settings, only: design_grid, design_latin_hypercube, is_swept, parameter_t, &
       sweep_settings_t, swept_t, values_given
@@ -55,7 +56,7 @@ contains
       !> Its cases
       type(plan_t), intent(out) :: plan
 
-      integer, parameter :: parts_aimed_at = 400, least_part = 10, most_part = 16384
+      integer, parameter :: parts_aimed_at = 400, most_part = 16384
       type(axis_t), allocatable :: axes(:)
       real(wp), allocatable :: values(:)
       integer :: k, count, i
@@ -94,8 +95,9 @@ contains
          if (sweep%carry > 0) call make_chains(sweep, plan)
          plan%part_cases = sweep%part_cases
          if (plan%part_cases == 0) then
-            associate (room => most_part/max(1, plan%sections*section_values/measure_count))
-               plan%part_cases = min(max((plan%cases - 1)/parts_aimed_at + 1, least_part), max(room, least_part))
+            associate (room => most_part/max(1, plan%sections*section_values/measure_count), &
+               least => least_part(scene, plan%cases))
+               plan%part_cases = min(max((plan%cases - 1)/parts_aimed_at + 1, least), max(room, least))
             end associate
             if (plan%chain > 0) plan%part_cases = (plan%cases - 1)/parts_aimed_at + 1
          end if
@@ -103,6 +105,27 @@ contains
          plan%parts = (plan%cases - 1)/plan%part_cases + 1
       end associate
    end subroutine make_plan
+
+   !> A part costs as much to write as some cheap cases, so few parts take many of these; dear ones reach the disk soon.
+   !> How dear they are goes with the length of a run, the number of modes or of steps, and of surfaces.
+   pure function least_part(scene, cases) result(least)
+      type(scene_t), intent(in) :: scene
+      !> Of which there are parts for many threads
+      integer, intent(in) :: cases
+      integer :: least
+
+      integer, parameter :: fewest = 10, most = 250, parts_of_few = 32
+      ! of a run of 20 tau and 16 degrees of freedom, a fraction of a millisecond
+      real(wp), parameter :: cheap = 320.0_wp
+      real(wp) :: cost
+
+      associate (run => scene%response)
+         cost = max(run%duration, 1.0_wp)*real(2*max(scene%mesh%elements, 1), wp)
+         if (run%method == method_newmark) cost = cost*max(0.01_wp/run%step, 1.0_wp)
+      end associate
+      if (allocated(scene%more_stops)) cost = cost*real(1 + size(scene%more_stops), wp)**2
+      least = max(fewest, min(nint(real(most, wp)*min(1.0_wp, cheap/cost)), cases/parts_of_few))
+   end function least_part
 
    !> Cases that go on one from the other stand one after the other: the parameter along which they do varies fastest.
    subroutine make_chains(sweep, plan)
