@@ -1,13 +1,15 @@
 !> A signal of what swings of itself, and of what loads do to it besides (docs/theory.md, section 18).
 module driven_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, term_curvature, &
-      term_rate, term_value, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, first_zero, local_t, search_t, term_columns, &
+      term_curvature, term_rate, term_value, viewed_signal_t
    use driven_modes, only: bound_driven_mode, driven_mode_at, driven_mode_t
+   use exponential_signal, only: exponential_signal_t
    use kinds, only: wp
-   use modal_signal, only: modal_signal_t
+   use modal_signal, only: add_more, modal_signal_t
+   use short_flights, only: added_bound, added_value, most_derivatives
    implicit none (type, external)
    private
-   public :: driven_signal_t, driven_terms_t
+   public :: driven_signal_t, driven_terms_t, add_terms
 
    !> constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
    type :: driven_terms_t
@@ -15,7 +17,8 @@ module driven_signal
       real(wp) :: slope = 0.0_wp
       complex(wp), allocatable :: harmonic(:)
       real(wp), allocatable :: frequency(:)
-      !> And their shares of the signal, of themselves and of their rates
+      !> So many modes, and their shares of the signal, of themselves and of their rates; unallocated: there are none
+      integer :: modes = 0
       type(driven_mode_t), allocatable :: mode(:)
       real(wp), allocatable :: share(:), share_of_rate(:)
    end type driven_terms_t
@@ -33,6 +36,8 @@ module driven_signal
       procedure :: look
       procedure :: evaluate
       procedure :: view
+      procedure :: find_zero
+      procedure :: stands_off
    end type driven_signal_t
 
 contains
@@ -64,11 +69,12 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      real(wp) :: rows(size(self%terms%frequency) + size(self%terms%mode), term_columns)
-      real(wp) :: rest(0:1), magnitude, rounding, known, slope
+      real(wp) :: rows(size(self%terms%frequency) + self%terms%modes, term_columns)
+      real(wp) :: rest(3), magnitude, rounding, known, slope
 
       call find_rows(self, t, order, rows, magnitude)
-      rest = rest_of(self, t, order)
+      rest(:2) = rest_of(self, t, order)
+      rest(3) = min(rest(1), rest(1) + rest(2)*max(self%until - t, 0.0_wp))
       select type (free => self%free)
       type is (modal_signal_t)
          call free%look_among(t, order, here, rows, rest)
@@ -76,18 +82,11 @@ contains
          call free%look(t, order, here)
          ! its own steps know nothing of the rest
          here%free = 0.0_wp
+         call add_more(rows, rest, here)
       end select
-      here%value = here%value + rest(0) + sum(rows(:, term_value))
-      here%slope = here%slope + rest(1) + sum(rows(:, term_rate))
-      here%curvature = here%curvature + sum(rows(:, term_curvature))
-      here%bound = here%bound + sum(rows(:, bound_curvature))
-      here%bound_both = here%bound_both + sum(rows(:, bound_curvature))
-      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + sum(rows(:, bound_jerk))
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
-      here%rounding = here%rounding + rounding*(abs(rest(0)) + magnitude)
+      here%rounding = here%rounding + rounding*(abs(rest(1)) + magnitude)
       if (order == 0) then
-         here%floor = here%floor + min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) &
-            - sum(rows(:, bound_value))
          here%signal = here%value
          here%signal_rounding = here%rounding
       else
@@ -129,12 +128,31 @@ contains
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      real(wp) :: rest(0:1), rows(size(self%terms%frequency) + size(self%terms%mode), term_columns), magnitude
+      complex(wp) :: term
+      real(wp) :: here(0:self%order + 2), rest(0:1), time
+      integer :: i
 
-      call find_rows(self, t, 0, rows, magnitude)
       rest = rest_of(self, t, 0)
-      value = rest(0) + sum(rows(:, term_value))
-      slope = rest(1) + sum(rows(:, term_rate))
+      value = 0.0_wp
+      slope = 0.0_wp
+      time = self%from + t
+      associate (terms => self%terms)
+         do i = 1, size(terms%frequency)
+            associate (w => terms%frequency(i))
+               term = turned(self%factor*terms%harmonic(i), w, time, self%order)
+               value = value + real(term, wp)
+               slope = slope - w*aimag(term)
+            end associate
+         end do
+         do i = 1, terms%modes
+            here(:) = driven_mode_at(terms%mode(i), time, self%order + 2)
+            value = value + self%factor*(terms%share(i)*here(self%order) + terms%share_of_rate(i)*here(self%order + 1))
+            slope = slope + self%factor*(terms%share(i)*here(self%order + 1) &
+               + terms%share_of_rate(i)*here(self%order + 2))
+         end do
+      end associate
+      value = rest(0) + value
+      slope = rest(1) + slope
    end subroutine terms_at
 
    !> The constant and the slope: a derivative of what is added, and the next.
@@ -171,7 +189,7 @@ contains
       time = self%from + t
       do i = 1, size(self%terms%frequency)
          associate (w => self%terms%frequency(i))
-            term = self%factor*self%terms%harmonic(i)*cmplx(cos(w*time), sin(w*time), wp)*cmplx(0.0_wp, w, wp)**first
+            term = turned(self%factor*self%terms%harmonic(i), w, time, first)
             swing = abs(self%factor*self%terms%harmonic(i))*w**first
             rows(i, value_columns) = [real(term, wp), -w*aimag(term), -w**2*real(term, wp)]
             rows(i, bound_value) = swing
@@ -180,9 +198,9 @@ contains
          end associate
       end do
       magnitude = sum(rows(:size(self%terms%frequency), bound_value))
-      if (size(self%terms%mode) == 0) return
+      if (self%terms%modes == 0) return
       allocate (here(0:first + 3), bounds(0:first + 4))
-      do i = 1, size(self%terms%mode)
+      do i = 1, self%terms%modes
          row = size(self%terms%frequency) + i
          associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
             mode => self%terms%mode(i))
@@ -198,6 +216,95 @@ contains
       end do
    end subroutine find_rows
 
+   !> A derivative of harmonic exp(i w t).
+   elemental function turned(harmonic, w, time, order) result(term)
+      complex(wp), intent(in) :: harmonic
+      real(wp), intent(in) :: w
+      real(wp), intent(in) :: time
+      integer, intent(in) :: order
+      complex(wp) :: term
+
+      integer :: k
+
+      term = harmonic*cmplx(cos(w*time), sin(w*time), wp)
+      do k = 1, order
+         term = w*cmplx(-aimag(term), real(term, wp), wp)
+      end do
+   end function turned
+
+   !> First zero of the signal in (0, limit]; of a short hop by its series.
+   subroutine find_zero(self, limit, search)
+      class(driven_signal_t), intent(in) :: self
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> What was found
+      type(search_t), intent(out) :: search
+
+      ! whose powers are numbers
+      real(wp), parameter :: greatest_frequency = 1.0e6_wp
+      real(wp) :: added(most_derivatives, 2)
+      logical :: is_short
+
+      select type (free => self%free)
+      type is (modal_signal_t)
+         if (self%start_order == 1 .and. self%order == 0 .and. self%terms%modes == 0 .and. &
+            highest_frequency(self) < greatest_frequency) then
+            call differentiate(self, added)
+            call free%find_short(limit, is_short, search, added)
+            if (is_short) return
+         end if
+      end select
+      call first_zero(self, limit, search)
+   end subroutine find_zero
+
+   !> Derivatives of what is added, at the start, and bounds on them.
+   pure subroutine differentiate(self, added)
+      type(driven_signal_t), intent(in) :: self
+      !> As `find_short_flight` has them; no mode is driven from rest
+      real(wp), intent(out) :: added(most_derivatives, 2)
+
+      complex(wp) :: term
+      real(wp) :: swing
+      integer :: i, k
+
+      added = 0.0_wp
+      added(1, :) = self%factor*self%terms%slope
+      added(1, added_bound) = abs(added(1, added_bound))
+      do i = 1, size(self%terms%frequency)
+         associate (w => self%terms%frequency(i))
+            term = turned(self%factor*self%terms%harmonic(i), w, self%from, 0)
+            swing = abs(term)
+            do k = 1, most_derivatives
+               term = w*cmplx(-aimag(term), real(term, wp), wp)
+               swing = w*swing
+               added(k, added_value) = added(k, added_value) + real(term, wp)
+               added(k, added_bound) = added(k, added_bound) + swing
+            end do
+         end associate
+      end do
+   end subroutine differentiate
+
+   !> Is the signal at its start far from zero, as its terms go?
+   pure function stands_off(self) result(is)
+      class(driven_signal_t), intent(in) :: self
+      logical :: is
+
+      real(wp) :: magnitude, value
+
+      is = .false.
+      ! modes driven from rest are at rest
+      select type (free => self%free)
+      type is (modal_signal_t)
+         if (self%order > 0 .or. self%from > 0.0_wp) return
+         value = free%offset + sum(free%weight*free%z) + min(free%surface, 0.0_wp) + self%factor*(self%terms%constant &
+            + sum(real(self%terms%harmonic, wp)))
+         magnitude = abs(free%offset) + sum(abs(free%weight*free%z)) + abs(self%factor)*(abs(self%terms%constant) &
+            + sum(abs(self%terms%harmonic)))
+         is = value > 1.0e-9_wp*magnitude
+      end select
+   end function stands_off
+
+   !> Of all that the loads swing with.
    pure function highest_frequency(self) result(frequency)
       class(driven_signal_t), intent(in) :: self
       real(wp) :: frequency
@@ -205,5 +312,45 @@ contains
       frequency = 0.0_wp
       if (size(self%terms%frequency) > 0) frequency = maxval(self%terms%frequency)
    end function highest_frequency
+
+   !> What loads do to a signal, through a phase that lasts no longer than that.
+   subroutine add_terms(terms, longest, signal)
+      type(driven_terms_t), intent(in) :: terms
+      real(wp), intent(in) :: longest
+      class(viewed_signal_t), allocatable, intent(inout) :: signal
+
+      type(driven_signal_t), allocatable :: driven
+
+      select type (signal)
+      type is (exponential_signal_t)
+         if (abs(terms%slope) <= 0.0_wp) then
+            call add_harmonics(terms, signal)
+            return
+         end if
+      end select
+      allocate (driven)
+      driven%terms = terms
+      driven%until = longest
+      call move_alloc(signal, driven%free)
+      call move_alloc(driven, signal)
+   end subroutine add_terms
+
+   !> As further terms.
+   pure subroutine add_harmonics(terms, sum)
+      type(driven_terms_t), intent(in) :: terms
+      type(exponential_signal_t), intent(inout) :: sum
+
+      integer :: i, last, slower
+
+      sum%offset = sum%offset + terms%constant
+      do i = 1, size(terms%frequency)
+         if (abs(terms%harmonic(i)) <= 0.0_wp) cycle
+         slower = count(abs(sum%exponent) < terms%frequency(i))
+         last = size(sum%exponent) + 1
+         sum%exponent = [sum%exponent, cmplx(0.0_wp, terms%frequency(i), wp)]
+         sum%amplitude = [sum%amplitude, terms%harmonic(i)]
+         sum%place = [sum%place(:slower), last, sum%place(slower + 1:)]
+      end do
+   end subroutine add_harmonics
 
 end module driven_signal

@@ -6,7 +6,7 @@ module load_work
    use kinds, only: wp
    use load_courses, only: piece_t
    use phase_drives, only: by_constant, by_harmonic
-   use several_state, only: move_alone, several_t
+   use several_state, only: several_t
    implicit none (type, external)
    private
    public :: work_of_loads, loss_in_stop
@@ -14,17 +14,18 @@ module load_work
 contains
 
    !> Work from the start of the phase to a time.
-   function work_of_loads(self, time) result(work)
+   function work_of_loads(self, time, z, v) result(work)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
+      !> State of the set's modes then, less what loads do
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
       real(wp) :: work
 
-      real(wp), dimension(size(self%z)) :: z, v
       integer :: i
 
       work = 0.0_wp
       if (self%loads%count == 0 .or. .not. time > 0.0_wp) return
-      call move_alone(self, time, z, v)
       associate (set => self%set)
          work = work_on_drive(self, time)
          if (size(set%pressed) > 0) then
@@ -49,7 +50,7 @@ contains
 
       complex(wp) :: part, s, power
       type(piece_t) :: steady, turning
-      logical :: is_slow(size(modes))
+      logical :: is_slow(size(modes)), is_steady, turns
       integer :: g, i
 
       is_slow = [(is_driven(self, modes(i), by_constant, 0), i=1, size(modes))]
@@ -57,6 +58,8 @@ contains
          do g = 1, self%loads%count
             steady = drive%piece(g)
             steady%harmonic = 0.0_wp
+            is_steady = abs(steady%constant) + abs(steady%slope) > 0.0_wp
+            turns = abs(drive%piece(g)%harmonic) > 0.0_wp
             turning = piece_t(harmonic=drive%piece(g)%harmonic, frequency=drive%piece(g)%frequency)
             s = cmplx(0.0_wp, turning%frequency, wp)
             power = exp(s*time)
@@ -68,11 +71,11 @@ contains
                   if (is_slow(i)) then
                      work = work + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], &
                         steady, time)
-                  else
+                  else if (is_steady) then
                      work = work + load*(steady%constant*(z(m) - self%z(m)) + steady%slope*(time*z(m) &
                         + (v(m) - self%v(m) + damping*(z(m) - self%z(m)))/square))
                   end if
-                  if (abs(turning%harmonic) <= 0.0_wp) cycle
+                  if (.not. turns) cycle
                   if (is_driven(self, m, by_harmonic, g)) then
                      work = work + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], &
                         turning, time)

@@ -4,15 +4,16 @@
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_zero, &
-      free_step, local_t, search_t, step_without_zero, term_columns, term_curvature, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, free_step, &
+      local_t, search_t, term_columns, term_curvature, term_rate, term_value, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
-   use kinds, only: i8, wp
+   use kinds, only: wp
    use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, free_step_among, &
       split_exponentials
+   use short_flights, only: find_short_flight
    implicit none (type, external)
    private
-   public :: modal_signal_t, make_modal_signal, zero_of_series
+   public :: modal_signal_t, make_modal_signal, add_more
 
    !> s(t) = offset + sum c_i z_i(t) + surface exp(-rate t), the last a surface that relaxes or a node without mass.
    type, extends(viewed_signal_t) :: modal_signal_t
@@ -35,6 +36,7 @@ module modal_signal
       procedure :: evaluate
       procedure :: view
       procedure :: find_zero
+      procedure :: find_short
       procedure :: look_among
    end type modal_signal_t
 
@@ -130,98 +132,28 @@ contains
       logical :: is_short
 
       if (self%start_order == 1) then
-         call short_flight(self, limit, is_short, search%time, search%greatest)
-         if (is_short) then
-            search%outcome = found_zero
-            search%evaluations = 1_i8
-            return
-         end if
+         call self%find_short(limit, is_short, search)
+         if (is_short) return
       end if
       call first_zero(self, limit, search)
    end subroutine find_zero
 
-   !> A hop so short that the modes hardly turn: its end by the Taylor series of s(t)/t about the start, certain since
-   !> the remainder is bounded by the swing of the first derivative left out.
-   subroutine short_flight(self, limit, is_short, time, greatest)
-      !> It rises from zero
-      type(modal_signal_t), intent(in) :: self
+   !> The end of a short hop, which rises from zero.
+   subroutine find_short(self, limit, is_short, search, added)
+      class(modal_signal_t), intent(in) :: self
       !> Where the search ends
       real(wp), intent(in) :: limit
-      !> The first zero is certain to be the one returned
+      !> It is certain
       logical, intent(out) :: is_short
-      !> Where it is
-      real(wp), intent(inout) :: time
-      !> The signal reaches so far before
-      real(wp), intent(inout) :: greatest
-
-      integer, parameter :: most_terms = 24
-      ! the series is used up to this multiple of the zero of its first two terms, if no mode turns by more than an
-      ! angle
-      real(wp), parameter :: margin = 1.6_wp, greatest_angle = 2.0_wp
-      ! and as long as derivatives do not overflow
-      real(wp), parameter :: most_decades = 250.0_wp
-      real(wp), dimension(size(self%lane_weight)) :: low, high, next
-      ! s^(k)/k!
-      real(wp) :: coefficient(most_terms + 1)
-      real(wp) :: angle, first, reach, remainder, second, share, step
-      integer :: i, k, n, terms
+      !> Gets it
+      type(search_t), intent(inout) :: search
+      !> What is added to the modes, as `find_short_flight` has it
+      real(wp), intent(in), optional :: added(:, :)
 
       is_short = .false.
-      n = self%oscillators%count
-      if (abs(self%surface) > 0.0_wp .or. self%oscillators%blended < n .or. &
-         any(self%oscillators%mass_rate > 0.0_wp)) return
-      associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
-         two_zeta => self%oscillators%two_zeta)
-         low(n + 1:) = 0.0_wp
-         high(n + 1:) = 0.0_wp
-         low(:n) = self%z
-         high(:n) = self%v
-         first = 0.0_wp
-         second = 0.0_wp
-         !$omp simd reduction(+:first, second)
-         do i = 1, size(weight)
-            next(i) = -square(i)*(low(i) + two_zeta*high(i))
-            first = first + weight(i)*high(i)
-            second = second + weight(i)*next(i)
-         end do
-         if (.not. (first > 0.0_wp .and. second < 0.0_wp)) return
-         coefficient(1) = first
-         coefficient(2) = 0.5_wp*second
-         reach = -margin*first/coefficient(2)
-         if (reach >= limit) return
-         ! derivatives of overdamped modes grow faster
-         angle = reach*oscillators%frequency(n)*merge(1.0_wp, 2.0_wp, oscillators%oscillating == n)
-         if (angle > greatest_angle) return
-         terms = 2
-         share = 0.5_wp*angle
-         do while (share > 0.1_wp*epsilon(1.0_wp) .and. terms < most_terms)
-            terms = terms + 1
-            share = share*angle/real(terms, wp)
-         end do
-         if (real(terms + 2, wp)*log10(oscillators%frequency(n)) > most_decades) return
-         share = 0.5_wp
-         do k = 3, terms + 1
-            call next_derivative(square, two_zeta, weight, high, next, second)
-            share = share/real(k, wp)
-            coefficient(k) = second*share
-         end do
-         low = high
-         high = next
-         call next_derivative(square, two_zeta, weight, low, next, second)
-         ! bounded as in `bound_terms`; squares of the derivatives alone could overflow
-         share = share*reach**terms
-         remainder = sum(abs(weight)*sqrt((share*high)**2 + (share*next)**2*oscillators%inverse_square))
-      end associate
-      if (.not. remainder <= epsilon(1.0_wp)*first) return
-      call zero_of_series(coefficient(:terms), reach, is_short, step)
-      if (.not. is_short) return
-      time = step
-      ! the greatest value lies near the middle
-      greatest = 0.0_wp
-      do k = terms, 1, -1
-         greatest = (greatest + coefficient(k))*0.5_wp*step
-      end do
-   end subroutine short_flight
+      if (abs(self%surface) > 0.0_wp) return
+      call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, is_short, search, added)
+   end subroutine find_short
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
    subroutine look(self, t, order, here)
@@ -245,9 +177,10 @@ contains
       integer, intent(in) :: order
       !> What is there
       type(local_t), intent(out) :: here
-      !> Further terms, columns as in `certified_search`, and what is added besides, with its slope
+      !> Further terms, columns as in `certified_search`, and what is added besides: its value, its slope, and below
+      !> what it never falls
       real(wp), intent(in), optional :: more(:, :)
-      real(wp), intent(in), optional :: rest_of_more(2)
+      real(wp), intent(in), optional :: rest_of_more(3)
 
       real(wp), dimension(size(self%lane_weight)) :: z0, v0, z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
@@ -299,19 +232,36 @@ contains
          here%bound_jerk = sum(terms(:, bound_jerk))
          surface = 0.0_wp
          if (abs(self%surface) > 0.0_wp) call add_surface(self, t, order, here, surface)
-         if (present(more)) then
-            rest = merge(self%offset, 0.0_wp, order == 0) + surface + rest_of_more(1)
-            if (surface >= 0.0_wp) here%free = free_step_among(terms, more, rest, rest_of_more(2) - self%rate*surface, &
-               here%value + rest_of_more(1), here%slope + rest_of_more(2))
-            return
-         end if
+         if (present(more)) call add_more(more, rest_of_more, here)
          if (order == 0 .and. here%floor > here%rounding) return
          if (order == 0 .and. falls_to_zero(here)) return
          if (surface < 0.0_wp) return
          rest = merge(self%offset, 0.0_wp, order == 0) + surface
-         here%free = free_step(terms, rest, -self%rate*surface, here%value, here%slope)
+         if (present(more)) then
+            here%free = free_step_among(terms, more, rest + rest_of_more(1), rest_of_more(2) - self%rate*surface, &
+               here)
+         else
+            here%free = free_step(terms, rest, -self%rate*surface, here%value, here%slope)
+         end if
       end associate
    end subroutine look_among
+
+   !> What further terms add.
+   pure subroutine add_more(more, rest, here)
+      !> Columns as in `certified_search`
+      real(wp), intent(in) :: more(:, :)
+      !> What is added besides: its value, its slope, and below what it never falls
+      real(wp), intent(in) :: rest(3)
+      type(local_t), intent(inout) :: here
+
+      here%value = here%value + rest(1) + sum(more(:, term_value))
+      here%slope = here%slope + rest(2) + sum(more(:, term_rate))
+      here%curvature = here%curvature + sum(more(:, term_curvature))
+      here%bound = here%bound + sum(more(:, bound_curvature))
+      here%bound_both = here%bound_both + sum(more(:, bound_curvature))
+      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + sum(more(:, bound_jerk))
+      here%floor = here%floor + rest(3) - sum(more(:, bound_value))
+   end subroutine add_more
 
    !> What the surface adds.
    pure subroutine add_surface(self, t, order, here, surface)
@@ -408,91 +358,5 @@ contains
       slope = sum(slopes)
       magnitude = sum(magnitudes)
    end subroutine sum_up
-
-   !> From two derivatives of the oscillators to the one after them.
-   pure subroutine next_derivative(square, two_zeta, weight, low, high, total)
-      !> W^2, [padded], and 2 zeta
-      real(wp), contiguous, intent(in) :: square(:)
-      real(wp), intent(in) :: two_zeta
-      !> Weights, [padded]
-      real(wp), contiguous, intent(in) :: weight(:)
-      !> The two; the latter and the next on return, [padded]
-      real(wp), contiguous, intent(inout) :: low(:)
-      real(wp), contiguous, intent(inout) :: high(:)
-      !> Weighted sum of the next
-      real(wp), intent(out) :: total
-
-      real(wp) :: new
-      integer :: i
-
-      total = 0.0_wp
-      !$omp simd reduction(+:total) private(new)
-      do i = 1, size(weight)
-         new = -square(i)*(low(i) + two_zeta*high(i))
-         low(i) = high(i)
-         high(i) = new
-         total = total + weight(i)*new
-      end do
-   end subroutine next_derivative
-
-   !> First zero of c_1 + c_2 t + c_3 t^2 + ... up to a reach.
-   pure subroutine zero_of_series(coefficient, reach, is_found, t)
-      !> c, the first one positive
-      real(wp), intent(in) :: coefficient(:)
-      !> Up to here
-      real(wp), intent(in) :: reach
-      !> There is one
-      logical, intent(out) :: is_found
-      !> Where
-      real(wp), intent(out) :: t
-
-      integer, parameter :: step_cap = 12, iteration_cap = 10
-      real(wp) :: bound, slope, step, value
-      integer :: i, k
-
-      ! of the second derivative, Horner's way
-      bound = 0.0_wp
-      do k = size(coefficient), 3, -1
-         bound = bound*reach + real((k - 1)*(k - 2), wp)*abs(coefficient(k))
-      end do
-      is_found = .false.
-      t = 0.0_wp
-      value = coefficient(1)
-      slope = coefficient(2)
-      do i = 1, step_cap
-         if (slope < 0.0_wp .and. slope**2 > 4.0_wp*bound*value) exit
-         t = t + step_without_zero(value, slope, bound)
-         if (t > reach .or. i == step_cap) return
-         call evaluate_series(coefficient, t, value, slope)
-      end do
-      do i = 1, iteration_cap
-         step = -value/slope
-         t = t + step
-         is_found = abs(step) <= 2.0_wp*spacing(t)
-         if (is_found .or. t > reach) exit
-         call evaluate_series(coefficient, t, value, slope)
-      end do
-      is_found = is_found .and. t > 0.0_wp .and. t <= reach
-   end subroutine zero_of_series
-
-   !> c_1 + c_2 t + c_3 t^2 + ... and its slope.
-   pure subroutine evaluate_series(coefficient, t, value, slope)
-      !> c
-      real(wp), intent(in) :: coefficient(:)
-      !> Where
-      real(wp), intent(in) :: t
-      !> Value and slope
-      real(wp), intent(out) :: value
-      real(wp), intent(out) :: slope
-
-      integer :: k
-
-      value = 0.0_wp
-      slope = 0.0_wp
-      do k = size(coefficient), 1, -1
-         slope = slope*t + value
-         value = value*t + coefficient(k)
-      end do
-   end subroutine evaluate_series
 
 end module modal_signal

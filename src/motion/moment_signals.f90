@@ -9,7 +9,7 @@ module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
    use certified_search, only: local_t, viewed_signal_t
-   use driven_signal, only: driven_terms_t
+   use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use free_modes, only: free_modes_t, rigid_square
    use kinds, only: wp
@@ -17,7 +17,7 @@ module moment_signals
    use moment_places, only: enter_moment, gather_places, moment_places_t
    use response_types, only: moment_record_t
    use run_settings, only: run_settings_t
-   use several_state, only: add_terms, ready_reaction, several_t
+   use several_state, only: ready_reaction, several_t
    use signal_peaks, only: greatest_value
    use stop_surfaces, only: surface_t
    use summed_signal, only: summed_signal_t
@@ -290,6 +290,8 @@ contains
             m = now%loads%harmonic(g)
             if (m > 0) terms%harmonic(m) = terms%harmonic(m) + of_load(g)*drive%piece(g)%harmonic
          end do
+         terms%modes = size(drive%pair)
+         if (terms%modes == 0) return
          allocate (terms%mode, source=drive%mode)
          allocate (terms%share, source=[(weight(set%drive%driven(drive%pair(i))%mode), i=1, size(drive%pair))])
          allocate (terms%share_of_rate, source=two_zeta*terms%share)

@@ -1,8 +1,8 @@
 !> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical
 !> damping are taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, free_step, term_columns, term_curvature, &
-      term_rate, term_value
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, free_step, local_t, term_columns, &
+      term_curvature, term_rate, term_value
    use damped_oscillators, only: greatest_exponent, lanes, oscillators_t
    use kinds, only: wp
    implicit none (type, external)
@@ -240,22 +240,21 @@ contains
    end subroutine bound_exponentials
 
    !> The step without a zero of a sum of modes with further terms before them.
-   pure function free_step_among(terms, more, rest, rest_slope, value, slope) result(step)
+   pure function free_step_among(terms, more, rest, rest_slope, here) result(step)
       real(wp), contiguous, intent(in) :: terms(:, :)
       real(wp), intent(in) :: more(:, :)
       !> What is added to all of them, and its slope
       real(wp), intent(in) :: rest
       real(wp), intent(in) :: rest_slope
-      !> Of all but those further terms
-      real(wp), intent(in) :: value
-      real(wp), intent(in) :: slope
+      !> The sum
+      type(local_t), intent(in) :: here
       real(wp) :: step
 
       real(wp) :: all_terms(size(more, 1) + size(terms, 1), term_columns)
 
       all_terms(:size(more, 1), :) = more
       all_terms(size(more, 1) + 1:, :) = terms
-      step = free_step(all_terms, rest, rest_slope, value + sum(more(:, term_value)), slope + sum(more(:, term_rate)))
+      step = free_step(all_terms, rest, rest_slope, here%value, here%slope)
    end function free_step_among
 
 end module oscillator_terms

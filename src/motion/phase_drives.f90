@@ -17,7 +17,7 @@ module phase_drives
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: set_drive_t, phase_drive_t, make_set_drive, start_drive, drive_at, by_constant, by_harmonic
+   public :: set_drive_t, phase_drive_t, make_set_drive, start_drive, drive_at, find_rows_at, by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
    real(wp), parameter :: resonant = 0.02_wp
@@ -123,7 +123,9 @@ contains
       else
          allocate (drive%load, source=loads%mode)
       end if
-      mobility = matmul(transpose(beam%value(:, held%held)), beam%value(:, held%held))
+      do i = 1, size(held%held)
+         mobility(:, i) = [(sum(beam%value(:, held%held(g))*beam%value(:, held%held(i))), g=1, size(held%held))]
+      end do
       allocate (drive%share(size(held%held), total), source=0.0_wp)
       allocate (drive%driven(0))
       is_slow = held%oscillators%frequency < loads%slow .and. size(pressed) == 0
@@ -273,11 +275,21 @@ contains
          drive%piece(g) = piece_at(loads%course(g), tau)
       end do
       drive%until = minval(drive%piece%until)
-      drive%constant = matmul(set%constant, drive%piece%constant) + matmul(set%lag, drive%piece%slope)
-      drive%slope = matmul(set%constant, drive%piece%slope)
-      if (allocated(drive%harmonic)) deallocate (drive%harmonic)
-      allocate (drive%harmonic(set%at%rows, size(drive%frequency)), source=(0.0_wp, 0.0_wp))
+      if (allocated(drive%slope)) then
+         if (size(drive%slope) /= set%at%rows) deallocate (drive%constant, drive%slope, drive%harmonic)
+      end if
+      if (.not. allocated(drive%slope)) then
+         allocate (drive%constant(set%at%rows), drive%slope(set%at%rows))
+         allocate (drive%harmonic(set%at%rows, size(drive%frequency)))
+      end if
+      drive%constant(:) = 0.0_wp
+      drive%slope(:) = 0.0_wp
+      drive%harmonic(:, :) = (0.0_wp, 0.0_wp)
       do g = 1, loads%count
+         associate (piece => drive%piece(g))
+            drive%constant(:) = drive%constant + set%constant(:, g)*piece%constant + set%lag(:, g)*piece%slope
+            drive%slope(:) = drive%slope + set%constant(:, g)*piece%slope
+         end associate
          m = loads%harmonic(g)
          if (m > 0) drive%harmonic(:, m) = drive%harmonic(:, m) + drive%piece(g)%harmonic*set%harmonic(:, g)
       end do
@@ -298,6 +310,9 @@ contains
       real(wp) :: longest
       integer :: i
 
+      if (size(set%driven) == 0 .and. allocated(drive%pair)) then
+         if (size(drive%pair) == 0) return
+      end if
       do i = 1, size(set%driven)
          associate (pair => set%driven(i), piece => drive%piece)
             select case (pair%part)
@@ -339,23 +354,48 @@ contains
       integer, intent(in) :: order
       real(wp) :: values(last - first + 1)
 
+      real(wp), dimension(last - first + 1) :: rows, rates
+
+      call find_rows_at(set, drive, first, last, time, rows, rates)
+      if (order == 0) values = rows
+      if (order > 0) values = rates
+   end function drive_at
+
+   !> Both.
+   pure subroutine find_rows_at(set, drive, first, last, time, rows, rates)
+      type(set_drive_t), intent(in) :: set
+      type(phase_drive_t), intent(in) :: drive
+      !> Which rows
+      integer, intent(in) :: first
+      integer, intent(in) :: last
+      real(wp), intent(in) :: time
+      !> [last - first + 1]
+      real(wp), intent(out) :: rows(:)
+      real(wp), intent(out) :: rates(:)
+
+      complex(wp) :: term, turn
       real(wp) :: here(0:2)
       integer :: i, m
 
-      values = drive%slope(first:last)
-      if (order == 0) values = drive%constant(first:last) + values*time
+      rates = drive%slope(first:last)
+      rows = drive%constant(first:last) + rates*time
       do m = 1, size(drive%frequency)
          associate (w => drive%frequency(m))
-            values = values + real(drive%harmonic(first:last, m)*cmplx(cos(w*time), sin(w*time), wp) &
-               *cmplx(0.0_wp, w, wp)**order, wp)
+            turn = cmplx(cos(w*time), sin(w*time), wp)
+            do i = 1, size(rows)
+               term = drive%harmonic(first + i - 1, m)*turn
+               rows(i) = rows(i) + real(term, wp)
+               rates(i) = rates(i) - w*aimag(term)
+            end do
          end associate
       end do
-      do i = 1, size(drive%pair)
-         here(:order + 1) = driven_mode_at(drive%mode(i), time, order + 1)
-         associate (pair => set%driven(drive%pair(i)))
-            values = values + pair%row(first:last)*here(order) + pair%row_of_rate(first:last)*here(order + 1)
+      do m = 1, size(drive%pair)
+         here = driven_mode_at(drive%mode(m), time, 2)
+         associate (pair => set%driven(drive%pair(m)))
+            rows = rows + pair%row(first:last)*here(0) + pair%row_of_rate(first:last)*here(1)
+            rates = rates + pair%row(first:last)*here(1) + pair%row_of_rate(first:last)*here(2)
          end associate
       end do
-   end function drive_at
+   end subroutine find_rows_at
 
 end module phase_drives

@@ -32,38 +32,40 @@ contains
 
    !> Dissipated since the start of the phase, in the beam and in each surface that is pressed. Under loads a beam on
    !> them loses what nothing else accounts for.
-   subroutine find_losses(self, at_start, start_energy, time, z, v, term, lost)
+   subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
       type(several_t), intent(in) :: self
       !> The surfaces, and the energy of the modes, as the phase starts
       type(surface_state_t), allocatable, intent(in) :: at_start(:)
       real(wp), intent(in) :: start_energy
       real(wp), intent(in) :: time
-      !> State of the set's modes
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
+      !> State of the set's modes, z and v, and the same less what loads do, [modes, 4]
+      real(wp), intent(in) :: state(:, :)
       !> Terms, where a surface yields
       complex(wp), intent(in) :: term(:)
       !> [1 + pressed]
       real(wp), intent(out) :: lost(:)
+      !> Of the loads, since then
+      real(wp), intent(out) :: work
 
-      type(surface_state_t) :: state
+      type(surface_state_t) :: surface
       integer :: place
 
+      work = work_of_loads(self, time, state(:, 3), state(:, 4))
       associate (set => self%set)
          if (size(set%pressed) > 0 .and. self%loads%count == 0) then
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
             return
          end if
-         lost(1) = start_energy - sum(modal_energy(set%held%oscillators, z, v)) + work_of_loads(self, time)
+         lost(1) = start_energy - sum(modal_energy(set%held%oscillators, state(:, 1), state(:, 2))) + work
          do place = 1, size(set%pressed)
             associate (k => set%pressed(place))
                lost(1 + place) = 0.0_wp
                if (self%states(k)%is_rigid) cycle
-               state = at_start(k)
+               surface = at_start(k)
                lost(1 + place) = loss_in_stop(self, place, time)
-               lost(1) = lost(1) + energy_in(state) - lost(1 + place)
-               call keep_indentation(self, place, time, term, state)
-               lost(1) = lost(1) - energy_in(state)
+               lost(1) = lost(1) + energy_in(surface) - lost(1 + place)
+               call keep_indentation(self, place, time, term, surface)
+               lost(1) = lost(1) - energy_in(surface)
             end associate
          end do
       end associate

@@ -7,10 +7,9 @@ module several_contacts
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
-   use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
-   use phase_drives, only: drive_at
+   use phase_drives, only: find_rows_at
    use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
@@ -200,8 +199,9 @@ contains
          z = alone
          v = alone_rate
          if (now%loads%count > 0) then
-            z = z + drive_at(set%drive, now%drive, 1, size(z), time, 0)
-            v = v + drive_at(set%drive, now%drive, 1, size(v), time, 1)
+            call find_rows_at(set%drive, now%drive, 1, size(z), time, z, v)
+            z = alone + z
+            v = alone_rate + v
          end if
          total = 0.0_wp
          do k = 1, size(now%states)
@@ -233,7 +233,8 @@ contains
             sample%history(velocity_stop) = sum(held%tip_value*v)
          end if
          sample%history(force_stop) = total
-         if (asked%energy) call sample_energy(self, time, z, v, term, sample)
+         if (asked%energy) call sample_energy(self, time, reshape([z, v, alone, alone_rate], [size(z), 4]), term, &
+            sample)
       end associate
    end subroutine take_sample
 
@@ -272,11 +273,11 @@ contains
    end function force_at
 
    !> Energies of a sample.
-   subroutine sample_energy(self, time, z, v, term, sample)
+   subroutine sample_energy(self, time, modes, term, sample)
       class(several_contacts_t), intent(inout) :: self
       real(wp), intent(in) :: time
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
+      !> As `find_losses` has it, [modes, 4]
+      real(wp), intent(in) :: modes(:, :)
       complex(wp), intent(in) :: term(:)
       type(sample_t), intent(inout) :: sample
 
@@ -285,11 +286,10 @@ contains
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, held => self%now%set%held)
-         sample%beam_energy = modal_energy(held%oscillators, z, v)
+         sample%beam_energy = modal_energy(held%oscillators, modes(:, 1), modes(:, 2))
          sample%lost = 0.0_wp
          sample%stop_energy = 0.0_wp
-         sample%work = work_of_loads(now, time)
-         call find_losses(self%now, self%at_start, self%start_energy, time, z, v, term, lost)
+         call find_losses(self%now, self%at_start, self%start_energy, time, modes, term, lost, sample%work)
          sample%lost(1) = lost(1)
          sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
          do k = 1, size(now%states)
@@ -305,7 +305,7 @@ contains
                call keep_indentation(self%now, place, time, term, state)
                state%dissipated = state%dissipated + lost(1 + place)
             else
-               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
+               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*modes(:, 1)), time, state)
             end if
             sample%stop_energy = sample%stop_energy + energy_in(state)
             sample%lost(2) = sample%lost(2) + (state%dissipated - now%states(k)%dissipated)
@@ -366,7 +366,6 @@ contains
       type(motion_t), intent(inout) :: motion
 
       call end_variations(self, self%ended, motion)
-      call move_to(self%now, self%search%time, self%z_end, self%v_end)
       call close_books(self, motion)
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
@@ -388,25 +387,27 @@ contains
       call end_columns(self%now, ended, self%ended_by, self%search, motion%tangent)
    end subroutine end_variations
 
-   !> Surfaces and ledger at the end of the phase.
+   !> State, surfaces and ledger at the end of the phase.
    subroutine close_books(self, motion)
       class(several_contacts_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      real(wp) :: lost(1 + size(self%now%set%pressed))
+      real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%pressed)), work
       complex(wp), allocatable :: term(:)
       integer :: k, place
       logical :: keeps
 
       associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
          ledger => motion%recorder%ledger)
+         call move_to(now, time, self%z_end, self%v_end, state(:, 3:))
          keeps = motion%recorder%asked%energy .or. motion%measurer%is_wanted
          allocate (term(0))
          if (size(set%pressed) > 0) term = now%amplitude*exp(set%joint%exponent*time)
          if (keeps) then
-            call find_losses(self%now, self%at_start, self%start_energy, time, self%z_end, self%v_end, term, lost)
+            state(:, :2) = reshape([self%z_end, self%v_end], [size(state, 1), 2])
+            call find_losses(self%now, self%at_start, self%start_energy, time, state, term, lost, work)
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
-            ledger%work = ledger%work + work_of_loads(now, time)
+            ledger%work = ledger%work + work
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
@@ -458,7 +459,6 @@ contains
       if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
       if (.not. motion%measurer%is_wanted) return
       if (is_last) then
-         call move_to(self%now, self%search%time, self%z_end, self%v_end)
          self%ended = 0
          call close_books(self, motion)
       end if

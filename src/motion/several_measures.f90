@@ -82,8 +82,9 @@ contains
          end if
       end associate
       if (k /= self%pulled) return
-      call signal%evaluate(0.0_wp, value, slope)
-      if (.not. rises) rises = exceeds(signal, length, quiet_level)
+      ! what does not rise may have been low from the start
+      value = 0.0_wp
+      if (.not. rises) call signal%evaluate(0.0_wp, value, slope)
       if (rises .or. value < -quiet_level) call keep_for_quiet()
 
    contains
@@ -205,7 +206,7 @@ contains
             impulse = impulse + real(terms%harmonic(i)*integral(s, time, exp(s*time)), wp)
          end associate
       end do
-      do i = 1, size(terms%mode)
+      do i = 1, terms%modes
          here = driven_mode_at(terms%mode(i), time, 1)
          impulse = impulse + terms%share_of_rate(i)*here(0) + terms%share(i)*integral_of(terms%mode(i), time)
       end do

@@ -5,7 +5,7 @@ module several_state
    use certified_search, only: first_zero, found_zero, local_t, search_t, viewed_signal_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
    use damped_oscillators, only: acceleration, propagate
-   use driven_signal, only: driven_signal_t, driven_terms_t
+   use driven_signal, only: add_terms, driven_signal_t, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
    use held_sets, only: free_beam_t, into_held, out_of_held
@@ -13,13 +13,13 @@ module several_state
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use phase_drives, only: drive_at, make_set_drive, phase_drive_t, start_drive
+   use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
    use phase_measures, only: measurer_t
    use surface_states, only: impedance_of, surface_state_t
    implicit none (type, external)
    private
    public :: several_t, open_store, take_over, find_load, search_surface, signal_of, move_to, move_alone, free_state
-   public :: force_terms, driven_terms, add_terms, ready_reaction
+   public :: force_terms, driven_terms, ready_reaction
    public :: end_gap, end_force, end_home, end_pull, whole_gap, whole_tip
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
@@ -135,6 +135,7 @@ contains
       real(wp), intent(inout) :: depth(:)
       real(wp), intent(inout) :: branch_force(:)
 
+      real(wp), dimension(size(self%z)) :: rows, rates
       integer :: k
 
       associate (set => self%set)
@@ -147,8 +148,10 @@ contains
          call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
          self%longest = self%drive%until - tau
          associate (at => set%drive%at)
-            self%z = self%z - drive_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, 0)
-            self%v = self%v - drive_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, 1)
+            call find_rows_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, rows, rates)
+            self%z = self%z - rows
+            self%v = self%v - rates
+            if (size(set%pressed) == 0) return
             depth = depth - drive_at(set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp, 0)
             branch_force = branch_force - drive_at(set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
          end associate
@@ -215,7 +218,12 @@ contains
             call signal_of(self, k, ended_by, signal)
          end if
          signal%start_order = start_of(signal, state%start_order)
-         call first_zero(signal, limit, search)
+         select type (signal)
+         type is (driven_signal_t)
+            call signal%find_zero(limit, search)
+         class default
+            call first_zero(signal, limit, search)
+         end select
          if (.not. state%is_indented) return
          call signal_of(self, k, end_home, signal)
          signal%start_order = start_of(signal, 0)
@@ -243,6 +251,8 @@ contains
          ! far from that
          if (signal%offset + sum(signal%weight*signal%z) + min(signal%surface, 0.0_wp) > &
             1.0e-9_wp*(abs(signal%offset) + sum(abs(signal%weight*signal%z)))) return
+      type is (driven_signal_t)
+         if (signal%stands_off()) return
       end select
       call signal%look(0.0_wp, 0, here)
       if (here%value <= here%rounding .and. here%slope > 0.0_wp) order = 1
@@ -278,46 +288,6 @@ contains
       call add_terms(terms, self%longest, signal)
    end subroutine add_drive
 
-   !> What loads do to a signal, through a phase that lasts no longer than that.
-   subroutine add_terms(terms, longest, signal)
-      type(driven_terms_t), intent(in) :: terms
-      real(wp), intent(in) :: longest
-      class(viewed_signal_t), allocatable, intent(inout) :: signal
-
-      type(driven_signal_t), allocatable :: driven
-
-      select type (signal)
-      type is (exponential_signal_t)
-         if (abs(terms%slope) <= 0.0_wp) then
-            call add_harmonics(terms, signal)
-            return
-         end if
-      end select
-      allocate (driven)
-      driven%terms = terms
-      driven%until = longest
-      call move_alloc(signal, driven%free)
-      call move_alloc(driven, signal)
-   end subroutine add_terms
-
-   !> As further terms.
-   pure subroutine add_harmonics(terms, sum)
-      type(driven_terms_t), intent(in) :: terms
-      type(exponential_signal_t), intent(inout) :: sum
-
-      integer :: i, last, slower
-
-      sum%offset = sum%offset + terms%constant
-      do i = 1, size(terms%frequency)
-         if (abs(terms%harmonic(i)) <= 0.0_wp) cycle
-         slower = count(abs(sum%exponent) < terms%frequency(i))
-         last = size(sum%exponent) + 1
-         sum%exponent = [sum%exponent, cmplx(0.0_wp, terms%frequency(i), wp)]
-         sum%amplitude = [sum%amplitude, terms%harmonic(i)]
-         sum%place = [sum%place(:slower), last, sum%place(slower + 1:)]
-      end do
-   end subroutine add_harmonics
-
    !> That alone.
    subroutine driven_terms(self, k, kind, terms)
       type(several_t), intent(in) :: self
@@ -342,6 +312,8 @@ contains
          terms%slope = factor*drive%slope(row)
          allocate (terms%frequency, source=drive%frequency)
          allocate (terms%harmonic, source=cmplx(factor, of_rate*drive%frequency, wp)*drive%harmonic(row, :))
+         terms%modes = size(drive%pair)
+         if (terms%modes == 0) return
          allocate (terms%mode, source=drive%mode)
          allocate (terms%share, source=[(factor*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))])
          allocate (terms%share_of_rate, source=[(factor*set%driven(drive%pair(i))%row_of_rate(row) &
@@ -458,16 +430,23 @@ contains
    end subroutine force_terms
 
    !> State of the set's modes at a time in the phase.
-   pure subroutine move_to(self, time, z, v)
+   pure subroutine move_to(self, time, z, v, alone)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
+      !> The same less what loads do, [modes, 2]
+      real(wp), intent(out), optional :: alone(:, :)
+
+      real(wp), dimension(size(z)) :: rows, rates
 
       call move_alone(self, time, z, v)
+      if (present(alone)) alone(:, 1) = z
+      if (present(alone)) alone(:, 2) = v
       if (self%loads%count == 0) return
-      z = z + drive_at(self%set%drive, self%drive, 1, size(z), time, 0)
-      v = v + drive_at(self%set%drive, self%drive, 1, size(v), time, 1)
+      call find_rows_at(self%set%drive, self%drive, 1, size(z), time, rows, rates)
+      z = z + rows
+      v = v + rates
    end subroutine move_to
 
    !> The same less what loads do.
