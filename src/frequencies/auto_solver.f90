@@ -1,7 +1,7 @@
 !> The faster of the two accurate solvers: Lanczos for few modes of a mesh that is not small, else all
 !> of them by singular values.
 module auto_solver
-   use beam_model, only: beam_model_t, has_rigid_mode
+   use beam_model, only: beam_model_t
    use failures, only: failure_t
    use kinds, only: wp
    use lanczos_solver, only: lanczos_modes
@@ -17,7 +17,8 @@ module auto_solver
 
 contains
 
-   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for.
+   !> The first lambda_i of the mesh, ascending, and the mode shapes where they are asked for. Supports are
+   !> Lanczos' alone.
    subroutine auto_modes(model, count, lambda, error, modes)
       type(beam_model_t), intent(in) :: model
       !> Number of modes, at most 2 n
@@ -29,9 +30,9 @@ contains
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [2 n, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
-      if (lanczos_is_faster(model%mesh%elements, count) .and. .not. has_rigid_mode(model)) then
+      if (lanczos_is_faster(model%mesh%elements, count)) then
          call lanczos_modes(model, count, lambda, error, modes)
-         if (.not. allocated(error) .or. model%mesh%elements > largest_dense) return
+         if (.not. allocated(error) .or. model%mesh%elements > largest_dense .or. size(model%supports) > 0) return
       end if
       call natural_modes(model, count, lambda, error, modes)
    end subroutine auto_modes

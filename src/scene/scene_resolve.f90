@@ -1,7 +1,6 @@
 !> From what a file gives to a scene: the groups checked against each other, defaults that depend on
 !> other values filled in, quantities in the user's units made ratios.
 module scene_resolve
-   use body_settings, only: root_pinned
    use cases_resolve, only: resolve_cases
    use kinds, only: lambda1, wp
    use name_table, only: table_t
@@ -23,8 +22,7 @@ module scene_resolve
    use scene_stops, only: resolve_stops, resolve_supports
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
-      reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_lanczos, &
-      solver_names, &
+      reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_names, &
       solver_natural
    use section_shapes, only: is_uniform, profile_stepped
    use sweep_resolve, only: resolve_sweep
@@ -276,16 +274,13 @@ contains
       associate (frequencies => scene%frequencies)
          if (.not. allocated(frequencies%solver)) then
             allocate (frequencies%solver(1), source=solver_natural)
-            if (scene%has_supports .or. scene%root%kind == root_pinned) then
-               continue
-            else if (allocated(frequencies%mesh_elements)) then
+            if (allocated(frequencies%mesh_elements)) then
                if (maxval(frequencies%mesh_elements) > most_elements_natural) frequencies%solver = solver_auto
             else if (scene%mesh%elements > most_elements_natural) then
                frequencies%solver = solver_auto
             end if
          end if
-         call resolve_meshes(input, scene%mesh, scene%has_supports .or. scene%root%kind == root_pinned, &
-            frequencies)
+         call resolve_meshes(input, scene%mesh, frequencies)
          if (input%has_problem()) return
          if (frequencies%count > 2*maxval(frequencies%mesh_elements)) then
             call input%complain('frequencies', 'count', 'the largest mesh has only ' &
@@ -328,12 +323,10 @@ contains
    end subroutine resolve_precision
 
    !> The meshes of the frequency table, pairwise.
-   subroutine resolve_meshes(input, mesh, is_held_otherwise, frequencies)
+   subroutine resolve_meshes(input, mesh, frequencies)
       type(scene_input_t), intent(inout) :: input
       !> &mesh, which stands where the table names no mesh
       type(mesh_settings_t), intent(in) :: mesh
-      !> It has supports, or its root is pinned, of which Lanczos knows nothing
-      logical, intent(in) :: is_held_otherwise
       !> Elements and ratios as read in; as many of both out
       type(frequency_settings_t), intent(inout) :: frequencies
 
@@ -360,17 +353,13 @@ contains
             frequencies%mesh_ratios(i), largest_spread_table)
          if (input%has_problem()) return
       end do
-      if (is_held_otherwise .and. any(frequencies%solver == solver_lanczos .or. frequencies%solver == solver_auto)) then
-         call input%complain('frequencies', 'solver', &
-            "must be 'dsygv' or 'natural' where there are supports or the root is pinned")
-      end if
       worst = maxval(frequencies%mesh_elements)
       if (worst <= most_elements_full) return
       do i = 1, size(frequencies%solver)
          if (all(frequencies%solver(i) /= [solver_dsygv, solver_natural])) cycle
          call input%complain('frequencies', 'solver', trim(solver_names(frequencies%solver(i))) &
             //' takes at most '//to_text(most_elements_full)//' elements, a mesh has '//to_text(worst) &
-            //trim(merge("; use 'lanczos' or 'auto'", '                         ', .not. is_held_otherwise)))
+            //"; use 'lanczos' or 'auto'")
          return
       end do
    end subroutine resolve_meshes

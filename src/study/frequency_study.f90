@@ -1,6 +1,6 @@
 !> Tables of frequencies: every solver on every mesh that a scene asks for, beside the exact values.
 module frequency_study
-   use auto_solver, only: auto_modes
+   use auto_solver, only: auto_modes, lanczos_is_faster
    use beam_model, only: beam_model_t, node_dofs
    use beam_section, only: section_t
    use constrained_modes, only: attach_supports
@@ -125,7 +125,11 @@ contains
       case (solver_lanczos)
          call lanczos_modes(model, min(count, model%mesh%elements), lambda, error, modes)
       case default
-         call auto_modes(model, most, lambda, error, modes)
+         if (size(model%supports) > 0 .and. .not. lanczos_is_faster(model%mesh%elements, most)) then
+            call supported_modes(model, most, lambda, error, modes)
+         else
+            call auto_modes(model, most, lambda, error, modes)
+         end if
       end select
    end subroutine solve_modes
 
