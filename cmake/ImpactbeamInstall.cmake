@@ -28,6 +28,11 @@ install(FILES LICENSE README.md CHANGELOG.md CITATION.cff DESTINATION "${CMAKE_I
 install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
 configure_file(packaging/impactbeam.1.in impactbeam.1 @ONLY)
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/impactbeam.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
+# It is the page of the others too.
+file(WRITE "${CMAKE_CURRENT_BINARY_DIR}/same.1" ".so man1/impactbeam.1\n")
+foreach(program IN ITEMS paper benchmark plot)
+  install(FILES "${CMAKE_CURRENT_BINARY_DIR}/same.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" RENAME impactbeam-${program}.1)
+endforeach()
 install(FILES packaging/completion/impactbeam.bash RENAME impactbeam
   DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions")
 install(FILES packaging/completion/_impactbeam DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/site-functions")
@@ -84,6 +89,10 @@ set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_PACKAGING_INSTALL_PREFIX "/usr")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_PACKAGE_SECTION "science")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Finite elements and exact motion from event to event, from namelist scenes to
+HDF5 files and pictures: impacts, rebounds, chatter, sweeps of thousands of
+cases, statistics, stresses and periodic motions.")
+set(CPACK_PRE_BUILD_SCRIPTS "${PROJECT_SOURCE_DIR}/cmake/ImpactbeamDebian.cmake")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3, python3-h5py, python3-matplotlib")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "gfortran, libhdf5-dev, libopenblas-dev, zlib1g-dev")

@@ -82,6 +82,8 @@ def words():
     options = set(re.findall(r"--[a-z]+", run(os.path.join(BIN, "impactbeam"), "--help")[0]))
     demand(len(options) >= 8, "--help tells no options")
     page = read(PLACE, "share", "man", "man1", "impactbeam.1").replace("\\-", "-")
+    for program in ("paper", "benchmark", "plot"):
+        demand(read(PLACE, "share", "man", "man1", f"impactbeam-{program}.1") == ".so man1/impactbeam.1\n", f"no page of {program}")
     bash = read(PLACE, "share", "bash-completion", "completions", "impactbeam")
     zsh = read(PLACE, "share", "zsh", "site-functions", "_impactbeam")
     for option in sorted(options):
