@@ -1,4 +1,5 @@
-# The libraries of others, each a target for those of the project: impactbeam_lapack, impactbeam_hdf5, impactbeam_zlib.
+# The libraries of others, each a target for those of the project: impactbeam_lapack, impactbeam_hdf5, impactbeam_zlib, and
+# where there is OpenMP impactbeam_openmp.
 #
 # To load HDF5 with what it brings (curl, TLS, Kerberos, for a driver that is never used) takes longer than a short run. So the
 # programs (targets with the property IMPACTBEAM_STATIC) link archives, where there are some beside the shared libraries
@@ -87,12 +88,17 @@ impactbeam_dependency(hdf5 TARGETS hdf5::hdf5_fortran hdf5::hdf5_hl_fortran
 impactbeam_dependency(zlib TARGETS ZLIB::ZLIB LIBRARIES ${ZLIB_LIBRARIES} 
   PROBE "interface\n subroutine crc32() bind(c)\n end subroutine\n end interface\n call crc32()\n end")
 
+if(OpenMP_Fortran_FOUND)
+  impactbeam_dependency(openmp TARGETS OpenMP::OpenMP_Fortran LIBRARIES ${OpenMP_gomp_LIBRARY} ${OpenMP_pthread_LIBRARY}
+    PROBE "integer, external :: omp_get_thread_num\n print *, omp_get_thread_num()\n end")
+endif()
+
 # All of them are in Fortran's one library.
 if("hdf5" IN_LIST IMPACTBEAM_LINKED_STATICALLY AND "lapack" IN_LIST IMPACTBEAM_LINKED_STATICALLY)
-  links_statically(IMPACTBEAM_STATIC_fortran "print *, 1\n end" -static-libgfortran)
+  links_statically(IMPACTBEAM_STATIC_fortran "print *, 1\n end" -static-libgfortran -static-libgcc)
   if(IMPACTBEAM_STATIC_fortran)
     list(APPEND IMPACTBEAM_LINKED_STATICALLY fortran)
-    list(APPEND IMPACTBEAM_STATIC_FLAGS -static-libgfortran
+    list(APPEND IMPACTBEAM_STATIC_FLAGS -static-libgfortran -static-libgcc
       -Wl,--wrap=_gfortran_os_error,--wrap=_gfortran_os_error_at)
   endif()
 endif()

@@ -20,6 +20,7 @@ DASHES = ["-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (9, 
 MARKERS = ["o", "s", "^", "D", "v", "P"]
 CONTACT = "#d4d4d4"
 WIDTH = 6.3
+DOTS = 220
 NO_DATE = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 STYLE = {
@@ -43,7 +44,7 @@ STYLE = {
     "legend.fontsize": 9,
     "legend.frameon": False,
     "legend.handlelength": 2.6,
-    "savefig.dpi": 220,
+    "savefig.dpi": DOTS,
     # The same picture gives the same file, with text that can be searched.
     "svg.fonttype": "none",
     "svg.hashsalt": "impactbeam",
@@ -168,11 +169,11 @@ def legend_of_titles(axes, titles, **options):
         shown.set_text(title)
 
 
-def save(figure, path):
-    """Write the picture and say where it is."""
+def save(figure, path, bbox_inches="tight"):
+    """Write the picture, by default without blank edges, and say where it is."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, bbox_inches="tight", metadata=NO_DATE.get(path.suffix))
+        figure.savefig(path, bbox_inches=bbox_inches, metadata=NO_DATE.get(path.suffix))
     except (OSError, ValueError) as error:
         raise Unplottable(f"cannot write {path}: {error}") from None
     plt.close(figure)

@@ -17,6 +17,7 @@ import matplotlib.patches as patches
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
 import numpy
+from PIL import Image
 
 import impactbeam_plots as plots
 import plot_frequencies
@@ -242,21 +243,27 @@ def clipped(text, length):
 
 
 def draw_sheet(pictures):
-    """All pictures on one page."""
-    columns = 4
-    rows = -(-len(pictures) // columns)
-    images = [plt.imread(picture) for picture in pictures]
-    shapes = [image.shape[0] / image.shape[1] for image in images]
-    heights = [max(shapes[row * columns:(row + 1) * columns]) for row in range(rows)]
-    width = 3.3
-    figure, grid = plt.subplots(rows, columns, squeeze=False, figsize=(columns * width, width * sum(heights) + 0.3 * rows),
-                                gridspec_kw={"height_ratios": heights, "hspace": 0.1, "wspace": 0.06})
-    for axes in grid.flat:
-        axes.axis("off")
-    for axes, picture, image in zip(grid.flat, pictures, images):
-        axes.imshow(image, interpolation="lanczos")
-        axes.set_anchor("N")
-        axes.set_title(plots.as_it_is(picture.stem), fontsize=10)
+    """All pictures on one page, each made small once."""
+    columns, width, gap, heading = 4, 640, 40, 60
+    images = []
+    for picture in pictures:
+        with Image.open(picture) as image:
+            small = image.convert("RGB")
+        small = small.resize((width, round(width * small.height / small.width)), Image.Resampling.LANCZOS, reducing_gap=3.0)
+        images.append(small)
+    rows = [images[first:first + columns] for first in range(0, len(images), columns)]
+    heights = [heading + max(image.height for image in row) for row in rows]
+    size = columns * (width + gap) + gap, sum(heights) + gap
+    figure = plt.figure(figsize=(size[0] / plots.DOTS, size[1] / plots.DOTS), dpi=plots.DOTS)
+    names = iter(pictures)
+    top = size[1]
+    for row, height in zip(rows, heights):
+        for column, image in enumerate(row):
+            left = gap + column * (width + gap)
+            figure.figimage(numpy.asarray(image), left, top - heading - image.height)
+            figure.text((left + width / 2) / size[0], (top - heading + 12) / size[1], plots.as_it_is(next(names).stem),
+                        ha="center", fontsize=9)
+        top -= height
     return figure
 
 
@@ -309,7 +316,7 @@ def main():
         peaks = arguments.out / f"{PEAKS}.png"
         plots.save(draw_peaks([found for found in cases if found.parameter != "stiffness_ratio"] or cases), peaks)
         pictures.append(peaks)
-    plots.save(draw_sheet(sorted(pictures)), arguments.out / "contact_sheet.png")
+    plots.save(draw_sheet(sorted(pictures)), arguments.out / "contact_sheet.png", bbox_inches=None)
 
 
 if __name__ == "__main__":

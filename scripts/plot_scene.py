@@ -8,10 +8,13 @@ and the film need shapes in the file: &output shape_times or shape_step.
 import argparse
 from pathlib import Path
 
-import matplotlib.animation as animation
+import matplotlib.axis as axis
+import matplotlib.colors as colors
 import matplotlib.patches as patches
 import matplotlib.pyplot as plt
+import matplotlib.spines as spines
 import numpy
+from PIL import Image
 
 import impactbeam_plots as plots
 
@@ -203,6 +206,11 @@ class Drawing:
         """The beam with its heights about a line."""
         return self.axes.fill_between(self.scene.x, shape - self.half, shape + self.half, **options)
 
+    def outline(self, shape):
+        """What `beam` fills."""
+        return numpy.column_stack([numpy.concatenate([self.scene.x, self.scene.x[::-1]]),
+                                   numpy.concatenate([shape - self.half, (shape + self.half)[::-1]])])
+
     def ground(self, x, y, width, side):
         """A hatched line that nothing moves; it is below its edge where side is 1."""
         depth = -side * 0.12 * self.room
@@ -327,7 +335,7 @@ def animate(scene, path):
     figure, (axes, below) = plt.subplots(2, 1, figsize=(5.6, 4.4), gridspec_kw={"height_ratios": [2.2, 1.0], "hspace": 0.36})
     figure.subplots_adjust(left=0.15, right=0.975, top=0.95, bottom=0.11)
     drawing = Drawing(axes, scene, [scene.shape])
-    band = [drawing.beam(scene.shape[0], facecolor=EDGE, edgecolor=EDGE, linewidth=1.2)]
+    band = drawing.beam(scene.shape[0], facecolor=EDGE, edgecolor=EDGE, linewidth=1.2)
     clock = axes.text(0.07, 0.96, "", transform=axes.transAxes, ha="left", va="top")
     axes.minorticks_off()
     traces = []
@@ -348,8 +356,7 @@ def animate(scene, path):
 
     def show(frame):
         now = scene.shape_tau[frame]
-        band[0].remove()
-        band[0] = drawing.beam(scene.shape[frame], facecolor=EDGE, edgecolor=EDGE, linewidth=1.2)
+        band.set_verts([drawing.outline(scene.shape[frame])])
         touched = set()
         for surface, plate in zip(scene.surfaces, drawing.plates):
             is_touched = any(start <= now <= end for start, end in surface.contacts)
@@ -361,11 +368,48 @@ def animate(scene, path):
         for trace, y in traces:
             trace.set_data(time[scene.tau <= now], y[scene.tau <= now])
 
-    film = animation.FuncAnimation(figure, show, frames=frames, blit=False)
     path.parent.mkdir(parents=True, exist_ok=True)
-    film.save(path, writer=animation.PillowWriter(fps=FRAMES_A_SECOND), dpi=100)
+    save_film(figure, [*drawing.plates, band, clock, *(trace for trace, _ in traces)], show, frames, path)
     plt.close(figure)
     print(path)
+
+
+def save_film(figure, moving, show, frames, path):
+    """A GIF: what rests is drawn once, and each frame gets on it what moves and what stands in front of that."""
+    figure.set_dpi(100)
+    layers = []
+    for axes in figure.axes:
+        mine = [artist for artist in moving if artist.axes is axes]
+        lowest = min((artist.zorder for artist in mine), default=numpy.inf)
+        # ticks and frames are in nobody's way
+        layers.append([artist for artist in axes.get_children() if artist.zorder >= lowest and artist.get_visible()
+                       and not isinstance(artist, (axis.Axis, spines.Spine)) and artist is not axes.patch])
+    for artist in sum(layers, []):
+        artist.set_visible(False)
+    figure.canvas.draw()
+    resting = figure.canvas.copy_from_bbox(figure.bbox)
+    for artist in sum(layers, []):
+        artist.set_visible(True)
+    images = []
+    for frame in frames:
+        figure.canvas.restore_region(resting)
+        show(frame)
+        for artist in sorted(sum(layers, []), key=lambda artist: artist.zorder):
+            artist.axes.draw_artist(artist)
+        images.append(Image.fromarray(numpy.array(figure.canvas.buffer_rgba())).convert("RGB"))
+    # one palette for all: what a few show, and what few show
+    few = images[::max(1, len(images) // 8)]
+    sample = Image.new("RGB", (few[0].width, few[0].height * len(few)))
+    for place, image in enumerate(few):
+        sample.paste(image, (0, place * image.height))
+    exact = numpy.round(255.0 * colors.to_rgba_array(["white", TOUCHED, EDGE, *plots.COLOURS])[:, :3])
+    others = numpy.array(sample.quantize(64, dither=Image.Dither.NONE).getpalette()[:3 * 64]).reshape(-1, 3)
+    # Pillow takes colours for the same that are closer
+    others = others[abs(others[:, None] - exact).max(axis=2).min(axis=1) >= 16]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(numpy.concatenate([exact, others]).astype(int).flatten().tolist())
+    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    images[0].save(path, save_all=True, append_images=images[1:], duration=1000 // FRAMES_A_SECOND, loop=0)
 
 
 def main():
