@@ -1,15 +1,13 @@
 !> What a phase among several surfaces adds to the statistics of a run: integrals of forces and displacements and of
-!> their
-!> squares, block by block (docs/theory.md, section 20).
+!> their squares, block by block (docs/theory.md, section 20).
 module surface_statistics
-   use beam_element, only: gauss_rule
    use block_statistics, only: take_contact
    use certified_search, only: viewed_signal_t
+   use driven_modes, only: driven_mode_t
    use kinds, only: wp
-   use phase_drives, only: drive_at
+   use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
    use several_state, only: end_force, force_terms, several_t, signal_of, whole_gap, whole_tip
-   use signal_integrals, only: find_swing, integrate_panel, integrate_signals, panel_points, panel_width, signals_t, &
-      swing_t
+   use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: greatest_value
    use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
       sum_square_tip, sum_tip, top_displacement, top_tip
@@ -68,11 +66,7 @@ contains
       integer :: k, n
 
       n = size(self%states)
-      if (has_driven_modes(self)) then
-         call integrate_panels(self, signals, from, to, first, second)
-      else
-         call integrate_signals(signals, from, to, first, second)
-      end if
+      call integrate_signals(signals, from, to, first, second)
       associate (sums => blocks%tip%sums(:, block))
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(n + 1), second(n + 1)]
          call signal_of(self, 0, whole_tip, signal)
@@ -142,17 +136,7 @@ contains
       if (is_greater) greatest = value
    end subroutine raise
 
-   !> Are there modes that loads drive from rest, which are no sums of terms?
-   pure function has_driven_modes(self) result(has)
-      type(several_t), intent(in) :: self
-      logical :: has
-
-      has = .false.
-      if (self%loads%count > 0) has = size(self%drive%pair) > 0
-   end function has_driven_modes
-
-   !> Displacements of all surfaces away from them and of the tip up, and forces of the surfaces: what swings of itself
-   !> and, but where modes are driven from rest, what loads do.
+   !> Displacements of all surfaces away from them and of the tip up, and forces of the surfaces.
    subroutine find_signals(self, length, signals)
       type(several_t), intent(in) :: self
       !> Of the phase
@@ -172,7 +156,7 @@ contains
       else
          call add_swings(self, length, [(n, n=1, self%set%held%count)], signals)
       end if
-      if (self%loads%count > 0 .and. .not. has_driven_modes(self)) call add_drives(self, signals)
+      if (self%loads%count > 0) call add_drives(self, signals)
    end subroutine find_signals
 
    !> What swings on surfaces that yield.
@@ -200,56 +184,69 @@ contains
       end associate
    end subroutine add_terms
 
-   !> Modes that swing alone. Of one with the exponent s a reaction has 1 + 2 zeta s = -s (s + alpha)/W^2.
+   !> Modes that swing alone, of themselves and as loads drive them from rest.
    subroutine add_swings(self, length, modes, signals)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: length
       integer, intent(in) :: modes(:)
       type(signals_t), intent(inout) :: signals
 
-      type(swing_t) :: swings(size(modes))
+      type(mode_terms_t) :: terms(size(modes))
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
-      complex(wp) :: viscous
-      integer :: i, j, k, n, place, term
+      ! a mode in the signals: by itself, and with 2 zeta times its rate
+      real(wp) :: share(size(signals%offset), 2)
+      integer :: j, last, n, shared
 
       n = size(self%states)
-      associate (set => self%set, held => self%set%held, oscillators => self%set%held%oscillators)
+      do j = 1, size(modes)
+         call find_mode_terms(self%set%held%oscillators, modes(j), [self%z(modes(j)), self%v(modes(j))], &
+            drives_of(self, modes(j)), length, terms(j))
+      end do
+      last = size(signals%exponent)
+      shared = 0
+      if (any([(any(abs(terms(j)%slow) > 0.0_wp), j=1, size(modes))])) shared = slow_points
+      allocate (exponent, source=[signals%exponent, slow_exponents(length, shared), &
+         (terms(j)%exponent, j=1, size(modes))])
+      allocate (amplitude(2*n + 1, size(exponent)), source=(0.0_wp, 0.0_wp))
+      amplitude(:, :last) = signals%amplitude
+      associate (held => self%set%held, slow => amplitude(:, last + 1:last + shared))
+         last = last + shared
+         share = 0.0_wp
          do j = 1, size(modes)
-            i = modes(j)
-            call find_swing(oscillators%decay(i), oscillators%spread(i), i <= oscillators%oscillating, &
-               [self%z(i), self%v(i)], length, swings(j))
+            share(:n, 1) = held%value(modes(j), :)
+            share(n + 1, 1) = held%tip_value(modes(j))
+            if (size(self%set%pressed) == 0) share(n + 1 + held%held, 2) = held%reaction(:, modes(j))
+            signals%offset = signals%offset + matmul(share, terms(j)%offset)
+            signals%slope = signals%slope + matmul(share, terms(j)%slope)
+            slow = slow + matmul(share, terms(j)%slow(:, :shared))
+            associate (own => size(terms(j)%exponent))
+               amplitude(:, last + 1:last + own) = matmul(share, terms(j)%amplitude)
+               last = last + own
+            end associate
          end do
-         term = size(signals%exponent)
-         allocate (exponent(term + sum([(size(swings(j)%exponent), j=1, size(modes))])))
-         allocate (amplitude(2*n + 1, size(exponent)), source=(0.0_wp, 0.0_wp))
-         exponent(:term) = signals%exponent
-         amplitude(:, :term) = signals%amplitude
-         do j = 1, size(modes)
-            i = modes(j)
-            do k = 1, size(swings(j)%exponent)
-               term = term + 1
-               associate (s => swings(j)%exponent(k), c => swings(j)%amplitude(k))
-                  exponent(term) = s
-                  amplitude(:n, term) = c*held%value(modes(j), :)
-                  amplitude(n + 1, term) = c*held%tip_value(modes(j))
-                  if (size(set%pressed) > 0) cycle
-                  viscous = 1.0_wp + oscillators%two_zeta*s
-                  if (.not. swings(j)%is_circle .and. oscillators%frequency(i) >= oscillators%mass_rate(i)) then
-                     viscous = -s*(s + oscillators%mass_rate(i))/oscillators%square(i)
-                  end if
-                  do place = 1, size(held%held)
-                     amplitude(n + 1 + held%held(place), term) = c*viscous*held%reaction(place, modes(j))
-                  end do
-               end associate
-            end do
-         end do
-         if (size(set%pressed) == 0) signals%offset(n + 1 + held%held) = held%static_force
+         if (size(self%set%pressed) == 0) signals%offset(n + 1 + held%held) = signals%offset(n + 1 + held%held) &
+            + held%static_force
       end associate
       call move_alloc(exponent, signals%exponent)
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_swings
 
-   !> What loads do, where no mode is driven from rest.
+   !> What drives a mode from rest.
+   pure function drives_of(self, mode) result(drives)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: mode
+      type(driven_mode_t), allocatable :: drives(:)
+
+      integer :: k
+
+      allocate (drives(0))
+      if (self%loads%count == 0) return
+      associate (driven => self%set%drive%driven, drive => self%drive)
+         drives = pack(drive%mode, [(driven(drive%pair(k))%mode == mode, k=1, size(drive%pair))])
+      end associate
+   end function drives_of
+
+   !> What loads do but for the modes that they drive from rest.
    subroutine add_drives(self, signals)
       type(several_t), intent(in) :: self
       type(signals_t), intent(inout) :: signals
@@ -282,41 +279,5 @@ contains
          rows = [(at%gaps + k, k=1, n), at%tip + 1, (at%forces + k, k=1, n)]
       end associate
    end function rows_of
-
-   !> By a Gauss rule, on panels within which nothing turns far: exact to rounding.
-   subroutine integrate_panels(self, signals, from, to, first, second)
-      type(several_t), intent(in) :: self
-      !> What swings of itself
-      type(signals_t), intent(in) :: signals
-      real(wp), intent(in) :: from
-      real(wp), intent(in) :: to
-      real(wp), intent(out) :: first(:)
-      real(wp), intent(out) :: second(:)
-
-      real(wp), allocatable :: point(:), weight(:)
-      real(wp) :: besides(size(first), panel_points), rows(self%set%drive%at%rows), start, width
-      integer :: j
-
-      call gauss_rule(panel_points, point, weight)
-      first = 0.0_wp
-      second = 0.0_wp
-      start = from
-      do while (start < to)
-         width = panel_width(signals, start, maxval([0.0_wp, self%drive%frequency]))
-         ! what is left in two parts rather than one that is next to nothing
-         if (start + width >= to) then
-            width = to - start
-         else if (start + 2.0_wp*width > to) then
-            width = 0.5_wp*(to - start)
-         end if
-         do j = 1, panel_points
-            rows = drive_at(self%set%drive, self%drive, 1, size(rows), start + width*point(j), 0)
-            besides(:, j) = rows(rows_of(self))
-         end do
-         call integrate_panel(signals, start + width*point, width*weight, besides, first, second)
-         if (start + width >= to) exit
-         start = start + width
-      end do
-   end subroutine integrate_panels
 
 end module surface_statistics
