@@ -43,7 +43,10 @@ class Diagram:
             self.sections = group[name][cases]
             self.section_unit = plots.text_of(group[name].attrs["units"])
             self.is_back = group["direction"][cases] < 0 if "direction" in group else np.zeros(length, bool)
-            self.exponent = group["lyapunov_exponent"][cases] if "lyapunov_exponent" in group else None
+            self.exponent, self.exponent_unit = None, ""
+            if "lyapunov_exponent" in group:
+                self.exponent = group["lyapunov_exponent"][cases]
+                self.exponent_unit = plots.text_of(group["lyapunov_exponent"].attrs["units"])
             self.linear = self.read_linear(file, point) if "frequency" in self.parameter else None
             self.greatest = None
             if self.linear is not None:
@@ -118,7 +121,7 @@ def draw_exponent(axes, diagram):
     for _, colour, chosen in ways(diagram):
         axes.plot(diagram.values[chosen], diagram.exponent[chosen], ".-", color=colour, markersize=2.5, linewidth=0.7)
     axes.axhline(0.0, color="#000000", linewidth=0.6)
-    axes.set_ylabel("Lyapunov\nexponent")
+    axes.set_ylabel("Lyapunov\nexponent" + in_brackets(diagram.exponent_unit))
 
 
 def in_brackets(unit):

@@ -12,8 +12,9 @@ module scene_needs
    use scene_beam_model, only: run_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
    use stop_surfaces, only: is_plain, surfaces_of
+   use sweep_plan, only: cases_of_part, section_values
    use sweep_settings, only: is_swept, place_of, values_given
-   use sweep_study, only: cases_of, threads_for
+   use sweep_study, only: cases_of, threads_for, values_of
    implicit none (type, external)
    private
    public :: needs_of_scene
@@ -30,7 +31,7 @@ contains
       integer :: workers
 
       if (scene%wants_sweep) then
-         workers = threads_for(threads, cases_of(scene%sweep))
+         workers = threads_for(threads, scene%sweep)
          call add_sweep(scene, workers, need)
          call add_tables(scene, workers, need)
       else
@@ -169,8 +170,42 @@ contains
          if (output%shape_step > 0.0_wp) shapes = shapes + scene%response%duration/output%shape_step
          call add_need(need, copies*runs*bytes_of_number*shapes*4.0_wp*(real(scene%mesh%elements, wp) + 2.0_wp), &
             'the whole beam at '//so_many(shapes)//' instants', 'give &output a longer shape_step')
+         call add_sections(scene, copies*runs, numbers_of_section(scene), need)
       end associate
    end subroutine add_response
+
+   !> Numbers that a run keeps of a section: instant, impacts, growth, tip, surfaces, modes.
+   pure function numbers_of_section(scene) result(numbers)
+      type(scene_t), intent(in) :: scene
+      integer :: numbers
+
+      numbers = 5 + 2*size(surfaces_of(run_of(scene)))
+      if (.not. scene%poincare%keeps_modes) return
+      associate (all => 2*elements_of(scene, scene%mesh%elements))
+         numbers = numbers + 2*merge(min(scene%response%mode_count, all), all, scene%response%mode_count > 0)
+      end associate
+   end function numbers_of_section
+
+   !> What runs keep of their sections.
+   subroutine add_sections(scene, runs, numbers, need)
+      type(scene_t), intent(in) :: scene
+      !> As many are there at a time, copies included
+      real(wp), intent(in) :: runs
+      !> Of each section
+      integer, intent(in) :: numbers
+      type(need_t), intent(inout) :: need
+
+      real(wp) :: kept
+
+      if (.not. scene%wants_poincare) return
+      associate (asked => scene%poincare)
+         kept = real(asked%keep, wp)
+         if (.not. asked%sets_duration .and. asked%period > 0.0_wp) kept = max(0.0_wp, min(kept, &
+            scene%response%duration/asked%period - real(asked%skip, wp)))
+         call add_need(need, bytes_of_number*runs*kept*real(numbers, wp), 'the sections of '//so_many(kept) &
+            //' periods', 'give &poincare a smaller keep')
+      end associate
+   end subroutine add_sections
 
    !> Surfaces with histories of their own.
    pure function surfaces_recorded(scene) result(number)
@@ -243,7 +278,7 @@ contains
 
       real(wp), parameter :: largest_part = 16384.0_wp
       real(wp) :: values, rows, duration
-      integer :: k, axes, elements
+      integer :: chain, k, axes, elements
 
       axes = 0
       values = 0.0_wp
@@ -271,8 +306,14 @@ contains
             'the samples of a case', 'give &response a longer step')
       end if
       rows = real(min(max(scene%sweep%part_cases, 0), huge(1)), wp)
-      rows = bytes_of_number*min(max(rows, largest_part), cases_of(scene%sweep))*real(measure_count + axes, wp)
-      call add_need(need, rows*real(workers + 3, wp), 'the rows of parts', 'give &sweep fewer part_cases')
+      rows = min(max(rows, largest_part), cases_of(scene%sweep))*real(workers + 3, wp)
+      call add_need(need, bytes_of_number*rows*real(measure_count + axes, wp), 'the rows of parts', &
+         'give &sweep fewer part_cases')
+      if (.not. scene%wants_poincare) return
+      chain = 0
+      if (scene%sweep%carry > 0) chain = values_of(scene%sweep, scene%sweep%carry)
+      rows = real(cases_of_part(scene, int(min(cases_of(scene%sweep), real(huge(1), wp))), chain), wp)
+      call add_sections(scene, rows*real(workers + 3, wp), section_values, need)
    end subroutine add_sweep
 
 end module scene_needs

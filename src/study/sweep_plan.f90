@@ -13,7 +13,7 @@ module sweep_plan
       sweep_settings_t, swept_t, values_given
    implicit none (type, external)
    private
-   public :: plan_t, axis_t, section_values, make_plan, case_values, first_of_part, last_of_part, plan_text
+   public :: plan_t, axis_t, section_values, make_plan, cases_of_part, case_values, first_of_part, last_of_part, plan_text
 
    !> Kept of a section: displacement and velocity of the stop from which the beam is released, and of the tip.
    integer, parameter :: section_values = 4
@@ -56,7 +56,6 @@ contains
       !> Its cases
       type(plan_t), intent(out) :: plan
 
-      integer, parameter :: parts_aimed_at = 400, most_part = 16384
       type(axis_t), allocatable :: axes(:)
       real(wp), allocatable :: values(:)
       integer :: k, count, i
@@ -93,18 +92,34 @@ contains
          end do
          if (scene%wants_poincare) plan%sections = scene%poincare%keep
          if (sweep%carry > 0) call make_chains(sweep, plan)
-         plan%part_cases = sweep%part_cases
-         if (plan%part_cases == 0) then
-            associate (room => most_part/max(1, plan%sections*section_values/measure_count), &
-               least => least_part(scene, plan%cases))
-               plan%part_cases = min(max((plan%cases - 1)/parts_aimed_at + 1, least), max(room, least))
-            end associate
-            if (plan%chain > 0) plan%part_cases = (plan%cases - 1)/parts_aimed_at + 1
-         end if
-         if (plan%chain > 0) plan%part_cases = plan%chain*((plan%part_cases - 1)/plan%chain + 1)
+         plan%part_cases = cases_of_part(scene, plan%cases, plan%chain)
          plan%parts = (plan%cases - 1)/plan%part_cases + 1
       end associate
    end subroutine make_plan
+
+   !> Cases of a part: as many as are asked for, or fewer the more sections each has; whole chains.
+   pure function cases_of_part(scene, cases, chain) result(number)
+      type(scene_t), intent(in) :: scene
+      !> All of them
+      integer, intent(in) :: cases
+      !> Cases of a chain; 0: each is by itself
+      integer, intent(in) :: chain
+      integer :: number
+
+      integer, parameter :: parts_aimed_at = 400, most_part = 16384
+      integer :: least, room, sections
+
+      number = scene%sweep%part_cases
+      if (number == 0) then
+         sections = 0
+         if (scene%wants_poincare) sections = scene%poincare%keep
+         number = (cases - 1)/parts_aimed_at + 1
+         room = most_part/max(1, sections*section_values/measure_count)
+         least = least_part(scene, cases)
+         if (chain == 0) number = min(max(number, least), max(room, least))
+      end if
+      if (chain > 0) number = chain*((number - 1)/chain + 1)
+   end function cases_of_part
 
    !> A part costs as much to write as some cheap cases, so few parts take many of these; dear ones reach the disk soon.
    !> How dear they are goes with the length of a run, the number of modes or of steps, and of surfaces.

@@ -25,7 +25,7 @@ module sweep_study
    use sweep_tables, only: print_sweep
    implicit none (type, external)
    private
-   public :: run_sweep, threads_for, cases_of
+   public :: run_sweep, threads_for, cases_of, values_of
 
 contains
 
@@ -45,7 +45,7 @@ contains
       integer :: workers, fresh, trouble
       integer(i8) :: start, finish, rate
 
-      workers = threads_for(job%threads, cases_of(scene%sweep))
+      workers = threads_for(job%threads, scene%sweep)
       call make_plan(scene, plan)
       call plan_text(scene, plan, text)
       path = parts_folder(job%folder, scene%name)
@@ -113,23 +113,24 @@ contains
       call estimate_cases(scenes, sample, errors)
    end subroutine estimate_sample
 
-   !> Threads that a sweep takes: as many as asked for, but no more than it has cases, than four a core, and than there
-   !> is address space for.
-   function threads_for(asked, cases) result(threads)
+   !> Threads that a sweep takes: as many as asked for, but no more than it has cases or chains of them, than four a core,
+   !> and than there is address space for.
+   function threads_for(asked, sweep) result(threads)
       !> Number asked for; 0: OpenMP's, one a core unless OMP_NUM_THREADS says otherwise
       integer, intent(in) :: asked
-      !> Number of cases
-      real(wp), intent(in) :: cases
+      type(sweep_settings_t), intent(in) :: sweep
       integer :: threads
 
       ! a thread's stack, and what the C library reserves for its memory, bytes
       real(wp), parameter :: space_of_a_thread = 8.4e6_wp + 1.35e8_wp
-      real(wp) :: room
+      real(wp) :: alone, room
 
+      alone = cases_of(sweep)
+      if (sweep%carry > 0) alone = alone/real(values_of(sweep, sweep%carry), wp)
       threads = max(asked, 1)
 !$    if (asked == 0) threads = omp_get_max_threads()
 !$    threads = min(threads, 4*omp_get_num_procs())
-      threads = int(min(real(threads, wp), max(cases, 1.0_wp)))
+      threads = int(min(real(threads, wp), max(alone, 1.0_wp)))
       room = 0.5_wp*free_addresses()/(space_of_a_thread + real(blas_buffer(), wp))
       threads = int(min(real(threads, wp), 1.0_wp + room))
    end function threads_for
@@ -144,13 +145,22 @@ contains
       cases = 1.0_wp
       if (sweep%design == design_latin_hypercube) cases = real(sweep%count, wp)
       do k = 1, size(sweep%swept)
-         values = max(sweep%swept(k)%points, 1)
-         if (allocated(sweep%swept(k)%list)) values = size(sweep%swept(k)%list)
-         if (k == sweep%carry .and. sweep%carries_back) values = 2*values
+         values = values_of(sweep, k)
          if (sweep%design == design_grid) cases = cases*real(values, wp)
          if (sweep%design /= design_latin_hypercube) cases = max(cases, real(values, wp))
       end do
    end function cases_of
+
+   !> Of one parameter, there and back.
+   pure function values_of(sweep, place) result(values)
+      type(sweep_settings_t), intent(in) :: sweep
+      integer, intent(in) :: place
+      integer :: values
+
+      values = max(sweep%swept(place)%points, 1)
+      if (allocated(sweep%swept(place)%list)) values = size(sweep%swept(place)%list)
+      if (place == sweep%carry .and. sweep%carries_back) values = 2*values
+   end function values_of
 
    !> Such as '2 threads' and '2 threads in each of 4 processes'.
    pure function in_words(threads, processes) result(words)
