@@ -13,7 +13,8 @@ module sweep_plan
       sweep_settings_t, swept_t, values_given
    implicit none (type, external)
    private
-   public :: plan_t, axis_t, section_values, make_plan, cases_of_part, case_values, first_of_part, last_of_part, plan_text
+   public :: plan_t, axis_t, section_values, make_plan, cases_of_part, case_values, first_of_part, last_of_part
+   public :: plan_text
 
    !> Kept of a section: displacement and velocity of the stop from which the beam is released, and of the tip.
    integer, parameter :: section_values = 4

@@ -113,8 +113,8 @@ contains
       call estimate_cases(scenes, sample, errors)
    end subroutine estimate_sample
 
-   !> Threads that a sweep takes: as many as asked for, but no more than it has cases or chains of them, than four a core,
-   !> and than there is address space for.
+   !> Threads that a sweep takes: as many as asked for, but no more than it has cases or chains of them, than four a
+   !> core, and than there is address space for.
    function threads_for(asked, sweep) result(threads)
       !> Number asked for; 0: OpenMP's, one a core unless OMP_NUM_THREADS says otherwise
       integer, intent(in) :: asked
