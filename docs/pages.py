@@ -24,6 +24,7 @@ src_dir: {place}/src
 page_dir: {place}/pages
 output_dir: {place}/html
 media_dir: {place}/media
+css: {place}/pages.css
 preprocess: false
 display: public
 source: false
@@ -80,6 +81,7 @@ def main(programs, place):
                                     encoding="utf-8")
     head = readme.split("\n## ")[0].split("![")[0].split("\n", 1)[1]
     (place / "media").mkdir(exist_ok=True)
+    (place / "pages.css").write_text("img { max-width: 100%; } td, th { padding: 0.1em 0.6em; }\n", encoding="utf-8")
     (place / "ford.md").write_text(SETTINGS.format(root=HERE.parent, place=place) + head + "\nSee the [pages](page/index.html).\n",
                                    encoding="utf-8")
 
