@@ -5,7 +5,7 @@ module block_statistics
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_named
    use response_types, only: event_capture, event_contact, event_impact, response_t
-   use run_settings, only: run_settings_t
+   use run_settings, only: end_of_run, run_settings_t
    use statistic_types, only: block_sums_t, impact_t, low_displacement, low_tip, run_statistics_t, statistic_count, &
       sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, sum_impacts, sum_impulse, &
       sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, surface_sums_t, &
@@ -69,7 +69,7 @@ contains
       real(wp) :: end
 
       associate (asked => settings%statistics)
-         end = min(asked%end, settings%response%duration)
+         end = min(asked%end, end_of_run(settings%response))
          allocate (blocks%edge(0:asked%blocks))
          blocks%edge = [(asked%start + (end - asked%start)*real(i, wp)/real(asked%blocks, wp), i=0, asked%blocks)]
          blocks%edge(asked%blocks) = end

@@ -14,10 +14,10 @@ module exact_motion
    use moment_places, only: open_moments
    use motion_phases, only: contact_t, motion_t
    use phase_measures, only: finish_measures, start_measures
-   use response_records, only: count_samples, open_records
+   use response_records, only: open_records
    use response_types, only: mode_check_t, response_t
    use run_recorder, only: make_recorder, recorder_t
-   use run_settings, only: impulse_nodal, run_settings_t
+   use run_settings, only: count_samples, impulse_nodal, run_settings_t
    use section_types, only: section_state_t
    use several_contacts, only: several_contacts_t
    use several_start, only: finish_several, start_several

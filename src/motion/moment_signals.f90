@@ -18,7 +18,7 @@ module moment_signals
    use response_types, only: moment_record_t
    use run_settings, only: run_settings_t
    use several_state, only: ready_reaction, several_t
-   use signal_peaks, only: greatest_value
+   use signal_peaks, only: greatest_value, size_of_terms
    use stop_surfaces, only: surface_t
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
@@ -149,7 +149,7 @@ contains
          associate (record => moments%records(p))
             known = merge(record%greatest, -record%least, sign > 0.0_wp)
             call greatest_value(signal, length, known, is_beyond, still_rises, peak, time, &
-               max(record%greatest, -record%least, share*here%rounding))
+               max(record%greatest, -record%least, share*here%rounding, size_of_terms(signal, length)))
             if (is_beyond) call enter_moment(record, sign*peak, tau + time)
          end associate
       end subroutine seek_beyond

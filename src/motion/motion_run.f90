@@ -121,7 +121,7 @@ contains
    pure subroutine check_mode_of_start(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Set when there are fewer modes
+      !> Set when there are fewer modes, or none moves the tip
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: modes
@@ -130,8 +130,13 @@ contains
          settings%start%field == field_mode)) return
       modes = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
       if (settings%response%mode_count > 0) modes = min(modes, settings%response%mode_count)
-      if (settings%start%mode > modes) call fail(error, status_bad_input, 'the mode of the start must be from 1 to ' &
-         //to_text(modes)//', the modes that this run keeps on its mesh')
+      if (settings%start%mode > modes) then
+         call fail(error, status_bad_input, 'the mode of the start must be from 1 to '//to_text(modes) &
+            //', the modes that this run keeps on its mesh')
+      else if (any(model%supports%dof == model%tip_dof .and. model%supports%stiffness <= 0.0_wp)) then
+         call fail(error, status_bad_input, 'the mode of the start is told by the motion of the tip, which a support &
+         &holds')
+      end if
    end subroutine check_mode_of_start
 
    !> What all runs of one beam by one method have in common; empty where that is nothing.
@@ -145,7 +150,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       if (settings%response%method == method_exact .and. .not. wants_few_modes(model, settings)) then
-         call find_free_modes(model, modes, error, with_support=is_rigid(settings%stop))
+         call find_free_modes(model, modes, error, with_support=settings%has_stop .and. is_rigid(settings%stop))
       end if
    end subroutine find_shared_modes
 

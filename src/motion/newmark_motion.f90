@@ -17,11 +17,11 @@ module newmark_motion
    use newmark_stepper, only: change_force, deepest_level, finish_step, make_factors, make_newmark_stepper, &
       make_start_state, predict_step
    use number_text, only: to_text
-   use response_records, only: count_samples, open_records
+   use response_records, only: open_records
    use response_types, only: miss_of_energies, response_t
    use run_measures, only: start_tally
    use run_reach, only: tell_reach
-   use run_settings, only: response_settings_t, run_settings_t
+   use run_settings, only: count_samples, response_settings_t, run_settings_t
    use skyline_matrix, only: multiply, skyline_t
    use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
    use stop_laws, only: make_yielding_stop

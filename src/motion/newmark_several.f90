@@ -26,12 +26,12 @@ module newmark_several
    use newmark_statistics, only: open_statistics, take_step
    use newmark_stepper, only: deepest_level, make_newmark_stepper
    use number_text, only: to_text
-   use response_records, only: count_samples, open_records
+   use response_records, only: open_records
    use response_types, only: miss_of_energies, response_t, run_measures_t
    use run_measures, only: gather_measures, no_rest, open_tally
    use run_reach, only: tell_reach
    use run_recorder, only: keep_sample, sample_t
-   use run_settings, only: impulse_nodal, law_spring_damper, run_settings_t
+   use run_settings, only: count_samples, impulse_nodal, law_spring_damper, run_settings_t
    use section_records, only: finish_sections
    use section_types, only: section_state_t
    use skyline_matrix, only: skyline_t, solve_factorised

@@ -3,11 +3,11 @@ module response_records
    use history_list, only: history_count
    use kinds, only: wp
    use response_types, only: response_t
-   use run_settings, only: output_settings_t
+   use run_settings, only: count_samples, output_settings_t
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: open_records, count_samples
+   public :: open_records
 
 contains
 
@@ -98,16 +98,5 @@ contains
          end if
       end do
    end function merged
-
-   !> Samples after the start: whole steps within the duration, rounding forgiven.
-   pure function count_samples(duration, step) result(samples)
-      !> Length of the run
-      real(wp), intent(in) :: duration
-      !> Distance of the samples
-      real(wp), intent(in) :: step
-      integer :: samples
-
-      samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
-   end function count_samples
 
 end module response_records

@@ -1,10 +1,10 @@
 !> The greatest value of a signal and the last time it was above a level, certain like the search for its zeros.
 module signal_peaks
-   use certified_search, only: first_zero, found_never_left, found_none, found_zero, search_t, viewed_signal_t
+   use certified_search, only: first_zero, found_never_left, found_none, found_zero, local_t, search_t, viewed_signal_t
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: exceeds, greatest_value, last_time_above, peak_tolerance
+   public :: exceeds, greatest_value, last_time_above, peak_tolerance, size_of_terms
 
    !> A higher peak in the same phase is missed only if it is higher by less than this share.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
@@ -97,6 +97,34 @@ contains
          level = raised(max(value, level), least)
       end do
    end subroutine greatest_value
+
+   !> A value by which the tolerance of a peak may go where the signal is next to nothing beside its terms: a share of
+   !> them, and of what they can come to within the phase. The search then has some ten thousand steps at most for each
+   !> time that it takes the terms to grow and fall.
+   function size_of_terms(signal, length) result(scale)
+      class(viewed_signal_t), intent(in) :: signal
+      !> Length of the phase
+      real(wp), intent(in) :: length
+      real(wp) :: scale
+
+      real(wp), parameter :: share = 1.0e-2_wp
+      class(viewed_signal_t), allocatable :: raised
+      type(local_t) :: here
+      real(wp) :: curvature, level
+      integer :: i
+
+      call signal%look(0.0_wp, 0, here)
+      curvature = here%bound_both
+      level = 1.0_wp + 4.0_wp*abs(here%value)
+      do i = 1, 8
+         ! how far a signal falls is known where it is lifted
+         call signal%view(0.0_wp, 1.0_wp, level, 0, raised)
+         call raised%look(0.0_wp, 0, here)
+         if (here%floor > -huge(1.0_wp)) exit
+         level = 16.0_wp*level
+      end do
+      scale = share*min(curvature*length**2, max(here%value - here%floor, epsilon(1.0_wp)*level))
+   end function size_of_terms
 
    !> The best of samples ahead, then of those about the best.
    subroutine look_ahead(signal, from, to, value, time)

@@ -8,7 +8,7 @@ module surface_statistics
    use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
    use several_state, only: end_force, force_terms, several_t, signal_of, whole_gap, whole_tip
    use signal_integrals, only: integrate_signals, signals_t
-   use signal_peaks, only: greatest_value
+   use signal_peaks, only: greatest_value, size_of_terms
    use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
       sum_square_tip, sum_tip, top_displacement, top_tip
    implicit none (type, external)
@@ -132,7 +132,8 @@ contains
       ! its end first: mostly that spares a search, which would find it too
       call part%evaluate(to - from, value, slope)
       greatest = max(greatest, value)
-      call greatest_value(part, to - from, greatest, is_greater, still_rises, value, time)
+      call greatest_value(part, to - from, greatest, is_greater, still_rises, value, time, &
+         size_of_terms(part, to - from))
       if (is_greater) greatest = value
    end subroutine raise
 

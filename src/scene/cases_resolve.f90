@@ -45,8 +45,8 @@ contains
 
       place = chosen_parameter(table, table%find_group('cases'), 'parameter')
       associate (group => table%groups(table%entries(place)%group))
-         if (group%repeats .and. .not. group%is_wanted) call input%complain('cases', 'parameter', &
-            parameter//' goes with &'//trim(group%name))
+         if ((group%repeats .or. group%name == 'stress') .and. .not. group%is_wanted) call input%complain('cases', &
+            'parameter', parameter//' goes with &'//trim(group%name))
       end associate
       if (.not. table%counts(place)) call input%complain('cases', 'parameter', &
          parameter//' goes with '//table%phrase(place, from_elsewhere=.true.))

@@ -4,6 +4,7 @@ module scene_statistics
    use name_table, only: table_t
    use number_text, only: to_text
    use quantities, only: quantity_named, ratio_of
+   use run_settings, only: end_of_run
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use statistics_groups, only: physical_statistics_t
@@ -33,9 +34,10 @@ contains
          if (input%has_problem()) return
          if (input%has(group, 'force_threshold')) call take_ratio(input, table, group, 'force_threshold', &
             ratio_of(quantity_named('force'), physical%force_threshold, scene%scales), statistics%threshold)
-         end = scene%response%duration
+         end = end_of_run(scene%response)
          if (statistics%end < huge(statistics%end)) then
-            if (statistics%end > end) call input%complain(group, 'end end_time', 'must be at most the duration, ' &
+            if (statistics%end > end) call input%complain(group, 'end end_time', &
+               'must be at most the end of the run, ' &
                //to_text(end)//' (tau)')
             end = statistics%end
          end if

@@ -11,7 +11,7 @@ module run_settings
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
    public :: statistics_settings_t, poincare_settings_t, frequency_response_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
-   public :: stop_released_from
+   public :: stop_released_from, count_samples, end_of_run
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
@@ -205,6 +205,26 @@ module run_settings
    end type run_settings_t
 
 contains
+
+   !> Samples after the start: whole steps within the duration, rounding forgiven.
+   pure function count_samples(duration, step) result(samples)
+      !> Length of the run
+      real(wp), intent(in) :: duration
+      !> Distance of the samples
+      real(wp), intent(in) :: step
+      integer :: samples
+
+      samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
+   end function count_samples
+
+   !> Newmark's steps end with the last sample.
+   pure function end_of_run(response) result(tau)
+      type(response_settings_t), intent(in) :: response
+      real(wp) :: tau
+
+      tau = response%duration
+      if (response%method == method_newmark) tau = min(tau, real(count_samples(tau, response%step), wp)*response%step)
+   end function end_of_run
 
    !> From which of several stops the beam is released: where the scene leaves that open, the one nearest the tip; of
    !> those below before above before on both sides; of those the highest. Never by their order: of stops that are alike

@@ -301,6 +301,7 @@ contains
       !> Gets the paths
       character(:), allocatable, intent(inout) :: paths
 
+      real(wp), allocatable :: numbers(:)
       character(64) :: name
       integer :: class, i, kind, members, status
       integer(hid_t) :: dataset, type
@@ -316,7 +317,14 @@ contains
          call h5tclose_f(type, status)
          call h5dclose_f(dataset, status)
          if (class /= h5t_float_f) cycle
-         if (.not. all(ieee_is_finite(numbers_in(handle, group//trim(name))))) paths = paths//group(2:)//trim(name)//' '
+         if (allocated(numbers)) deallocate (numbers)
+         allocate (numbers, source=numbers_in(handle, group//trim(name)))
+         if (.not. all(ieee_is_finite(numbers))) then
+            paths = paths//group(2:)//trim(name)//' '
+         else if (any(exponent(numbers) == maxexponent(numbers))) then
+            ! what extremes begin with
+            paths = paths//group(2:)//trim(name)//' '
+         end if
       end do
    end subroutine look_into_group
 

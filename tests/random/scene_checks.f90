@@ -401,8 +401,8 @@ contains
          associate (surface => response%surfaces(k))
             if (.not. (all(ieee_is_finite(surface%eta)) .and. all(ieee_is_finite(surface%force)))) &
                complaint = complaint//'a surface has what is not finite; '
-            call limit('a surface pulls', -minval(surface%force)/max(maxval(surface%force), tiny(1.0_wp)), rounding, &
-               complaint)
+            call limit('a surface pulls', -minval(surface%force)/max(maxval(surface%force), &
+               response%measures%greatest_force, tiny(1.0_wp)), rounding, complaint)
             if (stops(surface%stop)%law /= law_restitution) cycle
             if (scene%response%method == method_exact) then
                call limit('the beam enters a surface', -minval(real(surface%sign, wp)*surface%eta)/reach, rounding, complaint)
@@ -504,7 +504,8 @@ contains
       if (.not. scene%has_stop) return
       reach = length_scale(scene, response)
       associate (force => response%history(force_stop)%values)
-         call limit('the stop pulls', -minval(force)/max(maxval(force), tiny(1.0_wp)), rounding, complaint)
+         call limit('the stop pulls', -minval(force)/max(maxval(force), response%measures%greatest_force, &
+            tiny(1.0_wp)), rounding, complaint)
       end associate
       if (allocated(response%surfaces)) then
          call check_surfaces(scene, response, complaint)
