@@ -38,9 +38,9 @@ module scene_templates
       '&damping stiffness_coefficient = 2.0e-6 /  ! s', &
       '&tip_mass mass = 20.0e-6 /      ! kg, the contact bead', &
       '&stop', &
-      '   surface_height = 0.1e-3      ! m, above the unstressed reed: closed, it presses', &
+      '   surface_height = 0.1e-3      ! m, above the unstressed reed: it presses', &
       '   initial_height = 0.5e-3      ! m, from where it is let go', &
-      "   law = 'three_element'        ! a spring; beside it spring and damper in series", &
+      "   law = 'three_element'        ! a spring; beside it another with a damper", &
       '   stiffness = 1.7e6            ! N/m', &
       '   branch_stiffness = 3.4e6     ! N/m', &
       '   damper = 30.0                ! N s/m', &
