@@ -3,7 +3,7 @@ module sweep_resolve
    use kinds, only: i8, wp
    use lost_units, only: refuse_lost_units
    use measure_list, only: measure_table
-   use name_table, only: table_t
+   use name_table, only: is_among, table_t
    use number_text, only: to_text
    use scene_beam, only: smallest_tip
    use scene_input, only: scene_input_t
@@ -64,7 +64,7 @@ contains
       if (.not. input%has_problem()) call check_chains(input, scene)
    end subroutine resolve_sweep
 
-   !> No parameter is varied both as a ratio and in units.
+   !> No parameter is varied both as a ratio and in units, nor beside what it cannot stand beside.
    subroutine check_twice(input, table, swept)
       type(scene_input_t), intent(inout) :: input
       !> Its names, read
@@ -74,14 +74,19 @@ contains
       integer :: i, k
 
       do k = 1, size(swept)
-         if (swept(k)%parameter%quantity == '' .or. .not. is_swept(swept(k))) cycle
-         associate (in_units => swept(k)%parameter, entry => table%entries(place_in(table, swept(k)%parameter)))
+         if (.not. is_swept(swept(k))) cycle
+         associate (varied => swept(k)%parameter, entry => table%entries(place_in(table, swept(k)%parameter)))
             do i = 1, size(swept)
-               if (.not. is_swept(swept(i)) .or. swept(i)%parameter%group /= in_units%group) cycle
-               if (swept(i)%parameter%occurrence /= in_units%occurrence) cycle
-               if (swept(i)%parameter%name_in_group /= entry%name%instead_of) cycle
-               call input%complain('sweep', given_name(swept(k)), 'give '//trim(in_units%name)//' or ' &
-                  //trim(swept(i)%parameter%name)//', not both')
+               if (.not. is_swept(swept(i)) .or. swept(i)%parameter%group /= varied%group) cycle
+               if (swept(i)%parameter%occurrence /= varied%occurrence) cycle
+               if (varied%quantity /= '' .and. swept(i)%parameter%name_in_group == entry%name%instead_of) then
+                  call input%complain('sweep', given_name(swept(k)), 'give '//trim(varied%name)//' or ' &
+                     //trim(swept(i)%parameter%name)//', not both')
+               else if (is_among(swept(i)%parameter%name_in_group, entry%name%needs%without)) then
+                  call input%complain('sweep', given_name(swept(k)), 'does not go with ' &
+                     //trim(swept(i)%parameter%name))
+               end if
+               if (input%has_problem()) return
             end do
          end associate
       end do
