@@ -15,9 +15,10 @@ module applied_loads
    private
    public :: applied_loads_t, gather_loads, has_loads
 
-   !> A mode whose static shape would be so many units of displacement is slow, as from there to the surfaces nothing
-   !> would be left of the digits; but not where that makes more phases than this.
-   real(wp), parameter :: most_units = 1.0e6_wp
+   !> A mode whose static shape would be so many units of displacement, or move with as many of velocity where a table
+   !> rises, is slow, as from there to the surfaces too little would be left of the digits; but not where that makes
+   !> more phases than this.
+   real(wp), parameter :: most_units = 1.0e2_wp
    real(wp), parameter :: most_phases = 1.0e4_wp
 
    type :: applied_loads_t
@@ -91,18 +92,22 @@ contains
          min(sqrt(greatest_amplitude(loads)/most_units), most_phases/settings%response%duration))
    end subroutine gather_loads
 
-   !> The greatest value of all courses.
+   !> The greatest value of all courses, or rate.
    pure function greatest_amplitude(loads) result(greatest)
       type(applied_loads_t), intent(in) :: loads
       real(wp) :: greatest
 
-      integer :: g
+      integer :: g, i
 
       greatest = 0.0_wp
       do g = 1, loads%count
          associate (course => loads%course(g))
             if (allocated(course%value)) then
                greatest = max(greatest, abs(course%amplitude)*maxval(abs(course%value)))
+               do i = 2, size(course%value)
+                  greatest = max(greatest, abs(course%amplitude*(course%value(i) - course%value(i - 1)) &
+                     /(course%time(i) - course%time(i - 1))))
+               end do
             else
                greatest = max(greatest, abs(course%amplitude))
             end if
