@@ -3,7 +3,7 @@ module sorting
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: ascending_order
+   public :: ascending_order, order_columns
 
 contains
 
@@ -23,5 +23,21 @@ contains
          order(place) = i
       end do
    end function ascending_order
+
+   !> Columns of a matrix in another order, one by one: gfortran would put a temporary of all on the stack.
+   pure subroutine order_columns(matrix, order)
+      real(wp), allocatable, intent(inout) :: matrix(:, :)
+      !> Where each of the new columns stands
+      integer, intent(in) :: order(:)
+
+      real(wp), allocatable :: ordered(:, :)
+      integer :: k
+
+      allocate (ordered(size(matrix, 1), size(order)))
+      do k = 1, size(order)
+         ordered(:, k) = matrix(:, order(k))
+      end do
+      call move_alloc(ordered, matrix)
+   end subroutine order_columns
 
 end module sorting

@@ -9,7 +9,7 @@ module constrained_modes
    use beam_model, only: beam_support_t
    use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: wp
-   use sorting, only: ascending_order
+   use sorting, only: ascending_order, order_columns
    implicit none (type, external)
    private
    public :: attach_supports, constrain, attach_spring
@@ -89,7 +89,7 @@ contains
          mode(active, alone + a) = norm*consistent/distance(:, a)
       end do
       order = ascending_order(roots)
-      mode = mode(:, order)
+      call order_columns(mode, order)
       reaction = reaction(order)
       new_square = roots(order)
    end subroutine constrain

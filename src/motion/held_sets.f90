@@ -7,6 +7,7 @@ module held_sets
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
    use point_forces, only: find_point_forces, slow
+   use sorting, only: order_columns
    implicit none (type, external)
    private
    public :: free_beam_t, held_set_t, make_held_set, rest_on_heights, into_held, out_of_held
@@ -100,7 +101,7 @@ contains
          if (size(held) > 0) then
             order = damping_order(square, zeta, mass_rate)
             square = square(order)
-            set%mode = set%mode(:, order)
+            call order_columns(set%mode, order)
             set%reaction = set%reaction(:, order)
             set%value = set%value(order, :)
             set%tip_value = set%tip_value(order)

@@ -6,6 +6,7 @@ module mode_choice
    use kinds, only: lambda1, pi, wp
    use response_types, only: mode_check_t, quiet_level, response_t
    use run_settings, only: output_settings_t, run_settings_t
+   use sorting, only: order_columns
    implicit none (type, external)
    private
    public :: agreement, compare_runs, modes_that_matter, next_count, trial_settings, rates_of_modes, take_modes
@@ -104,7 +105,7 @@ contains
       end if
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
-      modes%mode = modes%mode(:, order)
+      call order_columns(modes%mode, order)
       settings%start%mode = max(findloc(order, settings%start%mode, dim=1), 1)
       if (.not. allocated(settings%mode_ratios)) return
       allocate (ratio, source=settings%mode_ratios)
