@@ -21,13 +21,11 @@ def run(*command):
 
 
 def check_xarray():
-    """The page's two lines as they stand, and what is in the files."""
+    """The README's two lines as they stand, and what is in the files."""
     import xarray  # pylint: disable=import-outside-toplevel
-    with open(os.path.join(SCRIPTS, "..", "docs", "building.md"), encoding="utf-8") as page:
+    with open(os.path.join(SCRIPTS, "..", "README.md"), encoding="utf-8") as page:
         lines = re.search(r"```python\n(.*?)```", page.read(), re.DOTALL).group(1)
-    with open(os.path.join(FOLDER, "relay.nml"), "w", encoding="utf-8") as scene:
-        subprocess.run([PROGRAM, "--new", "relay"], check=True, stdout=scene)
-    run(PROGRAM, "--quiet", "relay.nml")
+    run(PROGRAM, "--quiet", os.path.join(INPUTS, "fig04_preload_0.nml"))
     subprocess.run([sys.executable, "-c", lines], check=True, cwd=FOLDER, env={**os.environ, "MPLBACKEND": "agg"})
     run(PROGRAM, "--quiet", "--out", ".", os.path.join(INPUTS, "relay_reed.nml"), os.path.join(INPUTS, "table1.nml"))
     response = xarray.open_dataset(os.path.join(FOLDER, "relay_reed.h5"), group="response")
