@@ -133,10 +133,9 @@ contains
       do k = 1, size(study%branch)
          associate (branch => study%branch(k))
             write (unit, '(/, 2x, a)') 'branch '//to_text(k)//', '// &
-               counted(maxval(branch%point%periods), 'load period')//', '// &
-               counted(size(branch%point), 'point')//' from '// &
-               value_of(branch%point(1))//' to '// &
-               value_of(branch%point(size(branch%point)))//from_branch(branch%parent)
+               counted(maxval(branch%point%periods), 'load period')//from_branch(branch%parent)
+            write (unit, '(4x, a)') counted(size(branch%point), 'point')//' from '//value_of(branch%point(1))//' to ' &
+               //value_of(branch%point(size(branch%point)))
             do i = 1, size(branch%point)
                associate (point => branch%point(i))
                   if (.not. any(point%mark == [mark_fold, mark_doubling, mark_torus, mark_grazing, mark_lost])) cycle
