@@ -1,6 +1,6 @@
 !> Sections of a run by any method: when they are, and what they tell (docs/theory.md, section 21).
 module section_records
-   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
    use response_types, only: event_contact, event_impact, response_t
@@ -100,7 +100,7 @@ contains
       exponent = ieee_value(1.0_wp, ieee_quiet_nan)
       associate (n => sections%count)
          if (.not. allocated(sections%log_size) .or. n < 2) return
-         if (sections%log_size(n) <= -huge(1.0_wp)) return
+         if (ieee_is_nan(sections%log_size(n))) return
          exponent = (sections%log_size(n) - sections%log_size(1))/(sections%tau(n) - sections%tau(1))
       end associate
    end function exponent_of

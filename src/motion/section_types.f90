@@ -41,7 +41,8 @@ module section_types
       real(wp), allocatable :: modes(:, :, :)
       !> Since the section before, [sections]
       integer, allocatable :: impacts(:)
-      !> Logarithm of the size of a variation at each section; unallocated: it is not followed
+      !> Logarithm of the size of a variation at each section, no number where nothing is left of it;
+      !> unallocated: it is not followed
       real(wp), allocatable :: log_size(:)
       !> How fast that grows, per tau
       real(wp) :: lyapunov_exponent = 0.0_wp

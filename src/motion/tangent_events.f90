@@ -1,6 +1,7 @@
 !> Variations of a motion across its events: each is brought to where it meets the event, follows what happens there,
 !> and back to one instant (docs/theory.md, section 22).
 module tangent_events
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use certified_search, only: found_never_left, search_t
    use complementarity, only: solve_active
    use kinds, only: wp
@@ -103,7 +104,7 @@ contains
          there = tangent
          call flow_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), there)
          size_there = size_of_column(there, 1, now%beam%oscillators)
-         sections%log_size(n) = -huge(1.0_wp)
+         sections%log_size(n) = ieee_value(1.0_wp, ieee_quiet_nan)
          if (size_there > 0.0_wp) sections%log_size(n) = there%log_scale + log(size_there)
       end do
    end subroutine take_sizes

@@ -35,7 +35,7 @@ contains
             'displacement of the tip, up from the unstressed beam', 'tau')
          call group%put('velocity_tip', sections%tip(2, :n), 'velocity', 'its velocity', 'tau')
          if (allocated(sections%log_size)) call group%put('log_variation', sections%log_size(:n), 'number', &
-            'logarithm of the size of a variation of the motion', 'tau')
+            'logarithm of the size of a variation of the motion, no number where nothing is left of it', 'tau')
          surfaces = size(sections%stop, 2)
          if (surfaces > 0) then
             call group%put('surface', [(k, k=1, surfaces)], 'surface, in the order of &stop, below before above', &

@@ -205,8 +205,8 @@ contains
          left = adjustl(left(len_trim(path) + 1:))
          if (index(path, 'statistics/') > 0 .and. all(always /= path(index(path, '/', back=.true.) + 1:))) cycle
          ! what did not happen or settle, or what a mesh does not have, is NaN by definition
-         ! motions without impacts have no speed of one
-         if (index(path, 'least_impact_speed') > 0) cycle
+         ! motions without impacts have no speed of one, variations of which nothing is left no logarithm
+         if (index(path, 'least_impact_speed') > 0 .or. index(path, 'log_variation') > 0) cycle
          if (index(path, 'measures/') > 0 .or. index(path, 'surfaces/first_impact') > 0 &
             .or. index(path, 'frequencies/') == 1 .or. index(path, 'sweep/') == 1 &
             .or. index(path, 'best/') == 1 .or. index(path, 'mesh_estimate/') == 1 &
