@@ -5,14 +5,16 @@
 module contact_modes
    use contact_secular, only: distances, exponents, find_all_roots, first_guess, inverses, make_secular, secular, &
       secular_t, size_of
-   use damped_oscillators, only: propagate
+   use damped_oscillators, only: lanes, padded, propagate
+   use exponential_powers, only: powers
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
+   use sorting, only: ascending_order
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: contact_modes_t, make_contact_modes, contact_amplitudes, contact_state
+   public :: contact_modes_t, make_contact_modes, contact_amplitudes, contact_state, state_of_terms, terms_at
 
    !> Modes whose value at the stop is below this share of the greatest do not feel it.
    real(wp), parameter :: least_coupling = 1.0e-100_wp
@@ -28,8 +30,10 @@ module contact_modes
       real(wp) :: two_zeta = 0.0_wp
       !> Number of exponents; of a conjugate pair only the one with Im s > 0 is kept
       integer :: count = 0
-      !> Exponents s, [count]
+      !> Exponents s, the fastest last, [count]
       complex(wp), allocatable :: exponent(:)
+      !> -Re s and Im s, filled up with zeros to whole vectors
+      real(wp), allocatable :: decay(:), swing(:)
       !> 1 for a real exponent, 2 for a conjugate pair, [count]
       real(wp), allocatable :: weight(:)
       !> d/ds of (s + nu) (1 + ...) at the root, [count]
@@ -112,9 +116,35 @@ contains
          if (beam%stop_is_tip) modes%tip_value(m) = modes%stop_value(m)
       end do
       if (any(modes%condition > greatest_condition)) call replace_clusters(beam, problem, active, s, keep, modes)
+      call put_in_order(modes)
       modes%static_tip = sum(beam%tip_value*beam%stop_value/beam%oscillators%square)
       if (beam%stop_is_tip) modes%static_tip = beam%flexibility
    end subroutine make_contact_modes
+
+   !> The fastest last.
+   subroutine put_in_order(modes)
+      type(contact_modes_t), intent(inout) :: modes
+
+      complex(wp), allocatable :: shape(:, :)
+      integer :: order(modes%count), m
+
+      order = ascending_order(abs(modes%exponent))
+      modes%exponent(:) = modes%exponent(order)
+      modes%weight(:) = modes%weight(order)
+      modes%derivative(:) = modes%derivative(order)
+      modes%condition(:) = modes%condition(order)
+      modes%stop_value(:) = modes%stop_value(order)
+      modes%branch_value(:) = modes%branch_value(order)
+      modes%tip_value(:) = modes%tip_value(order)
+      allocate (shape, mold=modes%shape)
+      do m = 1, modes%count
+         shape(:, m) = modes%shape(:, order(m))
+      end do
+      call move_alloc(shape, modes%shape)
+      allocate (modes%decay(padded(modes%count)), modes%swing(padded(modes%count)), source=0.0_wp)
+      modes%decay(:modes%count) = -real(modes%exponent, wp)
+      modes%swing(:modes%count) = aimag(modes%exponent)
+   end subroutine put_in_order
 
    !> The stop point per unit of P at an exponent: the sum over the modes, or what the stop itself says, where less
    !> cancels. Next to the pole of a mode that hardly feels the stop the sum is nothing but rounding error.
@@ -374,18 +404,53 @@ contains
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: v(:)
 
-      complex(wp) :: factor, rate
+      call state_of_terms(beam, modes, static_force, terms_at(modes, modes%weight*amplitude, t), q0, v0, t, q, v)
+   end subroutine contact_state
+
+   !> The terms of P at a time after the start of a contact.
+   pure function terms_at(modes, amplitude, t) result(term)
+      type(contact_modes_t), intent(in) :: modes
+      !> weight times c, [modes%count]
+      complex(wp), intent(in) :: amplitude(:)
+      !> Time
+      real(wp), intent(in) :: t
+      complex(wp) :: term(modes%count)
+
+      real(wp), dimension(size(modes%decay)) :: real_part, imaginary_part
+
+      call powers(size(modes%decay)/lanes, modes%decay, modes%swing, t, real_part, imaginary_part)
+      term = amplitude*cmplx(real_part(:modes%count), imaginary_part(:modes%count), wp)
+   end function terms_at
+
+   !> The modal state from the terms of P at the same instant.
+   pure subroutine state_of_terms(beam, modes, static_force, term, q0, v0, t, q, v)
+      type(modal_beam_t), intent(in) :: beam
+      !> Exponents and shapes
+      type(contact_modes_t), intent(in) :: modes
+      !> From `contact_amplitudes`
+      real(wp), intent(in) :: static_force
+      !> From `terms_at`
+      complex(wp), intent(in) :: term(:)
+      !> Modal state at the start; only the modes with a node at the stop are read
+      real(wp), intent(in) :: q0(:)
+      real(wp), intent(in) :: v0(:)
+      !> Time
+      real(wp), intent(in) :: t
+      !> Modal state
+      real(wp), intent(out) :: q(:)
+      real(wp), intent(out) :: v(:)
+
+      complex(wp) :: rate
       real(wp), dimension(size(q0)) :: alone, alone_rate
       integer :: i, m
 
       q = beam%stop_value/beam%oscillators%square*static_force
       v = 0.0_wp
       do m = 1, modes%count
-         factor = modes%weight(m)*amplitude(m)*exp(modes%exponent(m)*t)
-         rate = factor*modes%exponent(m)
+         rate = term(m)*modes%exponent(m)
          !$omp simd
          do i = 1, size(q)
-            q(i) = q(i) + real(factor, wp)*real(modes%shape(i, m), wp) - aimag(factor)*aimag(modes%shape(i, m))
+            q(i) = q(i) + real(term(m), wp)*real(modes%shape(i, m), wp) - aimag(term(m))*aimag(modes%shape(i, m))
             v(i) = v(i) + real(rate, wp)*real(modes%shape(i, m), wp) - aimag(rate)*aimag(modes%shape(i, m))
          end do
       end do
@@ -393,6 +458,6 @@ contains
       call propagate(beam%oscillators, t, q0, v0, alone, alone_rate)
       q(modes%inactive) = alone(modes%inactive)
       v(modes%inactive) = alone_rate(modes%inactive)
-   end subroutine contact_state
+   end subroutine state_of_terms
 
 end module contact_modes

@@ -7,6 +7,7 @@ module contact_sets
    use failures, only: failure_t
    use held_sets, only: free_beam_t, held_set_t, make_held_set, rest_on_heights
    use joint_modes, only: joint_modes_t, make_joint_modes
+   use kept_contacts, only: contact_store_t
    use kinds, only: wp
    use phase_drives, only: set_drive_t
    use small_equations, only: solve_small
@@ -63,6 +64,8 @@ module contact_sets
       integer :: count = 0
       !> It may not go: signals that outlive their phase point to it
       type(contact_set_t), pointer, public :: in_use => null()
+      !> Of runs with one stop alone
+      type(contact_store_t), public :: contacts
    contains
       final :: empty
    end type set_store_t

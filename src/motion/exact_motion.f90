@@ -8,6 +8,7 @@ module exact_motion
    use few_modes, only: find_few_modes, find_modes_of_run, first_count, most_count, wants_few_modes
    use free_modes, only: find_free_modes, free_modes_t
    use held_contact, only: held_contact_t, make_held_contact
+   use kept_contacts, only: contact_store_t
    use kinds, only: wp
    use modal_beam, only: make_modal_beam, modal_beam_t
    use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, take_modes, trial_settings
@@ -167,9 +168,9 @@ contains
       end if
       if (settings%response%mode_count == 0 .and. .not. settings%response%keep_all_modes .and. &
          settings%stop%impulse /= impulse_nodal) then
-         call choose_modes(modes, settings, check)
+         call choose_modes(modes, settings, sets, check)
       end if
-      call run_in_modes(modes, check%kept, settings, response, error)
+      call run_in_modes(modes, check%kept, settings, sets, response, error)
       response%evaluations = response%evaluations + check%evaluations
       response%mode_check = check
    end subroutine respond
@@ -179,10 +180,11 @@ contains
    !> That what is left out moves the stop point by little does not say that the others move as if it were there: it
    !> makes the beam more yielding where it hits. So a run is compared with one of more modes, and that one is kept if
    !> both agree far within the tolerance, up to the third rebound: chatter lets any difference grow without end.
-   subroutine choose_modes(modes, settings, check)
+   subroutine choose_modes(modes, settings, sets, check)
       !> The modes of the free beam
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
+      type(set_store_t), target, intent(inout) :: sets
       !> How many to keep, and how that was found
       type(mode_check_t), intent(inout) :: check
 
@@ -202,11 +204,11 @@ contains
             check%kept = next_count(modes%square, b, check%compared)
             if (check%kept == all) exit
             if (.not. allocated(fewer%tau)) then
-               call run_in_modes(modes, check%compared, trial, fewer, error)
+               call run_in_modes(modes, check%compared, trial, sets, fewer, error)
                if (allocated(error)) exit
                check%evaluations = check%evaluations + fewer%evaluations
             end if
-            call run_in_modes(modes, check%kept, trial, more, error)
+            call run_in_modes(modes, check%kept, trial, sets, more, error)
             if (allocated(error)) exit
             check%evaluations = check%evaluations + more%evaluations
             call compare_runs(fewer, more, trial%response%duration, check)
@@ -221,13 +223,14 @@ contains
    !>
    !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are. A massless
    !> node at the stop comes back from it at once where nothing damps it.
-   subroutine run_in_modes(modes, kept, settings, response, error)
+   subroutine run_in_modes(modes, kept, settings, sets, response, error)
       !> The modes of the free beam, which other runs may share
       type(free_modes_t), target, intent(in) :: modes
       !> Only the first of them are used
       integer, intent(in) :: kept
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
+      type(set_store_t), target, intent(inout) :: sets
       !> Events and histories
       type(response_t), intent(out) :: response
       !> Set when the run fails
@@ -259,7 +262,7 @@ contains
          end if
       end if
       call start_measures(settings, response%initial_energy, motion%measurer)
-      call make_contact(beam, modes, settings, contact)
+      call make_contact(beam, modes, settings, sets%contacts, contact)
       call run_phases(beam, contact, start, settings%response, motion, response, error)
       if (allocated(error)) return
       if (settings%output%measures) then
@@ -358,11 +361,13 @@ contains
    end subroutine fill_shapes
 
    !> The stop of a run: it yields or holds.
-   subroutine make_contact(beam, modes, settings, contact)
+   subroutine make_contact(beam, modes, settings, store, contact)
       !> The beam in its free modes, and what its runs share; they must outlive the contact
       type(modal_beam_t), target, intent(in) :: beam
       type(free_modes_t), target, intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
+      !> Contacts that the runs before made
+      type(contact_store_t), target, intent(inout) :: store
       class(contact_t), allocatable, intent(out) :: contact
 
       class(yielding_stop_t), allocatable :: stop
@@ -372,7 +377,7 @@ contains
       call make_yielding_stop(settings%stop, stop)
       if (allocated(stop)) then
          allocate (yielding)
-         call make_yielding_contact(beam, settings, stop, yielding)
+         call make_yielding_contact(beam, settings, stop, store, yielding)
          call move_alloc(yielding, contact)
       else
          allocate (held)

@@ -3,6 +3,8 @@
 module exponential_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, free_step, local_t, &
       term_columns, term_curvature, term_rate, term_value, viewed_signal_t
+   use damped_oscillators, only: lanes, padded
+   use exponential_powers, only: powers
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -34,17 +36,46 @@ contains
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      complex(wp) :: term
-      integer :: m
+      real(wp), dimension(padded(size(self%exponent))) :: decay, swing, real_part, imaginary_part, power, turned
+      real(wp) :: term, turned_term
+      integer :: k
 
+      call line_up(self, decay, swing, real_part, imaginary_part)
+      call powers(size(decay)/lanes, decay, swing, t, power, turned)
       value = self%offset
       slope = 0.0_wp
-      do m = 1, size(self%exponent)
-         term = self%amplitude(m)*exp(self%exponent(m)*t)
-         value = value + real(term, wp)
-         slope = slope + real(self%exponent(m)*term, wp)
+      !$omp simd reduction(+:value, slope) private(term, turned_term)
+      do k = 1, size(self%exponent)
+         term = real_part(k)*power(k) - imaginary_part(k)*turned(k)
+         turned_term = real_part(k)*turned(k) + imaginary_part(k)*power(k)
+         value = value + term
+         slope = slope - decay(k)*term - swing(k)*turned_term
       end do
    end subroutine evaluate
+
+   !> The terms in real vectors, the fastest last.
+   pure subroutine line_up(self, decay, swing, real_part, imaginary_part)
+      type(exponential_signal_t), intent(in) :: self
+      !> -Re s and Im s, with zeros up to whole vectors
+      real(wp), intent(out) :: decay(:)
+      real(wp), intent(out) :: swing(:)
+      !> Of the amplitude, [count at least]
+      real(wp), intent(inout) :: real_part(:)
+      real(wp), intent(inout) :: imaginary_part(:)
+
+      integer :: k, m
+
+      do k = 1, size(self%exponent)
+         m = k
+         if (allocated(self%place)) m = self%place(k)
+         decay(k) = -real(self%exponent(m), wp)
+         swing(k) = aimag(self%exponent(m))
+         real_part(k) = real(self%amplitude(m), wp)
+         imaginary_part(k) = aimag(self%amplitude(m))
+      end do
+      decay(size(self%exponent) + 1:) = 0.0_wp
+      swing(size(self%exponent) + 1:) = 0.0_wp
+   end subroutine line_up
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
    subroutine look(self, t, order, here)
@@ -57,35 +88,50 @@ contains
       type(local_t), intent(out) :: here
 
       real(wp) :: terms(size(self%exponent), term_columns)
-      complex(wp) :: term
-      real(wp) :: magnitude, size_of_signal, speed, swing
-      integer :: k, m
+      real(wp), dimension(padded(size(self%exponent))) :: decay, swing, real_part, imaginary_part, power, turned
+      real(wp), dimension(size(self%exponent)) :: value, turned_value, speed, bound
+      real(wp) :: magnitude, size_of_signal, signal, rounding, rate, turned_rate
+      integer :: k, m, n
 
-      here%signal = self%offset
+      n = size(self%exponent)
+      call line_up(self, decay, swing, real_part, imaginary_part)
+      call powers(size(decay)/lanes, decay, swing, t, power, turned)
+      signal = self%offset
       magnitude = 4.0_wp*abs(self%offset)
       size_of_signal = 0.0_wp
-      do k = 1, size(self%exponent)
-         m = k
-         if (allocated(self%place)) m = self%place(k)
-         term = self%amplitude(m)*exp(self%exponent(m)*t)
+      !$omp simd reduction(+:signal, magnitude, size_of_signal)
+      do k = 1, n
+         value(k) = real_part(k)*power(k) - imaginary_part(k)*turned(k)
+         turned_value(k) = real_part(k)*turned(k) + imaginary_part(k)*power(k)
          ! far from where a square could overflow, so without the care that abs takes
-         speed = sqrt(real(self%exponent(m), wp)**2 + aimag(self%exponent(m))**2)
-         swing = sqrt(real(term, wp)**2 + aimag(term)**2)
-         here%signal = here%signal + real(term, wp)
-         size_of_signal = size_of_signal + swing
-         magnitude = magnitude + (4.0_wp + speed*t)*swing
-         if (order > 0) then
-            term = term*self%exponent(m)**order
-            swing = swing*speed**order
-            here%rounding = here%rounding + (4.0_wp + speed*t)*epsilon(1.0_wp)*swing
-         end if
-         terms(k, term_value) = real(term, wp)
-         term = term*self%exponent(m)
-         terms(k, term_rate) = real(term, wp)
-         terms(k, term_curvature) = real(term*self%exponent(m), wp)
-         terms(k, bound_value) = swing
-         terms(k, bound_curvature) = swing*speed**2
-         terms(k, bound_jerk) = min(terms(k, bound_curvature)*speed, huge(1.0_wp))
+         speed(k) = sqrt(decay(k)**2 + swing(k)**2)
+         bound(k) = sqrt(value(k)**2 + turned_value(k)**2)
+         signal = signal + value(k)
+         size_of_signal = size_of_signal + bound(k)
+         magnitude = magnitude + (4.0_wp + speed(k)*t)*bound(k)
+      end do
+      here%signal = signal
+      do m = 1, order
+         !$omp simd private(rate)
+         do k = 1, n
+            rate = -decay(k)*value(k) - swing(k)*turned_value(k)
+            turned_value(k) = swing(k)*value(k) - decay(k)*turned_value(k)
+            value(k) = rate
+            bound(k) = bound(k)*speed(k)
+         end do
+      end do
+      rounding = 0.0_wp
+      !$omp simd reduction(+:rounding) private(rate, turned_rate)
+      do k = 1, n
+         rounding = rounding + (4.0_wp + speed(k)*t)*bound(k)
+         rate = -decay(k)*value(k) - swing(k)*turned_value(k)
+         turned_rate = swing(k)*value(k) - decay(k)*turned_value(k)
+         terms(k, term_value) = value(k)
+         terms(k, term_rate) = rate
+         terms(k, term_curvature) = -decay(k)*rate - swing(k)*turned_rate
+         terms(k, bound_value) = bound(k)
+         terms(k, bound_curvature) = bound(k)*speed(k)**2
+         terms(k, bound_jerk) = min(terms(k, bound_curvature)*speed(k), huge(1.0_wp))
       end do
       here%slope = sum(terms(:, term_rate))
       here%curvature = sum(terms(:, term_curvature))
@@ -100,6 +146,7 @@ contains
          if (here%floor > here%rounding .or. falls_to_zero(here)) return
       else
          here%value = sum(terms(:, term_value))
+         here%rounding = epsilon(1.0_wp)*rounding
       end if
       here%free = free_step(terms, merge(self%offset, 0.0_wp, order == 0), 0.0_wp, here%value, here%slope)
    end subroutine look
@@ -117,13 +164,25 @@ contains
       class(viewed_signal_t), allocatable, intent(out) :: part
 
       type(exponential_signal_t), allocatable :: exponential
+      real(wp), dimension(padded(size(self%exponent))) :: decay, swing, power, turned
 
       allocate (exponential)
       exponential%offset = offset
       if (order == 0) exponential%offset = offset + factor*self%offset
       allocate (exponential%exponent, source=self%exponent)
       if (allocated(self%place)) allocate (exponential%place, source=self%place)
-      allocate (exponential%amplitude, source=factor*self%amplitude*exp(self%exponent*from)*self%exponent**order)
+      allocate (exponential%amplitude, source=factor*self%amplitude)
+      if (order == 1) exponential%amplitude(:) = exponential%amplitude*self%exponent
+      if (from > 0.0_wp) then
+         associate (n => size(self%exponent))
+            decay(n + 1:) = 0.0_wp
+            swing(n + 1:) = 0.0_wp
+            decay(:n) = -real(self%exponent, wp)
+            swing(:n) = aimag(self%exponent)
+            call powers(size(decay)/lanes, decay, swing, from, power, turned)
+            exponential%amplitude(:) = exponential%amplitude*cmplx(power(:n), turned(:n), wp)
+         end associate
+      end if
       call move_alloc(exponential, part)
    end subroutine view
 

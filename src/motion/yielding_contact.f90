@@ -2,11 +2,13 @@
 !> relaxes.
 module yielding_contact
    use certified_search, only: first_zero, found_never_left, search_t
-   use contact_losses, only: contact_losses_t, integral, losses_of_step, losses_until, make_contact_losses
-   use contact_modes, only: contact_amplitudes, contact_modes_t, contact_state, make_contact_modes
+   use contact_losses, only: contact_losses_t, losses_of_step, losses_until, make_contact_losses
+   use contact_modes, only: contact_amplitudes, contact_modes_t, state_of_terms, terms_at
    use damped_oscillators, only: modal_energy
    use exponential_signal, only: exponential_signal_t
+   use failures, only: failure_t
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
+   use kept_contacts, only: contact_store_t, find_contact, kept_contact_t
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
    use motion_phases, only: contact_t, event_at, measure_energy, motion_t
@@ -16,7 +18,6 @@ module yielding_contact
    use run_recorder, only: asked_t, charge_event, sample_t
    use run_settings, only: run_settings_t
    use signal_peaks, only: exceeds
-   use sorting, only: ascending_order
    use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
@@ -32,14 +33,17 @@ module yielding_contact
       real(wp) :: branch_force = 0.0_wp
       !> First derivative of P that does not vanish as contact begins: 1 on arrival, 2 from rest
       integer :: force_order = 1
-      !> Exponents of the contact, made at the first one, and what they dissipate, made where it is asked for
-      type(contact_modes_t) :: modes
-      type(contact_losses_t) :: losses
+      !> Those of runs before
+      type(contact_store_t), pointer :: store => null()
+      !> Exponents of the contact, found at the first one, and what they dissipate, made where it is asked for
+      type(contact_modes_t), pointer :: modes => null()
+      type(contact_losses_t), pointer :: losses => null()
       !> State and amplitudes at the start of a contact
       real(wp), allocatable :: q(:), v(:)
       complex(wp), allocatable :: amplitude(:)
-      !> P
+      !> P, and its terms at the end of the contact
       type(exponential_signal_t) :: force
+      complex(wp), allocatable :: end_term(:)
       !> The terms of P at the last sample, what a step makes of them, and the samples since they came from the closed
       !> form
       complex(wp), allocatable :: term(:), factor(:), rate_value(:)
@@ -62,14 +66,17 @@ module yielding_contact
 contains
 
    !> Prepare the stop of a run.
-   subroutine make_yielding_contact(beam, settings, spring, contact)
+   subroutine make_yielding_contact(beam, settings, spring, store, contact)
       !> The beam in its free modes; it must outlive the contact
       type(modal_beam_t), target, intent(in) :: beam
       type(run_settings_t), intent(in) :: settings
       class(yielding_stop_t), intent(in) :: spring
+      !> It must outlive the contact, too, and serve no other at the same time
+      type(contact_store_t), target, intent(inout) :: store
       type(yielding_contact_t), intent(out) :: contact
 
       contact%beam => beam
+      contact%store => store
       contact%surface = settings%stop%preload
       contact%force_scale = settings%height_ratio
       allocate (contact%spring, source=spring)
@@ -158,20 +165,15 @@ contains
       class(yielding_contact_t), target, intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
+      if (.not. associated(self%modes)) then
+         call find_modes(self, motion%error)
+         if (allocated(motion%error)) return
+         motion%factorisations = motion%factorisations + 1
+      end if
+      if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) then
+         call make_contact_losses(self%beam, self%modes, self%losses, motion%recorder%asked%energy)
+      end if
       associate (modes => self%modes)
-         if (.not. modes%made) then
-            call make_contact_modes(self%beam, 0.5_wp*self%beam%oscillators%two_zeta, self%spring, modes, motion%error)
-            if (allocated(motion%error)) return
-            motion%factorisations = motion%factorisations + 1
-            allocate (self%amplitude(modes%count), self%term(modes%count))
-            allocate (self%rate_value, source=modes%exponent*modes%stop_value)
-            allocate (self%force%exponent, source=modes%exponent)
-            allocate (self%force%amplitude(modes%count))
-            allocate (self%force%place, source=ascending_order(abs(modes%exponent)))
-         end if
-         if ((motion%recorder%asked%energy .or. motion%measurer%is_wanted) .and. .not. self%losses%made) then
-            call make_contact_losses(self%beam, modes, self%losses)
-         end if
          self%q = motion%q
          self%v = motion%v
          call contact_amplitudes(self%beam, modes, self%surface, self%q, self%v, self%branch_force, self%force%offset, &
@@ -181,6 +183,26 @@ contains
          self%since = renewal
       end associate
    end subroutine begin
+
+   !> The exponents of the run, and room for their terms.
+   subroutine find_modes(self, error)
+      type(yielding_contact_t), intent(inout) :: self
+      !> Set when they are not found
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(kept_contact_t), pointer :: kept
+
+      call find_contact(self%beam, self%spring, self%store, kept, error)
+      if (allocated(error)) return
+      self%modes => kept%modes
+      self%losses => kept%losses
+      associate (modes => self%modes)
+         allocate (self%amplitude(modes%count), self%term(modes%count), self%end_term(modes%count))
+         allocate (self%rate_value, source=modes%exponent*modes%stop_value)
+         allocate (self%force%exponent, source=modes%exponent)
+         allocate (self%force%amplitude(modes%count))
+      end associate
+   end subroutine find_modes
 
    !> Where the force falls to zero.
    subroutine find_end(self, limit)
@@ -199,7 +221,8 @@ contains
       real(wp), optional, intent(out) :: node(2)
 
       if (present(node)) node = 0.0_wp
-      call contact_state(self%beam, self%modes, self%force%offset, self%amplitude, self%q, self%v, time, q, v)
+      call state_of_terms(self%beam, self%modes, self%force%offset, terms_at(self%modes, self%force%amplitude, time), &
+         self%q, self%v, time, q, v)
    end subroutine go_to
 
    !> The next sample.
@@ -271,7 +294,7 @@ contains
       real(wp) :: of_step(2)
 
       if (self%since >= renewal .or. (with_losses .and. size(self%modes%inactive) > 0)) then
-         self%term = self%force%amplitude*exp(self%modes%exponent*time)
+         self%term(:) = terms_at(self%modes, self%force%amplitude, time)
          self%since = 0
          if (with_losses) call losses_until(self%beam, self%modes, self%losses, self%force%amplitude, self%q, self%v, &
             time, self%lost)
@@ -292,12 +315,25 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: energy
 
+      if (time > 0.0_wp) then
+         energy = energy_of(self, terms_at(self%modes, self%force%amplitude, time), time)
+      else
+         energy = sum(modal_energy(self%beam%oscillators, self%q, self%v)) + stop_energy(self, self%force%amplitude)
+      end if
+   end function energy_at
+
+   !> The same from the terms of P.
+   function energy_of(self, term, time) result(energy)
+      type(yielding_contact_t), intent(in) :: self
+      complex(wp), intent(in) :: term(:)
+      real(wp), intent(in) :: time
+      real(wp) :: energy
+
       real(wp), dimension(self%beam%count) :: q, v
 
-      call self%go_to(time, q, v)
-      energy = sum(modal_energy(self%beam%oscillators, q, v)) &
-         + stop_energy(self, self%force%amplitude*exp(self%force%exponent*time))
-   end function energy_at
+      call state_of_terms(self%beam, self%modes, self%force%offset, term, self%q, self%v, time, q, v)
+      energy = sum(modal_energy(self%beam%oscillators, q, v)) + stop_energy(self, term)
+   end function energy_of
 
    !> Bring the motion to the separation, where P = k u + P2 = 0.
    !>
@@ -314,8 +350,9 @@ contains
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%dissipated_stop = ledger%dissipated_stop + lost(2)
          end if
-         call self%go_to(length, motion%q, motion%v)
-         depth = indentation(self, self%force%amplitude*exp(modes%exponent*length))
+         self%end_term(:) = terms_at(modes, self%force%amplitude, length)
+         call state_of_terms(beam, modes, self%force%offset, self%end_term, self%q, self%v, length, motion%q, motion%v)
+         depth = indentation(self, self%end_term)
          if (self%spring%branch_stiffness > 0.0_wp) then
             call indent(self, -self%spring%stiffness*max(depth, 0.0_wp))
          else
@@ -338,23 +375,34 @@ contains
 
       associate (measurer => motion%measurer, force => self%force, length => self%search%time)
          if (.not. measurer%is_wanted) return
+         if (is_last) self%end_term(:) = terms_at(self%modes, force%amplitude, length)
          call measure_force(measurer%tally, force, length, self%search%greatest)
-         impulse = force%offset*length &
-            + sum(real(force%amplitude*integral(force%exponent, length, exp(force%exponent*length)), wp))
-         call take_contact(measurer%tally, motion%tau, length, impulse, 0.0_wp)
-         call losses_until(self%beam, self%modes, self%losses, force%amplitude, self%q, self%v, length, lost)
+         call losses_until(self%beam, self%modes, self%losses, force%amplitude, self%q, self%v, length, lost, impulse)
+         call take_contact(measurer%tally, motion%tau, length, force%offset*length + impulse, 0.0_wp)
          measurer%lost_stop = measurer%lost_stop + lost(2)
          ! the stop yields; never less than nothing, as a branch that was drawn in pulls
-         eta%offset = force%offset*self%beam%flexibility - self%surface
-         allocate (eta%exponent, source=force%exponent)
-         allocate (eta%place, source=force%place)
-         allocate (eta%amplitude, source=self%modes%stop_value*force%amplitude)
-         if (sinks(eta, length)) call keep_loud(measurer, eta, motion%tau, length)
+         if (may_sink(self)) then
+            eta%offset = force%offset*self%beam%flexibility - self%surface
+            allocate (eta%exponent, source=force%exponent)
+            allocate (eta%amplitude, source=self%modes%stop_value*force%amplitude)
+            if (sinks(eta, length)) call keep_loud(measurer, eta, motion%tau, length)
+         end if
          ! beam and stop together win no energy
          if (measurer%tally%has_spent .and. .not. is_last) return
-         call measure_energy(self, self%energy_at(length), motion)
+         call measure_energy(self, energy_of(self, self%end_term, length), motion)
       end associate
    end subroutine measure
+
+   !> Could the stop point sink below the quiet level? Its terms only grow less.
+   pure function may_sink(self) result(may)
+      type(yielding_contact_t), intent(in) :: self
+      logical :: may
+
+      associate (term => self%modes%stop_value*self%force%amplitude)
+         may = self%surface - self%force%offset*self%beam%flexibility + sum(sqrt(real(term, wp)**2 + aimag(term)**2)) &
+            > quiet_level
+      end associate
+   end function may_sink
 
    !> Does the stop point sink below the quiet level?
    function sinks(eta, length) result(does)

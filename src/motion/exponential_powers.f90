@@ -1,0 +1,93 @@
+!> exp(s t) of many exponents of which none grows, in vectors of real numbers.
+module exponential_powers
+   use damped_oscillators, only: greatest_exponent, lanes
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: powers, powers_less_one
+
+contains
+
+   !> exp(s t).
+   pure subroutine powers(blocks, decay, swing, t, real_part, imaginary_part)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> -Re s and Im s
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, swing
+      !> Time, >= 0
+      real(wp), intent(in) :: t
+      real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
+
+      ! short loops of one function each: the compiler makes vector calls of them
+      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
+      real(wp), dimension(lanes*blocks) :: factors, cosines, sines
+      integer :: i
+
+      do i = 1, lanes*blocks
+         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
+      end do
+      do i = 1, lanes*blocks
+         cosines(i) = cos(swing(i)*t)
+      end do
+      do i = 1, lanes*blocks
+         sines(i) = sin(swing(i)*t)
+      end do
+      !$omp simd
+      do i = 1, lanes*blocks
+         real_part(i) = factors(i)*cosines(i)
+         imaginary_part(i) = factors(i)*sines(i)
+      end do
+   end subroutine powers
+
+   !> exp(s t) and exp(s t) - 1, the latter without cancellation where the time is short.
+   pure subroutine powers_less_one(blocks, decay, swing, t, real_part, imaginary_part, less_one, fall)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> -Re s and Im s
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, swing
+      !> Time, >= 0
+      real(wp), intent(in) :: t
+      real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
+      !> Real part of exp(s t) - 1; the imaginary one is that of exp(s t)
+      real(wp), intent(out) :: less_one(lanes*blocks)
+      !> |exp(s t)| - 1
+      real(wp), intent(out) :: fall(lanes*blocks)
+
+      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
+      !> (exp(-x) - 1)/(-x) in powers of x up to this: 1/(k + 1)! with the sign of (-1)^k
+      real(wp), parameter :: short = 0.25_wp
+      real(wp), parameter :: series(11) = [-1.0_wp/2.0_wp, 1.0_wp/6.0_wp, -1.0_wp/24.0_wp, 1.0_wp/120.0_wp, &
+         -1.0_wp/720.0_wp, 1.0_wp/5040.0_wp, -1.0_wp/40320.0_wp, 1.0_wp/362880.0_wp, -1.0_wp/3628800.0_wp, &
+         1.0_wp/39916800.0_wp, -1.0_wp/479001600.0_wp]
+      real(wp), dimension(lanes*blocks) :: factors, cosines, sines
+      real(wp) :: x, versed
+      integer :: i
+
+      do i = 1, lanes*blocks
+         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
+      end do
+      do i = 1, lanes*blocks
+         cosines(i) = cos(0.5_wp*swing(i)*t)
+      end do
+      do i = 1, lanes*blocks
+         sines(i) = sin(0.5_wp*swing(i)*t)
+      end do
+      !$omp simd private(x, versed)
+      do i = 1, lanes*blocks
+         x = min(decay(i)*t, short)
+         fall(i) = -x*(1.0_wp + x*(series(1) + x*(series(2) + x*(series(3) + x*(series(4) + x*(series(5) &
+            + x*(series(6) + x*(series(7) + x*(series(8) + x*(series(9) + x*(series(10) + x*series(11))))))))))))
+         fall(i) = merge(fall(i), factors(i) - 1.0_wp, decay(i)*t <= short)
+         ! 1 - cos
+         versed = 2.0_wp*sines(i)**2
+         less_one(i) = fall(i) - factors(i)*versed
+         real_part(i) = factors(i)*(1.0_wp - versed)
+         imaginary_part(i) = factors(i)*(2.0_wp*sines(i)*cosines(i))
+      end do
+   end subroutine powers_less_one
+
+end module exponential_powers
