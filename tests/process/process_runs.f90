@@ -4,7 +4,7 @@ module process_runs
    implicit none (type, external)
    private
    public :: status_of, statuses, seconds_taken, said, said_errors, said_on_terminal
-   public :: shell, prepare, write_text, text_of, is_there, input, value_of
+   public :: shell, prepare, write_text, text_of, is_there, input
 
 contains
 
@@ -25,10 +25,11 @@ contains
       variable = 'IMPACTBEAM_PROGRAM'
       if (present(program)) variable = program
 
-      command = value_of('IMPACTBEAM_PYTHON')//' '//value_of('IMPACTBEAM_RUN_ON')
+      ! paths may hold blanks
+      command = '$IMPACTBEAM_PYTHON "$IMPACTBEAM_RUN_ON"'
       if (present(on)) command = command//' '//on
-      command = command//' -- '//value_of(variable)//' '//arguments
-      if (present(beside)) command = command//' --and '//value_of(variable)//' '//beside
+      command = command//' -- "$'//variable//'" '//arguments
+      if (present(beside)) command = command//' --and "$'//variable//'" '//beside
       status = shell(command)
    end function status_of
 
@@ -149,24 +150,12 @@ contains
       inquire (file=path, exist=answer)
    end function is_there
 
-   !> A scene of the project.
-   function input(name) result(path)
+   !> A scene of the project, as a word for the shell.
+   function input(name) result(word)
       character(*), intent(in) :: name
-      character(:), allocatable :: path
+      character(:), allocatable :: word
 
-      path = value_of('IMPACTBEAM_INPUTS')//'/'//name
+      word = '"$IMPACTBEAM_INPUTS"/'//name
    end function input
-
-   !> An environment variable.
-   function value_of(name) result(value)
-      character(*), intent(in) :: name
-      character(:), allocatable :: value
-
-      integer :: length
-
-      call get_environment_variable(name, length=length)
-      allocate (character(length) :: value)
-      if (length > 0) call get_environment_variable(name, value)
-   end function value_of
 
 end module process_runs

@@ -77,7 +77,7 @@ def files_are_listed(folder, cmake):
                         ("LISTED one.pf two.pf one.pf", "one.pf is in 2 lists")):
         with open(os.path.join(folder, "CMakeLists.txt"), "w", encoding="utf-8") as stream:
             stream.write(f"cmake_minimum_required(VERSION 3.25)\nproject(lists NONE)\n"
-                         f"include({ROOT}/cmake/TestFiles.cmake)\nnote_test_files({lists})\n"
+                         f"include(\"{ROOT}/cmake/TestFiles.cmake\")\nnote_test_files({lists})\n"
                          f"check_test_files(${{CMAKE_CURRENT_SOURCE_DIR}})\n")
         status, output = run(cmake, "-S", folder, "-B", os.path.join(folder, "build"))
         check((status == 0) == (word == "") and word in output, f"lists of tests: {lists}: {output}")
