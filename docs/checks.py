@@ -4,6 +4,7 @@ Runs the scenes inputs/check_*.nml, the paper's tables and its statements, and w
 red, and then the status is 1. Every command can be given by hand.
 """
 
+import json
 import math
 import re
 import subprocess
@@ -198,12 +199,27 @@ def statements(page):
         page.row(kinds.count(kind) == said, "`statements`", kind, kinds.count(kind), said)
 
 
+def planted_bugs(page):
+    """What tests/mutants.py found when it was last run here; it takes too long to be run for a page."""
+    title, result = "Bugs planted in the source", ROOT / "build" / "mutants" / "result.json"
+    if not result.is_file():
+        page.lines += ["", f"## {title}", "", "Not run here: `python3 tests/mutants.py`."]
+        return
+    page.head(title, ["suite", "planted", "survive", "at commit", ""])
+    suites = {}
+    for mutant, (verdict, commit) in json.loads(result.read_text(encoding="utf-8")).items():
+        suites.setdefault(mutant.split("\t")[1], []).append((verdict, commit))
+    for suite, found in sorted(suites.items()):
+        missed = sum(verdict != "noticed" for verdict, _ in found)
+        page.row(missed == 0, f"`test_{suite}`", len(found), missed, " ".join(sorted({commit for _, commit in found})))
+
+
 def main(programs, place, out):
     """Run, write, judge."""
     page = Page(programs, place)
     page.lines = ["# Checks", "", "What was published or has a closed form beside what the programs computed when this page was made;",
                   "`impactbeam inputs/<scene>.nml` gives each again. [What they are](published.md)."]
-    for part in (frequencies, motions, orders, ledgers, printed, statements):
+    for part in (frequencies, motions, orders, ledgers, printed, statements, planted_bugs):
         part(page)
     page.lines += ["", "All are good." if page.is_good else '<span style="color:red"><b>Some fail.</b></span>', ""]
     Path(out).write_text("\n".join(page.lines), encoding="utf-8")
