@@ -164,11 +164,6 @@ contains
             diagonal(2, 2) = diagonal(2, 2) + real(joint%stiffness(2), qp) - lambda**4*real(joint%inertia(2), qp)
             call leave_out(joint%is_held, diagonal, coupling)
          end associate
-         if (i < size(beam%pieces)) then
-            ! what the next joint holds takes no part
-            if (beam%joints(i + 1)%is_held(1)) coupling(:, 1) = 0.0_qp
-            if (beam%joints(i + 1)%is_held(2)) coupling(:, 2) = 0.0_qp
-         end if
          determinant = diagonal(1, 1)*diagonal(2, 2) - diagonal(1, 2)**2
          if (determinant < 0.0_qp) then
             count = count + 1

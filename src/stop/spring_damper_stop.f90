@@ -7,7 +7,7 @@ module spring_damper_stop
    use yielding_stop, only: stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: make_spring_damper
+   public :: spring_damper_t, make_spring_damper
 
    type, extends(yielding_stop_t) :: spring_damper_t
    contains
