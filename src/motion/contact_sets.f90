@@ -2,14 +2,14 @@
 !> on it (docs/theory.md, section 17). Where each mode has a damping ratio of its own those that hold press as well, on
 !> the free modes (section 18). Made at first use and kept.
 module contact_sets
-   use contact_losses, only: integral
    use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
    use held_sets, only: free_beam_t, held_set_t, make_held_set, rest_on_heights
-   use joint_modes, only: joint_modes_t, make_joint_modes
+   use joint_modes, only: joint_modes_t, make_joint_modes, terms_at
    use kept_contacts, only: contact_store_t
    use kinds, only: wp
    use phase_drives, only: set_drive_t
+   use power_integrals, only: find_span, integrate_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
    use sorting, only: ascending_order
    use yielding_stop, only: holds, impedance_t
@@ -35,9 +35,8 @@ module contact_sets
       integer, allocatable :: place(:)
       !> Goes through the samples of phases without terms
       type(sampler_t) :: sampler
-      !> Dissipation per pair of terms, in the beam and in each that yields: power = Re sum (plain A_m A_n + conjugate
-      !> A_m conj(A_n))/2, [count, count, 1 + pressed]
-      complex(wp), allocatable :: plain(:, :, :), conjugate(:, :, :)
+      !> Dissipation in the beam and in each that yields, [1 + pressed]
+      type(power_form_t), allocatable :: losses(:)
       !> Its answers to loads; unallocated: there are none, or it was not used yet
       type(set_drive_t), allocatable :: drive
    end type contact_set_t
@@ -194,7 +193,7 @@ contains
 
       bytes = word*real(set%held%count, wp)*real(set%held%count + 12*size(set%is_closed), wp) &
          + 4.0_wp*word*real(set%held%count, wp)*real(set%joint%count, wp)
-      if (allocated(set%plain)) bytes = bytes + 4.0_wp*word*real(size(set%plain), wp)
+      if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%joint%count, wp)**2
    end function bytes_of
 
    !> Give the sets back.
@@ -304,22 +303,43 @@ contains
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
+      call state_of_terms(set, terms_at(set%joint, amplitude, time), z0, v0, time, z, v)
+   end subroutine state_in
+
+   !> The same from the terms at that instant.
+   pure subroutine state_of_terms(set, term, z0, v0, time, z, v)
+      type(contact_set_t), intent(in) :: set
+      !> [count]
+      complex(wp), intent(in) :: term(:)
+      !> State at the start; only modes with nodes at those surfaces are read, [modes]
+      real(wp), intent(in) :: z0(:)
+      real(wp), intent(in) :: v0(:)
+      !> Since the start
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: z(:)
+      real(wp), intent(out) :: v(:)
+
       real(wp), dimension(size(z0)) :: alone, alone_rate
-      complex(wp) :: factor
-      integer :: m
+      complex(wp) :: rate
+      integer :: i, m
 
       z = set%rest
       v = 0.0_wp
       do m = 1, set%joint%count
-         factor = amplitude(m)*exp(set%joint%exponent(m)*time)
-         z = z + real(factor*set%joint%shape(:, m), wp)
-         v = v + real(factor*set%joint%exponent(m)*set%joint%shape(:, m), wp)
+         rate = term(m)*set%joint%exponent(m)
+         associate (shape => set%joint%shape(:, m))
+            !$omp simd
+            do i = 1, size(z0)
+               z(i) = z(i) + real(term(m), wp)*real(shape(i), wp) - aimag(term(m))*aimag(shape(i))
+               v(i) = v(i) + real(rate, wp)*real(shape(i), wp) - aimag(rate)*aimag(shape(i))
+            end do
+         end associate
       end do
       if (size(set%joint%inactive) == 0) return
       call propagate(set%held%oscillators, time, z0, v0, alone, alone_rate)
       z(set%joint%inactive) = alone(set%joint%inactive)
       v(set%joint%inactive) = alone_rate(set%joint%inactive)
-   end subroutine state_in
+   end subroutine state_of_terms
 
    !> What the ledger needs of each pair of terms.
    pure subroutine ready_for_losses(set)
@@ -328,9 +348,12 @@ contains
       complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
       integer :: j, m, n
 
-      if (allocated(set%plain) .or. size(set%pressed) == 0) return
+      if (allocated(set%losses) .or. size(set%pressed) == 0) return
       associate (joint => set%joint, k => set%joint%count)
-         allocate (set%plain(k, k, 1 + size(set%pressed)), set%conjugate(k, k, 1 + size(set%pressed)))
+         allocate (set%losses(1 + size(set%pressed)))
+         do j = 1, size(set%losses)
+            allocate (set%losses(j)%plain(k, k), set%losses(j)%conjugate(k, k))
+         end do
          allocate (rate(set%held%count, k), stop_rate(size(set%pressed), k))
          do m = 1, k
             rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + joint%mass_rate) &
@@ -347,11 +370,16 @@ contains
          end do
          do n = 1, k
             do m = 1, k
-               set%plain(m, n, 1) = sum(rate(:, m)*rate(:, n))
-               set%conjugate(m, n, 1) = sum(rate(:, m)*conjg(rate(:, n)))
-               set%plain(m, n, 2:) = stop_rate(:, m)*stop_rate(:, n)
-               set%conjugate(m, n, 2:) = stop_rate(:, m)*conjg(stop_rate(:, n))
+               set%losses(1)%plain(m, n) = sum(rate(:, m)*rate(:, n))
+               set%losses(1)%conjugate(m, n) = sum(rate(:, m)*conjg(rate(:, n)))
             end do
+            do j = 1, size(set%pressed)
+               set%losses(1 + j)%plain(:, n) = stop_rate(j, :)*stop_rate(j, n)
+               set%losses(1 + j)%conjugate(:, n) = stop_rate(j, :)*conjg(stop_rate(j, n))
+            end do
+         end do
+         do j = 1, size(set%losses)
+            call integrate_form(joint%exponent, set%losses(j))
          end do
       end associate
    end subroutine ready_for_losses
@@ -369,24 +397,14 @@ contains
       !> [1 + pressed]
       real(wp), intent(out) :: lost(:)
 
-      complex(wp) :: plain, conjugate, pair, factor(set%joint%count)
+      type(span_t) :: span
       real(wp), dimension(size(z0)) :: z, v
-      integer :: m, n
+      integer :: j
 
-      lost = 0.0_wp
-      associate (s => set%joint%exponent)
-         factor = exp(s*time)
-         do n = 1, set%joint%count
-            ! both forms are symmetric in the two terms, up to conjugation
-            do m = 1, n
-               pair = merge(0.5_wp, 1.0_wp, m == n)*amplitude(m)*amplitude(n)
-               plain = pair*integral(s(m) + s(n), time, factor(m)*factor(n))
-               pair = merge(0.5_wp, 1.0_wp, m == n)*amplitude(m)*conjg(amplitude(n))
-               conjugate = pair*integral(s(m) + conjg(s(n)), time, factor(m)*conjg(factor(n)))
-               lost = lost + real(set%plain(m, n, :)*plain + set%conjugate(m, n, :)*conjugate, wp)
-            end do
-         end do
-      end associate
+      call find_span(set%losses(1), amplitude, time, span)
+      do j = 1, size(lost)
+         lost(j) = taken_by(set%losses(j), span)
+      end do
       if (size(set%joint%inactive) == 0) return
       call propagate(set%held%oscillators, time, z0, v0, z, v)
       associate (i => set%joint%inactive, w2 => set%held%oscillators%square)

@@ -340,17 +340,21 @@ contains
       type(driven_terms_t), intent(in) :: terms
       type(exponential_signal_t), intent(inout) :: sum
 
-      integer :: i, last, slower
+      integer :: i, last, place(size(sum%place) + size(terms%frequency)), slower
 
       sum%offset = sum%offset + terms%constant
+      last = size(sum%exponent)
+      place(:last) = sum%place
+      ! at once: room for each by itself would take longer than all the rest
+      sum%exponent = [sum%exponent, cmplx(0.0_wp, terms%frequency, wp)]
+      sum%amplitude = [sum%amplitude, terms%harmonic]
       do i = 1, size(terms%frequency)
-         if (abs(terms%harmonic(i)) <= 0.0_wp) cycle
-         slower = count(abs(sum%exponent) < terms%frequency(i))
-         last = size(sum%exponent) + 1
-         sum%exponent = [sum%exponent, cmplx(0.0_wp, terms%frequency(i), wp)]
-         sum%amplitude = [sum%amplitude, terms%harmonic(i)]
-         sum%place = [sum%place(:slower), last, sum%place(slower + 1:)]
+         slower = count(abs(sum%exponent(:last)) < terms%frequency(i))
+         place(slower + 2:last + 1) = place(slower + 1:last)
+         place(slower + 1) = last + 1
+         last = last + 1
       end do
+      sum%place = place
    end subroutine add_harmonics
 
 end module driven_signal

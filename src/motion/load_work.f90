@@ -1,11 +1,12 @@
 !> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md,
 !> section 18).
 module load_work
-   use contact_losses, only: integral
    use driven_modes, only: make_driven_mode, work_on, work_on_swing
+   use joint_modes, only: terms_at
    use kinds, only: wp
    use load_courses, only: piece_t
    use phase_drives, only: by_constant, by_harmonic
+   use power_integrals, only: find_span, integral, span_t, taken_by
    use several_state, only: several_t
    implicit none (type, external)
    private
@@ -111,26 +112,27 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: work
 
-      complex(wp) :: amplitude, power, rate, s
-      complex(wp), dimension(self%loads%count) :: load, turn
+      complex(wp) :: rate, s, turn(self%loads%count)
+      complex(wp), dimension(self%set%joint%count) :: power
       integer :: g, m
 
       work = 0.0_wp
       turn = exp(cmplx(0.0_wp, self%drive%piece%frequency*time, wp))
-      associate (set => self%set, joint => self%set%joint, piece => self%drive%piece)
+      power = (1.0_wp, 0.0_wp)
+      associate (load => self%set%drive%term_load, joint => self%set%joint, piece => self%drive%piece)
+         power = terms_at(joint, power, time)
          do m = 1, joint%count
             s = joint%exponent(m)
-            power = exp(s*time)
-            load = matmul(joint%shape(:, m), set%drive%load)
-            amplitude = self%amplitude(m)
             do g = 1, self%loads%count
-               rate = amplitude*load(g)
-               work = work + real(rate*(piece(g)%constant*(power - 1.0_wp) + piece(g)%slope*(time*power &
-                  - integral(s, time, power))), wp)
+               rate = self%amplitude(m)*load(m, g)
+               if (abs(piece(g)%constant) + abs(piece(g)%slope) > 0.0_wp) then
+                  work = work + real(rate*(piece(g)%constant*(power(m) - 1.0_wp) + piece(g)%slope*(time*power(m) &
+                     - integral(s, time, power(m)))), wp)
+               end if
                if (abs(piece(g)%harmonic) <= 0.0_wp) cycle
                associate (turning => cmplx(0.0_wp, piece(g)%frequency, wp), c => piece(g)%harmonic)
-                  work = work + 0.5_wp*real(s*rate*(c*integral(s + turning, time, power*turn(g)) &
-                     + conjg(c)*integral(s - turning, time, power*conjg(turn(g)))), wp)
+                  work = work + 0.5_wp*real(s*rate*(c*integral(s + turning, time, power(m)*turn(g)) &
+                     + conjg(c)*integral(s - turning, time, power(m)*conjg(turn(g)))), wp)
                end associate
             end do
          end do
@@ -203,12 +205,12 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: loss
 
-      complex(wp), allocatable :: exponent(:), amplitude(:), power(:)
-      real(wp) :: factor, share
-      integer :: m, n, row
+      complex(wp), allocatable :: amplitude(:)
+      type(span_t) :: span
+      real(wp) :: factor
+      integer :: row
 
       associate (set => self%set, joint => self%set%joint, drive => self%drive, spring => self%set%joint%spring(place))
-         allocate (exponent, source=[joint%exponent, cmplx(0.0_wp, drive%frequency, wp), (0.0_wp, 0.0_wp)])
          if (spring%branch_stiffness > 0.0_wp) then
             factor = spring%relaxation_rate/spring%branch_stiffness
             row = set%drive%at%branches + set%pressed(place)
@@ -220,18 +222,9 @@ contains
             allocate (amplitude, source=[joint%exponent*joint%indentation(place, :)*self%amplitude, &
                cmplx(0.0_wp, drive%frequency, wp)*drive%harmonic(row, :), cmplx(drive%slope(row), 0.0_wp, wp)])
          end if
+         call find_span(set%drive%products, amplitude, time, span)
+         loss = factor*taken_by(set%drive%products, span)
       end associate
-      allocate (power, source=exp(exponent*time))
-      loss = 0.0_wp
-      do n = 1, size(exponent)
-         ! symmetric in the two terms, up to conjugation
-         do m = 1, n
-            share = merge(0.5_wp, 1.0_wp, m == n)*factor
-            loss = loss + share*real(amplitude(m)*(amplitude(n)*integral(exponent(m) + exponent(n), time, &
-               power(m)*power(n)) + conjg(amplitude(n))*integral(exponent(m) + conjg(exponent(n)), time, &
-               power(m)*conjg(power(n)))), wp)
-         end do
-      end do
    end function loss_in_stop
 
 end module load_work

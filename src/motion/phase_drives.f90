@@ -14,10 +14,12 @@ module phase_drives
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use point_forces, only: find_point_forces
+   use power_integrals, only: integrate_form, power_form_t
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: set_drive_t, phase_drive_t, make_set_drive, start_drive, drive_at, find_rows_at, by_constant, by_harmonic
+   public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at
+   public :: by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
    real(wp), parameter :: resonant = 0.02_wp
@@ -66,6 +68,10 @@ module phase_drives
       !> Their parts that the surfaces which hold the beam take at once, [held, loads]
       real(wp), allocatable :: share(:, :)
       type(driven_pair_t), allocatable :: driven(:)
+      !> Where surfaces yield: the loads on the terms of the motion, [count, loads], and integrals of products of these,
+      !> of the harmonics and of a constant
+      complex(wp), allocatable :: term_load(:, :)
+      type(power_form_t) :: products
    end type set_drive_t
 
    !> The rows during a phase.
@@ -149,6 +155,26 @@ contains
          drive%harmonic(:, g) = answer
       end do
    end subroutine make_set_drive
+
+   !> What work of loads and losses in stops need of the terms of a set on surfaces that yield.
+   subroutine ready_for_terms(exponent, shape, loads, drive)
+      !> [count]
+      complex(wp), intent(in) :: exponent(:)
+      !> Modes of the set per unit of each, [modes, count]
+      complex(wp), intent(in) :: shape(:, :)
+      type(applied_loads_t), intent(in) :: loads
+      type(set_drive_t), intent(inout) :: drive
+
+      integer :: all, m
+
+      allocate (drive%term_load(size(exponent), loads%count))
+      do m = 1, size(exponent)
+         drive%term_load(m, :) = matmul(shape(:, m), drive%load)
+      end do
+      all = size(exponent) + size(loads%frequencies) + 1
+      allocate (drive%products%plain(all, all), drive%products%conjugate(all, all), source=(1.0_wp, 0.0_wp))
+      call integrate_form([exponent, cmplx(0.0_wp, loads%frequencies, wp), (0.0_wp, 0.0_wp)], drive%products)
+   end subroutine ready_for_terms
 
    !> With which modes does a harmonic load resonate?
    pure function resonates(oscillators, frequency) result(does)

@@ -6,6 +6,7 @@ module several_contacts
    use contact_sets, only: moved_by, ready_for_losses
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
+   use joint_modes, only: terms_at
    use kinds, only: wp
    use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
@@ -177,8 +178,7 @@ contains
       type(asked_t), intent(in) :: asked
       type(sample_t), intent(inout) :: sample
 
-      real(wp), dimension(size(self%now%z)) :: z, v
-      real(wp), dimension(size(self%now%z)) :: alone, alone_rate
+      real(wp), dimension(size(self%now%z)) :: z, v, alone, alone_rate
       complex(wp), allocatable :: term(:)
       real(wp) :: gap, rate, total
       integer :: k
@@ -188,7 +188,7 @@ contains
       call sample_moments(self%moments, time, self%kept)
       associate (now => self%now, set => self%now%set, held => self%now%set%held)
          if (size(set%pressed) > 0) then
-            allocate (term, source=now%amplitude*exp(set%joint%exponent*time))
+            allocate (term, source=terms_at(set%joint, now%amplitude, time))
             call move_alone(now, time, alone, alone_rate)
          else
             allocate (term(0))
@@ -332,7 +332,7 @@ contains
          energy = energy_of(self, z, v)
          if (all(now%states%is_rigid)) return
          allocate (term(0))
-         if (size(set%pressed) > 0) term = now%amplitude*exp(set%joint%exponent*time)
+         if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
             state = self%at_start(k)
@@ -402,7 +402,7 @@ contains
          call move_to(now, time, self%z_end, self%v_end, state(:, 3:))
          keeps = motion%recorder%asked%energy .or. motion%measurer%is_wanted
          allocate (term(0))
-         if (size(set%pressed) > 0) term = now%amplitude*exp(set%joint%exponent*time)
+         if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          if (keeps) then
             state(:, :2) = reshape([self%z_end, self%v_end], [size(state, 1), 2])
             call find_losses(self%now, self%at_start, self%start_energy, time, state, term, lost, work)

@@ -1,13 +1,14 @@
 !> Measures of a run among several surfaces, each from its own flights and contacts, phase by phase.
 module several_measures
    use certified_search, only: viewed_signal_t
-   use contact_losses, only: integral
    use driven_modes, only: driven_mode_at, integral_of, integral_of_swing, make_driven_mode
    use driven_signal, only: driven_terms_t
+   use joint_modes, only: terms_at
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
    use point_forces, only: slow
+   use power_integrals, only: integral
    use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
    use several_state, only: end_force, force_terms, driven_terms, move_alone, several_t, signal_of, whole_gap
@@ -60,6 +61,7 @@ contains
          call measure_closed(self, k, length, greatest, tau, measurer)
          self%states(k)%has_risen = .false.
          if (k /= self%pulled .or. self%states(k)%is_rigid) return
+         if (.not. may_sink(self, k)) return
          call signal_of(self, k, whole_gap, signal)
          if (sinks(signal, length)) call keep_for_quiet()
          return
@@ -165,7 +167,8 @@ contains
       if (size(self%set%pressed) > 0) then
          call force_terms(self, k, offset, amplitude)
          associate (s => self%set%joint%exponent)
-            impulse = offset*time + sum(real(amplitude*integral(s, time, exp(s*time)), wp))
+            impulse = offset*time + sum(real(amplitude*integral(s, time, terms_at(self%set%joint, &
+               spread((1.0_wp, 0.0_wp), 1, size(s)), time)), wp))
          end associate
       else
          ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
@@ -211,6 +214,27 @@ contains
          impulse = impulse + terms%share_of_rate(i)*here(0) + terms%share(i)*integral_of(terms%mode(i), time)
       end do
    end function impulse_of_terms
+
+   !> Could the point of a surface that is pressed sink below the quiet level? Terms only grow less.
+   pure function may_sink(self, k) result(may)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      logical :: may
+
+      real(wp) :: depth
+
+      associate (term => self%set%gap(k, :)*self%amplitude)
+         depth = sum(sqrt(real(term, wp)**2 + aimag(term)**2)) - self%set%rest_gap(k)
+      end associate
+      may = .false.
+      if (self%loads%count > 0) then
+         associate (row => self%set%drive%at%gaps + k, drive => self%drive)
+            depth = depth - drive%constant(row) + sum(abs(drive%harmonic(row, :)))
+            may = abs(drive%slope(row)) > 0.0_wp .or. size(drive%pair) > 0
+         end associate
+      end if
+      may = may .or. depth > quiet_level
+   end function may_sink
 
    !> Does the stop point sink below the quiet level?
    function sinks(gap, length) result(does)

@@ -13,7 +13,7 @@ module several_state
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
+   use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, ready_for_terms, start_drive
    use phase_measures, only: measurer_t
    use surface_states, only: impedance_of, surface_state_t
    implicit none (type, external)
@@ -144,6 +144,7 @@ contains
             allocate (set%drive)
             call make_set_drive(self%beam, set%held, set%pressed, [(impedance_of(self%states(k)), &
                k=1, size(self%states))], self%loads, set%drive)
+            if (size(set%pressed) > 0) call ready_for_terms(set%joint%exponent, set%joint%shape, self%loads, set%drive)
          end if
          call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
          self%longest = self%drive%until - tau
@@ -456,7 +457,10 @@ contains
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
-      if (size(self%set%pressed) > 0) then
+      if (.not. time > 0.0_wp) then
+         z = self%z
+         v = self%v
+      else if (size(self%set%pressed) > 0) then
          call state_in(self%set, self%amplitude, self%z, self%v, time, z, v)
       else
          call propagate(self%set%held%oscillators, time, self%z, self%v, z, v)

@@ -3,8 +3,8 @@
 !> All signals of a phase are sums of the same exponentials with amplitudes of their own, besides a constant and a
 !> slope; a square is one sum over pairs of exponents.
 module signal_integrals
-   use contact_losses, only: integral
    use kinds, only: wp
+   use power_integrals, only: integral
    implicit none (type, external)
    private
    public :: signals_t, integrate_signals

@@ -1,0 +1,199 @@
+!> Integrals of quadratic forms of exponentials, none of which grows: what a power takes in some time.
+module power_integrals
+   use damped_oscillators, only: lanes, padded
+   use exponential_powers, only: powers_less_one
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: power_form_t, span_t, integrate_form, find_span, taken_by, bilinear_form, place_pair, integral
+
+   !> Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2 of terms A_m that go with exp(s_m t).
+   type :: power_form_t
+      !> s, [count], with -Re s and Im s filled up with zeros to whole vectors
+      complex(wp), allocatable :: exponent(:)
+      real(wp), allocatable :: decay(:), swing(:)
+      !> Per pair, [count, count]
+      complex(wp), allocatable :: plain(:, :), conjugate(:, :)
+      !> Its integral: x^T matrix x with x the real parts of all A_m, then the imaginary ones, [2 count, 2 count], but
+      !> for A_m conj(A_m), which decays as slowly as it may: the factors of the integral of |A_m|^2, [count]
+      real(wp), allocatable :: matrix(:, :), steady(:)
+      !> And but for pairs that nearly are each other's conjugate, [2, pairs]
+      integer, allocatable :: close(:, :)
+   end type power_form_t
+
+   !> The terms between two instants.
+   type :: span_t
+      real(wp) :: time = 0.0_wp
+      !> At the first of them, [count]
+      complex(wp), allocatable :: amplitude(:)
+      !> What they change by, exp(s t) - 1 times that, [count]
+      complex(wp), allocatable :: change(:)
+      !> Real and imaginary parts of that and of the sum of first and last, [2 count]; integral of |A_m|^2, [count]
+      real(wp), allocatable :: changes(:), sums(:), steady(:)
+   end type span_t
+
+   !> A sum of two exponents smaller than this share of them loses digits.
+   real(wp), parameter :: nearness = 0.02_wp
+
+contains
+
+   !> What a power takes between two instants is the difference of a quadratic form of the terms.
+   pure subroutine integrate_form(exponent, form)
+      !> s, Re s <= 0 <= Im s
+      complex(wp), intent(in) :: exponent(:)
+      !> Has its pairs; gets the integral
+      type(power_form_t), intent(inout) :: form
+
+      complex(wp) :: u, v
+      logical :: is_close(size(exponent), size(exponent))
+      integer :: m, n
+
+      associate (k => size(exponent), s => exponent)
+         allocate (form%exponent, source=exponent)
+         allocate (form%decay(padded(k)), form%swing(padded(k)), source=0.0_wp)
+         form%decay(:k) = -real(s, wp)
+         form%swing(:k) = aimag(s)
+         allocate (form%matrix(2*k, 2*k), form%steady(k))
+         do n = 1, k
+            do m = 1, k
+               is_close(m, n) = m /= n .and. abs(s(m) + conjg(s(n))) < nearness*abs(s(m))
+               u = 0.0_wp
+               if (abs(s(m) + s(n)) > 0.0_wp) u = 0.5_wp*form%plain(m, n)/(s(m) + s(n))
+               v = 0.0_wp
+               if (m /= n .and. .not. is_close(m, n)) v = 0.5_wp*form%conjugate(m, n)/(s(m) + conjg(s(n)))
+               call place_pair(m, n, k, u, v, form%matrix)
+            end do
+            form%steady(n) = 0.5_wp*real(form%conjugate(n, n), wp)
+            if (abs(s(n)) <= 0.0_wp) form%steady(n) = form%steady(n) + 0.5_wp*real(form%plain(n, n), wp)
+         end do
+         allocate (form%close(2, count(is_close)))
+         form%close(1, :) = pack(spread([(m, m=1, k)], 2, k), is_close)
+         form%close(2, :) = pack(spread([(n, n=1, k)], 1, k), is_close)
+      end associate
+   end subroutine integrate_form
+
+   !> The pair m, n of Re sum (u_mn A_m A_n + v_mn A_m conj(A_n)) in the matrix of real and imaginary parts.
+   pure subroutine place_pair(m, n, k, u, v, matrix)
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      !> Number of terms
+      integer, intent(in) :: k
+      complex(wp), intent(in) :: u
+      complex(wp), intent(in) :: v
+      real(wp), intent(inout) :: matrix(2*k, 2*k)
+
+      matrix(m, n) = real(u, wp) + real(v, wp)
+      matrix(k + m, k + n) = real(v, wp) - real(u, wp)
+      matrix(m, k + n) = aimag(v) - aimag(u)
+      matrix(k + m, n) = -aimag(v) - aimag(u)
+   end subroutine place_pair
+
+   !> The terms from now on.
+   pure subroutine find_span(form, amplitude, time, span)
+      !> With the exponents
+      type(power_form_t), intent(in) :: form
+      !> A_m now, [count]
+      complex(wp), intent(in) :: amplitude(:)
+      real(wp), intent(in) :: time
+      type(span_t), intent(out) :: span
+
+      real(wp), dimension(size(form%decay)) :: real_part, imaginary_part, less_one, fall
+      integer :: m
+
+      associate (k => size(amplitude))
+         call powers_less_one(size(form%decay)/lanes, form%decay, form%swing, time, real_part, imaginary_part, &
+            less_one, fall)
+         span%time = time
+         allocate (span%amplitude, source=amplitude)
+         allocate (span%change(k), span%changes(2*k), span%sums(2*k), span%steady(k))
+         ! of A^2 and B^2 the difference is (A - B) (A + B)
+         do m = 1, k
+            associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
+               span%changes(m) = x*less_one(m) - y*imaginary_part(m)
+               span%changes(k + m) = x*imaginary_part(m) + y*less_one(m)
+               span%change(m) = cmplx(span%changes(m), span%changes(k + m), wp)
+               span%sums(m) = 2.0_wp*x + span%changes(m)
+               span%sums(k + m) = 2.0_wp*y + span%changes(k + m)
+               span%steady(m) = (x**2 + y**2)*time_of_decay(form%decay(m), time, fall(m))
+            end associate
+         end do
+      end associate
+   end subroutine find_span
+
+   !> What a power takes.
+   pure function taken_by(form, span) result(energy)
+      type(power_form_t), intent(in) :: form
+      !> Of its terms
+      type(span_t), intent(in) :: span
+      real(wp) :: energy
+
+      complex(wp) :: s
+      integer :: i
+
+      energy = bilinear_form(size(span%sums), form%matrix, span%changes, span%sums) + sum(form%steady*span%steady)
+      do i = 1, size(form%close, 2)
+         associate (m => form%close(1, i), n => form%close(2, i))
+            s = form%exponent(m) + conjg(form%exponent(n))
+            energy = energy + 0.5_wp*real(form%conjugate(m, n)*span%amplitude(m)*conjg(span%amplitude(n)) &
+               *integral(s, span%time, exp(s*span%time)), wp)
+         end associate
+      end do
+   end function taken_by
+
+   !> Integral of exp(-2 decay t) up to a time.
+   elemental function time_of_decay(decay, t, fall) result(value)
+      real(wp), intent(in) :: decay
+      real(wp), intent(in) :: t
+      !> exp(-decay t) - 1
+      real(wp), intent(in) :: fall
+      real(wp) :: value
+
+      ! what decays so little lasts for all of it
+      value = merge(-fall*(2.0_wp + fall), 2.0_wp*t, decay*t > 1.0e-17_wp) &
+         /merge(2.0_wp*decay, 2.0_wp, decay*t > 1.0e-17_wp)
+   end function time_of_decay
+
+   !> x^T A y.
+   pure function bilinear_form(order, matrix, x, y) result(value)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: matrix(order, order)
+      real(wp), intent(in) :: x(order)
+      real(wp), intent(in) :: y(order)
+      real(wp) :: value
+
+      real(wp) :: product
+      integer :: i, k
+
+      value = 0.0_wp
+      do k = 1, order
+         product = 0.0_wp
+         !$omp simd reduction(+:product)
+         do i = 1, order
+            product = product + matrix(i, k)*x(i)
+         end do
+         value = value + product*y(k)
+      end do
+   end function bilinear_form
+
+   !> (exp(s t) - 1)/s without cancellation.
+   elemental function integral(s, t, power) result(value)
+      !> Exponent
+      complex(wp), intent(in) :: s
+      !> Time
+      real(wp), intent(in) :: t
+      !> exp(s t)
+      complex(wp), intent(in) :: power
+      complex(wp) :: value
+
+      complex(wp) :: x
+
+      x = s*t
+      if (abs(real(x, wp)) + abs(aimag(x)) < 0.1_wp) then
+         value = t*(1.0_wp + x/2.0_wp*(1.0_wp + x/3.0_wp*(1.0_wp + x/4.0_wp*(1.0_wp + x/5.0_wp*(1.0_wp + x/6.0_wp &
+            *(1.0_wp + x/7.0_wp*(1.0_wp + x/8.0_wp*(1.0_wp + x/9.0_wp*(1.0_wp + x/10.0_wp)))))))))
+      else
+         value = (power - 1.0_wp)/s
+      end if
+   end function integral
+
+end module power_integrals
