@@ -1,4 +1,4 @@
-!> What a file gives in units, and a sweep or cases of its ratio would silently overrule.
+!> What a file gives, and a sweep or cases of another name for the same would silently overrule.
 module lost_units
    use name_table, only: table_t
    use scene_input, only: scene_input_t
@@ -29,7 +29,8 @@ contains
          do i = table%groups(varied%group)%first_entry, table%groups(varied%group)%last_entry
             associate (other => table%entries(i))
                if (.not. other%is_given) cycle
-               is_lost = other%name%instead_of == varied%name%name
+               is_lost = other%name%instead_of == varied%name%name .or. &
+                  (varied%name%quantity /= '' .and. varied%name%instead_of == other%name%name)
                do k = 1, size(spoilt, 2)
                   is_lost = is_lost .or. (spoilt(1, k) == varied%name%name .and. spoilt(2, k) == other%name%name)
                end do

@@ -1,12 +1,15 @@
 !> What to tell a user about a name that does not exist: the nearest one, or all there are.
 module name_hints
    use name_table, only: table_t
-   use near_names, only: nearest_name
+   use near_names, only: edit_distance, nearest_name
    use number_text, only: to_text
    use run_settings, only: name_length
    implicit none (type, external)
    private
    public :: group_hint, item_hint
+
+   !> A line can hold no more names.
+   integer, parameter :: most_listed = 40
 
 contains
 
@@ -71,8 +74,31 @@ contains
          end associate
       end do
       hint = missing_group(table, name)
-      if (hint == '') hint = '&'//group//' takes'//joined(names, '')
+      if (hint /= '') return
+      if (size(names) <= most_listed) then
+         hint = '&'//group//' takes'//joined(names, '')
+      else
+         hint = 'the nearest of '//to_text(size(names))//' are'//joined(nearest_of(name, names), '') &
+            //'; --names prints all'
+      end if
    end function item_hint
+
+   !> The least wrong of many names.
+   pure function nearest_of(name, names) result(nearest)
+      !> What the user wrote
+      character(*), intent(in) :: name
+      character(*), intent(in) :: names(:)
+      character(len(names)) :: nearest(3)
+
+      integer :: distance(size(names)), i, place
+
+      distance = [(edit_distance(name(:min(len(name), name_length)), trim(names(i))), i=1, size(names))]
+      do i = 1, size(nearest)
+         place = minloc(distance, dim=1)
+         nearest(i) = names(place)
+         distance(place) = huge(place)
+      end do
+   end function nearest_of
 
    !> Such as 'it needs &stop number 3; there are 2' for stop_3_position; empty: it is no parameter of one of several.
    pure function missing_group(table, name) result(hint)
