@@ -31,7 +31,7 @@ def read_list():
             sys.exit(f"mutants.txt: after '{head}' a line with - and one with + must follow")
         times = (ROOT / file).read_text(encoding="utf-8").count(old[2:])
         if times != 1:
-            sys.exit(f"mutants.txt: '{old[2:]}' is {times} times in {file}: must be once")
+            sys.exit(f"mutants.txt: '{old[2:]}' is {times} times in {file}: must be once; bring the list up to date")
         mutants.append((file, suite, old[2:], new[2:]))
     return mutants
 
