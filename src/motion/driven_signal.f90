@@ -315,7 +315,8 @@ contains
 
    !> What loads do to a signal, through a phase that lasts no longer than that.
    subroutine add_terms(terms, longest, signal)
-      type(driven_terms_t), intent(in) :: terms
+      !> Gone afterwards
+      type(driven_terms_t), intent(inout) :: terms
       real(wp), intent(in) :: longest
       class(viewed_signal_t), allocatable, intent(inout) :: signal
 
@@ -329,7 +330,14 @@ contains
          end if
       end select
       allocate (driven)
-      driven%terms = terms
+      driven%terms%constant = terms%constant
+      driven%terms%slope = terms%slope
+      driven%terms%modes = terms%modes
+      call move_alloc(terms%harmonic, driven%terms%harmonic)
+      call move_alloc(terms%frequency, driven%terms%frequency)
+      call move_alloc(terms%mode, driven%terms%mode)
+      call move_alloc(terms%share, driven%terms%share)
+      call move_alloc(terms%share_of_rate, driven%terms%share_of_rate)
       driven%until = longest
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)
@@ -349,7 +357,7 @@ contains
       sum%exponent = [sum%exponent, cmplx(0.0_wp, terms%frequency, wp)]
       sum%amplitude = [sum%amplitude, terms%harmonic]
       do i = 1, size(terms%frequency)
-         slower = count(abs(sum%exponent(:last)) < terms%frequency(i))
+         slower = count(real(sum%exponent(:last), wp)**2 + aimag(sum%exponent(:last))**2 < terms%frequency(i)**2)
          place(slower + 2:last + 1) = place(slower + 1:last)
          place(slower + 1) = last + 1
          last = last + 1

@@ -1,6 +1,6 @@
 !> Measures of a run among several surfaces, each from its own flights and contacts, phase by phase.
 module several_measures
-   use certified_search, only: viewed_signal_t
+   use certified_search, only: first_zero, found_zero, search_t, viewed_signal_t
    use driven_modes, only: driven_mode_at, integral_of, integral_of_swing, make_driven_mode
    use driven_signal, only: driven_terms_t
    use joint_modes, only: terms_at
@@ -145,6 +145,8 @@ contains
       if (self%states(k)%is_rigid) then
          early = early_part(measurer%tally, tau, length)
          if (early > 0.0_wp) early_impulse = impulse_until(self, k, early)
+      else if (self%pressing_at == k) then
+         call measure_force(measurer%tally, self%pressing, length, greatest)
       else
          call signal_of(self, k, end_force, signal)
          call measure_force(measurer%tally, signal, length, greatest)
@@ -242,10 +244,16 @@ contains
       real(wp), intent(in) :: length
       logical :: does
 
-      class(viewed_signal_t), allocatable :: depth
+      class(viewed_signal_t), allocatable :: above
+      type(search_t) :: search
+      real(wp) :: value, slope
 
-      call gap%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
-      does = exceeds(depth, length, quiet_level)
+      call gap%evaluate(0.0_wp, value, slope)
+      does = value < -quiet_level
+      if (does) return
+      call gap%view(0.0_wp, 1.0_wp, quiet_level, 0, above)
+      call first_zero(above, length, search)
+      does = search%outcome == found_zero
    end function sinks
 
    !> The end of the run: measures of each surface, and of all.

@@ -49,6 +49,9 @@ module several_state
       real(wp), allocatable :: load(:), load_rate(:)
       !> Of the terms, weights included, where a surface yields, [count]
       complex(wp), allocatable :: amplitude(:)
+      !> What was sought last in the phase as the force of a surface that is pressed, and which; 0: none
+      class(viewed_signal_t), allocatable :: pressing
+      integer :: pressing_at = 0
       !> Of the surfaces but the pulled one, whose is that of the motion
       type(measurer_t), allocatable :: measurers(:)
    end type several_t
@@ -83,6 +86,7 @@ contains
       real(wp), dimension(size(self%states)) :: depth, branch_force
       integer :: k
 
+      self%pressing_at = 0
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
       associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
@@ -225,6 +229,10 @@ contains
          class default
             call first_zero(signal, limit, search)
          end select
+         if (ended_by == end_force) then
+            call move_alloc(signal, self%pressing)
+            self%pressing_at = k
+         end if
          if (.not. state%is_indented) return
          call signal_of(self, k, end_home, signal)
          signal%start_order = start_of(signal, 0)
