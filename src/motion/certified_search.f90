@@ -55,6 +55,8 @@ module certified_search
       real(wp) :: time = 0.0_wp
       !> Greatest value seen on the way
       real(wp) :: greatest = 0.0_wp
+      !> On the way it stays below this for certain, where the search could tell
+      real(wp) :: ceiling = huge(1.0_wp)
       !> Sums evaluated
       integer(i8) :: evaluations = 0_i8
    end type search_t
@@ -143,6 +145,7 @@ contains
       t = 0.0_wp
       before = 0.0_wp
       call look_at_start(signal, order, here, search)
+      search%ceiling = merge(here%signal, huge(1.0_wp), order == 0)
       do
          search%greatest = max(search%greatest, here%signal)
          if (order > 0 .and. t > 0.0_wp) then
@@ -164,9 +167,11 @@ contains
          if (order == 0 .and. (here%floor > here%rounding .or. is_faint(here))) then
             search%outcome = found_none
             search%time = limit
+            search%ceiling = huge(1.0_wp)
             return
          end if
          step = max(here%free, step_without_zero(max(here%value, 0.0_wp), here%slope, here%bound))
+         if (order == 0) search%ceiling = max(search%ceiling, highest(here, min(step, limit - t)))
          if (t + step >= limit) then
             search%outcome = found_none
             search%time = limit
@@ -194,6 +199,16 @@ contains
             search%greatest <= 4.0_wp*here%signal_rounding
       end function is_still_there
    end subroutine first_zero
+
+   !> What a signal does not exceed within a step.
+   elemental function highest(here, step) result(bound)
+      !> Values of the signal at its start
+      type(local_t), intent(in) :: here
+      real(wp), intent(in) :: step
+      real(wp) :: bound
+
+      bound = here%value + here%rounding + step*(max(here%slope, 0.0_wp) + 0.5_wp*step*here%bound_both)
+   end function highest
 
    !> From a zero the search marches on the derivative that is positive there: while it is, so is all below it.
    subroutine look_at_start(signal, order, here, search)

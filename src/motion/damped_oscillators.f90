@@ -169,15 +169,17 @@ contains
          lane_v0(n + 1:) = 0.0_wp
          lane_z0(:n) = z0
          lane_v0(:n) = v0
-         call propagate_lanes(oscillators, t, lane_z0, lane_v0, lane_z, lane_v)
+         call propagate_lanes(oscillators, n, t, lane_z0, lane_v0, lane_z, lane_v)
          z = lane_z(:n)
          v = lane_v(:n)
       end associate
    end subroutine propagate
 
    !> The same on whole vectors: all arrays are filled up to `padded(count)` with zeros.
-   pure subroutine propagate_lanes(oscillators, t, z0, v0, z, v)
+   pure subroutine propagate_lanes(oscillators, last, t, z0, v0, z, v)
       type(oscillators_t), intent(in) :: oscillators
+      !> Oscillators behind this one are not asked for
+      integer, intent(in) :: last
       !> Time, >= 0
       real(wp), intent(in) :: t
       !> State at time 0, [padded]
@@ -197,7 +199,7 @@ contains
          call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, oscillators%oscillating, t, &
             oscillators%decay, oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
       end if
-      if (first <= size(z)) then
+      if (oscillators%oscillating < min(size(z), last)) then
          call creep((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, oscillators%decay(first:), &
             oscillators%spread(first:), oscillators%inverse_spread(first:), z(first:), v(first:))
       end if

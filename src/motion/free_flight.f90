@@ -76,7 +76,11 @@ contains
 
       call self%gap%find_zero(limit, self%search)
       if (self%search%outcome == found_zero .and. self%search%greatest < self%stop%hop_tolerance) then
-         call judge_hop(self%gap, self%stop%hop_tolerance, self%search)
+         if (self%search%ceiling < self%stop%hop_tolerance) then
+            self%search%outcome = found_taken_back
+         else
+            call judge_hop(self%gap, self%stop%hop_tolerance, self%search)
+         end if
       end if
    end subroutine find_end
 
@@ -236,7 +240,9 @@ contains
          if (.not. measurer%is_wanted) return
          self%eta%z = self%gap%z
          self%eta%v = self%gap%v
-         call measure_rise(measurer, self%eta, motion%tau, length, motion%tau <= 0.0_wp, is_last, &
+         ! most hops are too low to be looked into again
+         rises = self%search%ceiling > quiet_level
+         if (rises) call measure_rise(measurer, self%eta, motion%tau, length, motion%tau <= 0.0_wp, is_last, &
             self%search%greatest - merge(0.0_wp, stop%depth, stop%is_rigid), rises)
          if (rises) call end_episode(measurer%tally)
          ! over a surface that is still indented it may stay below; no deeper than at its start

@@ -197,7 +197,7 @@ contains
          v0(:n) = self%v
          last = padded(oscillators%blended)
          separates = oscillators%blended < n
-         call propagate_lanes(oscillators, t, z0(:last), v0(:last), z(:last), v(:last))
+         call propagate_lanes(oscillators, oscillators%blended, t, z0(:last), v0(:last), z(:last), v(:last))
          if (separates) then
             call split_exponentials(oscillators, weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, slow, &
                fast)

@@ -42,7 +42,7 @@ contains
                   weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes))
                terms(b + 1:b + lanes, :) = block
             end if
-            if (oscillating >= b + lanes) cycle
+            if (oscillating >= min(b + lanes, oscillators%blended)) cycle
             !$omp simd private(a, jerk, snap, magnitude)
             do i = max(oscillating, b) + 1, b + lanes
                a = -square(i)*(z(i) + two_zeta*v(i)) - mass_rate(i)*v(i)
@@ -143,25 +143,12 @@ contains
       real(wp), contiguous, intent(out) :: slow(:)
       real(wp), contiguous, intent(out) :: fast(:)
 
-      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
-      real(wp), dimension(size(z0)) :: slow_factor, fast_factor
-      real(wp) :: amplitude, fast_rate
+      real(wp) :: fast_rate
       integer :: i, first
 
       first = lanes*(oscillators%blended/lanes) + 1
-      do i = first, size(z0)
-         slow_factor(i) = exp(-min(oscillators%decay(i)*t, greatest_exponent))
-      end do
-      do i = first, size(z0)
-         fast_factor(i) = exp(-min((oscillators%decay(i) + 2.0_wp*oscillators%spread(i))*t, greatest_exponent))
-      end do
-      !$omp simd private(amplitude)
-      do i = first, size(z0)
-         amplitude = -0.5_wp*oscillators%inverse_spread(i)*(v0(i) + oscillators%decay(i)*z0(i))
-         amplitude = merge(amplitude, 0.0_wp, abs(weight(i)*amplitude) > least)
-         slow(i) = (z0(i) - amplitude)*slow_factor(i)
-         fast(i) = amplitude*fast_factor(i)
-      end do
+      call split((size(z0) - first + 1)/lanes, t, least, oscillators%decay(first:), oscillators%spread(first:), &
+         oscillators%inverse_spread(first:), weight(first:), z0(first:), v0(first:), slow(first:), fast(first:))
       if (.not. is_viscous) return
       do i = first, size(z0)
          ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
@@ -171,6 +158,38 @@ contains
          fast(i) = -fast(i)*oscillators%inverse_square(i)*(fast_rate*oscillators%fast_excess(i))
       end do
    end subroutine split_exponentials
+
+   !> The same of whole vectors.
+   pure subroutine split(blocks, t, least, decay, spread, inverse_spread, weight, z0, v0, slow, fast)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> Instant
+      real(wp), intent(in) :: t
+      !> Fast exponentials no greater than this are left out
+      real(wp), intent(in) :: least
+      !> The family, weights, state at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, weight, z0, v0
+      !> A exp(-slow t), B exp(-fast t)
+      real(wp), intent(out), dimension(lanes*blocks) :: slow, fast
+
+      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
+      real(wp) :: amplitude
+      integer :: i
+
+      do i = 1, lanes*blocks
+         slow(i) = exp(-min(decay(i)*t, greatest_exponent))
+      end do
+      do i = 1, lanes*blocks
+         fast(i) = exp(-min((decay(i) + 2.0_wp*spread(i))*t, greatest_exponent))
+      end do
+      !$omp simd private(amplitude)
+      do i = 1, lanes*blocks
+         amplitude = -0.5_wp*inverse_spread(i)*(v0(i) + decay(i)*z0(i))
+         amplitude = merge(amplitude, 0.0_wp, abs(weight(i)*amplitude) > least)
+         slow(i) = (z0(i) - amplitude)*slow(i)
+         fast(i) = amplitude*fast(i)
+      end do
+   end subroutine split
 
    !> One derivative further.
    pure subroutine differentiate(oscillators, slow, fast)
@@ -197,15 +216,30 @@ contains
       real(wp), contiguous, intent(inout) :: z(:)
       real(wp), contiguous, intent(inout) :: v(:)
 
-      real(wp) :: rate
-      integer :: i
+      integer :: b
 
-      do i = oscillators%blended + 1, size(slow)
-         rate = oscillators%decay(i) + 2.0_wp*oscillators%spread(i)
-         z(i) = slow(i) + fast(i)
-         v(i) = -oscillators%decay(i)*slow(i) - rate*fast(i)
+      do b = lanes*(oscillators%blended/lanes), size(slow) - lanes, lanes
+         call add_block(oscillators%blended - b, oscillators%decay(b + 1:b + lanes), &
+            oscillators%spread(b + 1:b + lanes), slow(b + 1:b + lanes), fast(b + 1:b + lanes), z(b + 1:b + lanes), &
+            v(b + 1:b + lanes))
       end do
    end subroutine add_exponentials
+
+   !> The same of one vector.
+   pure subroutine add_block(passed, decay, spread, slow, fast, z, v)
+      !> So many lanes stay
+      integer, intent(in) :: passed
+      real(wp), intent(in), dimension(lanes) :: decay, spread, slow, fast
+      real(wp), intent(inout), dimension(lanes) :: z, v
+
+      integer :: i
+
+      !$omp simd
+      do i = 1, lanes
+         z(i) = merge(slow(i) + fast(i), z(i), i > passed)
+         v(i) = merge(-decay(i)*slow(i) - (decay(i) + 2.0_wp*spread(i))*fast(i), v(i), i > passed)
+      end do
+   end subroutine add_block
 
    !> Their terms of the sum and of its derivatives, and the bounds from now on.
    pure subroutine bound_exponentials(oscillators, weight, slow, fast, terms)
@@ -218,26 +252,44 @@ contains
       !> Columns as in `certified_search`; those of blended modes stay, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)
 
-      real(wp) :: slow_rate, fast_rate, slow_term, fast_term
+      real(wp) :: block(lanes, term_columns)
+      integer :: b, passed
+
+      do b = lanes*(oscillators%blended/lanes), size(slow) - lanes, lanes
+         block = exponential_terms(oscillators%decay(b + 1:b + lanes), oscillators%spread(b + 1:b + lanes), &
+            weight(b + 1:b + lanes), slow(b + 1:b + lanes), fast(b + 1:b + lanes))
+         passed = max(oscillators%blended - b, 0)
+         if (passed > 0) block(:passed, :) = terms(b + 1:b + passed, :)
+         terms(b + 1:b + lanes, :) = block
+      end do
+   end subroutine bound_exponentials
+
+   !> The same of one vector.
+   pure function exponential_terms(decay, spread, weight, slow, fast) result(terms)
+      real(wp), intent(in), dimension(lanes) :: decay, spread, weight, slow, fast
+      !> Columns as in `certified_search`
+      real(wp) :: terms(lanes, term_columns)
+
+      real(wp) :: fast_rate, fast_term, slow_term
       integer :: i
 
-      do i = oscillators%blended + 1, size(slow)
-         slow_rate = oscillators%decay(i)
-         fast_rate = slow_rate + 2.0_wp*oscillators%spread(i)
+      !$omp simd private(fast_rate, fast_term, slow_term)
+      do i = 1, lanes
+         fast_rate = decay(i) + 2.0_wp*spread(i)
          slow_term = weight(i)*slow(i)
          fast_term = weight(i)*fast(i)
          terms(i, term_value) = slow_term + fast_term
          terms(i, bound_value) = abs(slow_term) + abs(fast_term)
-         slow_term = -slow_term*slow_rate
+         slow_term = -slow_term*decay(i)
          fast_term = -fast_term*fast_rate
          terms(i, term_rate) = slow_term + fast_term
-         slow_term = -slow_term*slow_rate
+         slow_term = -slow_term*decay(i)
          fast_term = -fast_term*fast_rate
          terms(i, term_curvature) = slow_term + fast_term
          terms(i, bound_curvature) = abs(slow_term) + abs(fast_term)
-         terms(i, bound_jerk) = abs(slow_term)*slow_rate + abs(fast_term)*fast_rate
+         terms(i, bound_jerk) = abs(slow_term)*decay(i) + abs(fast_term)*fast_rate
       end do
-   end subroutine bound_exponentials
+   end function exponential_terms
 
    !> The step without a zero of a sum of modes with further terms before them.
    pure function free_step_among(terms, more, rest, rest_slope, here) result(step)

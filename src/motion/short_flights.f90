@@ -91,8 +91,10 @@ contains
       search%time = step
       ! the greatest value lies near the middle
       search%greatest = 0.0_wp
+      search%ceiling = remainder*step
       do k = terms, 1, -1
          search%greatest = (search%greatest + coefficient(k))*0.5_wp*step
+         search%ceiling = (search%ceiling + max(coefficient(k), 0.0_wp))*step
       end do
    end subroutine find_short_flight
 
