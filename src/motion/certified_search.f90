@@ -24,7 +24,7 @@ module certified_search
    real(wp), parameter :: deepest_dip = 1.0e-11_wp
 
    !> What is known of each term of a signal, column by column: its value and first two derivatives, and bounds from now
-   !> on on its magnitude and on those of its second and third derivative.
+   !> on on how far it comes below zero and on the magnitudes of its second and third derivative.
    integer, parameter :: term_value = 1
    integer, parameter :: term_rate = 2
    integer, parameter :: term_curvature = 3
@@ -358,9 +358,9 @@ contains
 
    !> How far there is certainly no zero, by more than one bound on the second derivative.
    !>
-   !> The modes above any number k swing no further than their amplitudes; those up to k are kept by their value,
-   !> slope and a bound B on their second derivative. The best k is taken. Within a time T the second derivative
-   !> changes by no more than T times a bound on the third; the best T is taken, too.
+   !> The modes above any number k come no further below zero than they are bounded to; those up to k are kept by their
+   !> value, slope and a bound B on their second derivative. The best k is taken. From there a cubic may reach further:
+   !> the second derivative falls no faster than a bound on the third.
    pure function free_step(terms, rest, rest_slope, whole, whole_slope) result(step)
       !> Terms of the sum with their bounds, [count, 6]
       real(wp), contiguous, intent(in) :: terms(:, :)
@@ -372,11 +372,10 @@ contains
       real(wp), intent(in) :: whole_slope
       real(wp) :: step
 
-      real(wp), parameter :: horizons(8) = [1.25_wp, 1.6_wp, 2.0_wp, 2.6_wp, 3.4_wp, 5.0_wp, 8.0_wp, 16.0_wp]
       ! sums of the first k terms, and of the last
       real(wp), dimension(size(terms, 1)) :: values, slopes, bounds, curvatures, jerks, left, low, length
-      real(wp) :: sums(6), doubt, trial(size(horizons))
-      integer :: best, j, k, n, pass
+      real(wp) :: sums(6), doubt
+      integer :: best, k, n
 
       n = size(terms, 1)
       sums = 0.0_wp
@@ -397,7 +396,7 @@ contains
          sums(6) = sums(6) + terms(n + 1 - k, bound_value)
       end do
       ! what the order of summation leaves in doubt
-      doubt = 8.0_wp*epsilon(1.0_wp)*(sums(6) + abs(rest))
+      doubt = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*sums(6) + abs(sums(1)) + 2.0_wp*abs(rest))
       !$omp simd
       do k = 1, n
          low(k) = values(k) - left(k) - doubt
@@ -417,18 +416,41 @@ contains
             best = k
          end if
       end do
-      do pass = 1, 2
-         k = merge(best, n, pass == 1)
-         if (pass == 2 .and. best == n) exit
-         !$omp simd
-         do j = 1, size(horizons)
-            trial(j) = horizons(j)*step
-            trial(j) = min(trial(j), step_without_zero(low(k), slopes(k), &
-               min(bounds(k), max(0.0_wp, jerks(k)*trial(j) - curvatures(k)))))
-         end do
-         step = max(step, maxval(trial))
-      end do
+      step = max(step, cubic_step(low(best), slopes(best), curvatures(best), jerks(best), step))
+      if (best < n) step = max(step, cubic_step(low(n), slopes(n), curvatures(n), jerks(n), step))
    end function free_step
+
+   !> How far a cubic is certainly positive, of some multiples of a step; 0: of none. It does not come below the least of
+   !> its coefficients in Bernstein's form.
+   pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
+      !> Value, slope and second derivative at the start, and how fast that falls at the most
+      real(wp), intent(in) :: value
+      real(wp), intent(in) :: slope
+      real(wp), intent(in) :: curvature
+      real(wp), intent(in) :: jerk
+      !> What the multiples are of
+      real(wp), intent(in) :: step
+      real(wp) :: longest
+
+      real(wp), parameter :: multiples(16) = [1.1_wp, 1.2_wp, 1.3_wp, 1.45_wp, 1.6_wp, 1.75_wp, 1.9_wp, 2.1_wp, &
+         2.4_wp, 2.7_wp, 3.2_wp, 4.0_wp, 5.0_wp, 7.0_wp, 10.0_wp, 16.0_wp]
+      ! powers and products of no more than this do not overflow
+      real(wp), parameter :: greatest = 1.0e70_wp
+      real(wp) :: bend, fall, h, least
+      integer :: j
+
+      longest = 0.0_wp
+      if (.not. max(abs(slope), abs(curvature), jerk) < greatest) return
+      !$omp simd private(bend, fall, h, least) reduction(max:longest)
+      do j = 1, size(multiples)
+         h = min(multiples(j)*step, greatest)
+         bend = h*h*curvature/6.0_wp
+         fall = h*h*h*jerk/6.0_wp
+         least = min(value + h*slope/3.0_wp, value + h*slope*(2.0_wp/3.0_wp) + bend, &
+            value + h*slope + 3.0_wp*bend - fall)
+         longest = max(longest, merge(h, 0.0_wp, least > 0.0_wp))
+      end do
+   end function cubic_step
 
    !> The slope keeps its sign up to a zero that is certain to come: inverse interpolation inside a bracket.
    subroutine finish(signal, start, at_start, limit, search)

@@ -279,7 +279,8 @@ contains
          slow_term = weight(i)*slow(i)
          fast_term = weight(i)*fast(i)
          terms(i, term_value) = slow_term + fast_term
-         terms(i, bound_value) = abs(slow_term) + abs(fast_term)
+         ! of two signs, the sum has that of the slower one in the end
+         terms(i, bound_value) = max(0.0_wp, -slow_term, -(slow_term + fast_term))
          slow_term = -slow_term*decay(i)
          fast_term = -fast_term*fast_rate
          terms(i, term_rate) = slow_term + fast_term
