@@ -1,10 +1,11 @@
 !> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element
 !> stop. No term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, free_step, local_t, &
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, local_t, &
       term_columns, term_curvature, term_rate, term_value, viewed_signal_t
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: powers
+   use free_steps, only: free_step
    use kinds, only: wp
    implicit none (type, external)
    private

@@ -4,9 +4,10 @@
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, free_step, &
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, &
       local_t, search_t, term_columns, term_curvature, term_rate, term_value, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
+   use free_steps, only: free_step
    use kinds, only: wp
    use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, free_step_among, &
       split_exponentials

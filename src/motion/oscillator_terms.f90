@@ -1,9 +1,10 @@
 !> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical
 !> damping are taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, free_step, local_t, term_columns, &
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, &
       term_curvature, term_rate, term_value
    use damped_oscillators, only: greatest_exponent, lanes, oscillators_t
+   use free_steps, only: free_step
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -144,11 +145,13 @@ contains
       real(wp), contiguous, intent(out) :: fast(:)
 
       real(wp) :: fast_rate
-      integer :: i, first
+      integer :: blocks, first, i
 
       first = lanes*(oscillators%blended/lanes) + 1
-      call split((size(z0) - first + 1)/lanes, t, least, oscillators%decay(first:), oscillators%spread(first:), &
-         oscillators%inverse_spread(first:), weight(first:), z0(first:), v0(first:), slow(first:), fast(first:))
+      blocks = (size(z0) - first + 1)/lanes
+      call die_out(blocks, t, oscillators%decay(first:), oscillators%spread(first:), slow(first:), fast(first:))
+      call split(blocks, least, oscillators%decay(first:), oscillators%inverse_spread(first:), weight(first:), &
+         z0(first:), v0(first:), slow(first:), fast(first:))
       if (.not. is_viscous) return
       do i = first, size(z0)
          ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
@@ -159,21 +162,17 @@ contains
       end do
    end subroutine split_exponentials
 
-   !> The same of whole vectors.
-   pure subroutine split(blocks, t, least, decay, spread, inverse_spread, weight, z0, v0, slow, fast)
+   !> What is left of both after a time, in whole vectors.
+   pure subroutine die_out(blocks, t, decay, spread, slow, fast)
       !> Vectors in each array
       integer, intent(in) :: blocks
-      !> Instant
       real(wp), intent(in) :: t
-      !> Fast exponentials no greater than this are left out
-      real(wp), intent(in) :: least
-      !> The family, weights, state at time 0
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, weight, z0, v0
-      !> A exp(-slow t), B exp(-fast t)
+      !> The family
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread
+      !> exp(-slow t), exp(-fast t)
       real(wp), intent(out), dimension(lanes*blocks) :: slow, fast
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
-      real(wp) :: amplitude
       integer :: i
 
       do i = 1, lanes*blocks
@@ -182,6 +181,22 @@ contains
       do i = 1, lanes*blocks
          fast(i) = exp(-min((decay(i) + 2.0_wp*spread(i))*t, greatest_exponent))
       end do
+   end subroutine die_out
+
+   !> Both times their amplitudes, in whole vectors.
+   pure subroutine split(blocks, least, decay, inverse_spread, weight, z0, v0, slow, fast)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> Fast exponentials no greater than this are left out
+      real(wp), intent(in) :: least
+      !> The family, weights, state at time 0
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, inverse_spread, weight, z0, v0
+      !> From `die_out`; times A and B on return
+      real(wp), intent(inout), dimension(lanes*blocks) :: slow, fast
+
+      real(wp) :: amplitude
+      integer :: i
+
       !$omp simd private(amplitude)
       do i = 1, lanes*blocks
          amplitude = -0.5_wp*inverse_spread(i)*(v0(i) + decay(i)*z0(i))

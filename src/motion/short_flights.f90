@@ -61,8 +61,7 @@ contains
          if (present(added)) first = first + added(1, added_value)
          if (present(added)) second = second + added(2, added_value)
          if (.not. (first > 0.0_wp .and. second < 0.0_wp)) return
-         coefficient(1) = first
-         coefficient(2) = 0.5_wp*second
+         coefficient(:2) = [first, 0.5_wp*second]
          reach = -margin*first/coefficient(2)
          if (reach >= limit) return
          ! derivatives of overdamped modes grow faster
