@@ -206,7 +206,15 @@ contains
       real(wp), intent(in) :: step
       real(wp) :: bound
 
-      bound = here%value + here%rounding + step*(max(here%slope, 0.0_wp) + 0.5_wp*step*here%bound_both)
+      real(wp) :: bend, length, slope
+
+      slope = max(here%slope, 0.0_wp)
+      bend = here%bound_both
+      if (here%bound_jerk < sqrt(huge(1.0_wp))) bend = min(bend, here%curvature + step*here%bound_jerk)
+      ! of a parabola that is bent downwards, its top
+      length = step
+      if (slope < -step*bend) length = -slope/bend
+      bound = here%value + here%rounding + length*(slope + 0.5_wp*length*bend)
    end function highest
 
    !> From a zero the search marches on the derivative that is positive there: while it is, so is all below it.
