@@ -261,7 +261,9 @@ contains
       here%bound = here%bound + sum(more(:, bound_curvature))
       here%bound_both = here%bound_both + sum(more(:, bound_curvature))
       here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + sum(more(:, bound_jerk))
-      here%floor = here%floor + rest(3) - sum(more(:, bound_value))
+      ! where there is no floor the sum must not overflow
+      here%floor = max(here%floor, -0.25_wp*huge(1.0_wp)) + max(rest(3), -0.25_wp*huge(1.0_wp)) &
+         - sum(more(:, bound_value))
    end subroutine add_more
 
    !> What the surface adds.
