@@ -56,7 +56,7 @@ contains
          allocate (form%matrix(2*k, 2*k), form%steady(k))
          do n = 1, k
             do m = 1, k
-               is_close(m, n) = m /= n .and. abs(s(m) + conjg(s(n))) < nearness*abs(s(m))
+               is_close(m, n) = m /= n .and. abs(s(m) + conjg(s(n))) < nearness*min(abs(s(m)), abs(s(n)))
                u = 0.0_wp
                if (abs(s(m) + s(n)) > 0.0_wp) u = 0.5_wp*form%plain(m, n)/(s(m) + s(n))
                v = 0.0_wp
