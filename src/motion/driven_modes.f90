@@ -29,9 +29,6 @@ module driven_modes
       complex(wp) :: own(2) = (0.0_wp, 0.0_wp)
    end type driven_mode_t
 
-   !> Of exp(s t), in a divided difference of which a mode goes
-   integer, parameter :: most_points = 5
-
 contains
 
    !> A mode of a family, with nothing that drives it.
@@ -71,13 +68,12 @@ contains
       integer, intent(in) :: most
       real(wp) :: derivative(0:most)
 
-      complex(wp) :: e(0:most), drive, points(0:most_points), sigma
-      integer :: k, last
+      complex(wp) :: e(0:most), drive, sigma
+      integer :: k
 
       sigma = cmplx(0.0_wp, mode%frequency, wp)
-      call find_points(mode, points, last)
-      e(0) = exponential_difference(points(1:last), time)
-      e(1) = sigma*e(0) + exponential_difference(points(2:last), time)
+      e(0) = exponential_difference(points_of(mode), time)
+      e(1) = sigma*e(0) + exponential_difference(later_points(mode), time)
       drive = exp(sigma*time)
       if (mode%is_ramp) drive = time
       do k = 2, most
@@ -104,18 +100,25 @@ contains
       if (mode%is_ramp) next = merge(1.0_wp, 0.0_wp, order == merge(3, 2, mode%is_sum))
    end function next_drive
 
-   !> E is the divided difference of exp(s t) over points 1 to last, E' - sigma E that over those from 2 on, and the
-   !> integral of E that with point 0 besides.
-   pure subroutine find_points(mode, points, last)
+   !> E is the divided difference of exp(s t) over these.
+   pure function points_of(mode) result(points)
       type(driven_mode_t), intent(in) :: mode
-      complex(wp), intent(out) :: points(0:most_points)
-      integer, intent(out) :: last
+      complex(wp), allocatable :: points(:)
 
-      points = (0.0_wp, 0.0_wp)
-      points(1) = cmplx(0.0_wp, mode%frequency, wp)
-      last = 3 + count([mode%is_ramp, mode%is_sum])
-      points(last - 1:last) = mode%own
-   end subroutine find_points
+      allocate (points, source=[cmplx(0.0_wp, mode%frequency, wp), later_points(mode)])
+   end function points_of
+
+   !> And E' - sigma E that over these.
+   pure function later_points(mode) result(points)
+      type(driven_mode_t), intent(in) :: mode
+      complex(wp), allocatable :: points(:)
+
+      integer :: zeros
+
+      zeros = count([mode%is_ramp, mode%is_sum])
+      allocate (points(zeros + size(mode%own)), source=(0.0_wp, 0.0_wp))
+      points(zeros + 1:) = mode%own
+   end function later_points
 
    !> Its integral from the start.
    pure function integral_of(mode, time) result(value)
@@ -123,11 +126,7 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: value
 
-      complex(wp) :: points(0:most_points)
-      integer :: last
-
-      call find_points(mode, points, last)
-      value = real(mode%force*exponential_difference(points(:last), time), wp)
+      value = real(mode%force*exponential_difference([(0.0_wp, 0.0_wp), points_of(mode)], time), wp)
    end function integral_of
 
    !> Work that a load does on it.
@@ -157,15 +156,9 @@ contains
       real(wp), intent(in) :: time
       complex(wp) :: value
 
-      complex(wp) :: points(0:most_points)
-      integer :: last
-
-      call find_points(mode, points, last)
-      points(1:) = points(1:) + theta
-      value = (0.0_wp, 0.0_wp)
-      if (mode%frequency > 0.0_wp) value = cmplx(0.0_wp, mode%frequency, wp)*exponential_difference(points(:last), time)
-      points(1) = (0.0_wp, 0.0_wp)
-      value = value + exponential_difference(points(1:last), time)
+      value = exponential_difference([(0.0_wp, 0.0_wp), later_points(mode) + theta], time)
+      if (mode%frequency > 0.0_wp) value = value + cmplx(0.0_wp, mode%frequency, wp) &
+         *exponential_difference([(0.0_wp, 0.0_wp), points_of(mode) + theta], time)
    end function turned
 
    !> Work that a load does on what moves with its rate.
@@ -193,16 +186,11 @@ contains
          complex(wp), intent(in) :: theta
          complex(wp) :: value
 
-         complex(wp) :: points(0:most_points), first
-         integer :: last
+         complex(wp), allocatable :: later(:)
 
-         call find_points(mode, points, last)
-         first = points(2)
-         points(2:) = points(2:) + theta
-         points(1) = (0.0_wp, 0.0_wp)
-         value = first*exponential_difference(points(1:last), time)
-         points(2) = (0.0_wp, 0.0_wp)
-         value = value + exponential_difference(points(2:last), time)
+         allocate (later, source=later_points(mode))
+         value = later(1)*exponential_difference([(0.0_wp, 0.0_wp), later + theta], time) &
+            + exponential_difference([(0.0_wp, 0.0_wp), later(2:) + theta], time)
          if (mode%frequency > 0.0_wp) value = value + cmplx(0.0_wp, mode%frequency, wp)*turned(mode, theta, time)
       end function turned_rate
    end function work_on_rate
@@ -250,15 +238,12 @@ contains
 
    !> Bounds on it and on its derivatives up to a time. Of a mode that is hit by a unit impulse neither the velocity
    !> exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by the
-   !> equation of motion. From an instant on the rates of what a constant drives go like those of a mode that swings of
-   !> itself, of which each is bounded by itself and the next.
-   pure subroutine bound_driven_mode(mode, until, bounds, here)
+   !> equation of motion.
+   pure subroutine bound_driven_mode(mode, until, bounds)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: until
       !> From the mode itself on
       real(wp), intent(out) :: bounds(0:)
-      !> It and its derivatives at an instant before, one more than are bounded: bounds from then on are asked for
-      real(wp), intent(in), optional :: here(0:)
 
       ! whose square is a number
       real(wp), parameter :: greatest_time = 1.0e100_wp
@@ -293,10 +278,6 @@ contains
       end do
       if (mode%is_sum) bounds(:) = [time*bounds(0), bounds(:ubound(bounds, 1) - 1)]
       bounds = abs(mode%force)*bounds
-      if (.not. present(here) .or. mode%frequency > 0.0_wp) return
-      do k = 1 + count([mode%is_ramp, mode%is_sum]), ubound(bounds, 1)
-         bounds(k) = min(bounds(k), hypot(here(k), here(k + 1)/sqrt(mode%square)))
-      end do
    end subroutine bound_driven_mode
 
 end module driven_modes

@@ -198,15 +198,15 @@ contains
       end do
       magnitude = sum(rows(:size(self%terms%frequency), bound_value))
       if (self%terms%modes == 0) return
-      allocate (here(0:first + 6), bounds(0:first + 5))
+      allocate (here(0:first + 4), bounds(0:first + 5))
       do i = 1, self%terms%modes
          row = size(self%terms%frequency) + i
          associate (share => self%factor*self%terms%share(:, i), mode => self%terms%mode(i))
-            here(:) = driven_mode_at(mode, time, first + 6)
+            here(:) = driven_mode_at(mode, time, first + 4)
             rows(row, value_columns) = [(sum(share*here(first + k:first + k + 2)), k=0, 2)]
             call bound_driven_mode(mode, time, bounds)
             magnitude = magnitude + sum(abs(share)*bounds(first:first + 2))
-            call bound_driven_mode(mode, self%from + self%until, bounds, here)
+            call bound_driven_mode(mode, self%from + self%until, bounds)
             rows(row, bound_value) = sum(abs(share)*bounds(first:first + 2))
             rows(row, bound_curvature) = sum(abs(share)*bounds(first + 2:first + 4))
             rows(row, bound_jerk) = sum(abs(share)*bounds(first + 3:))

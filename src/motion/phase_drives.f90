@@ -365,7 +365,7 @@ contains
             if (pair%part /= by_harmonic) cycle
             mode%frequency = drive%piece(pair%load)%frequency
             longest = most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency
-            if (mode%frequency < loads%slow) longest = 2.0_wp*acos(-1.0_wp)/max(mode%frequency, sqrt(mode%square))
+            if (mode%frequency < loads%slow) longest = 1.0_wp/max(mode%frequency, sqrt(mode%square))
             drive%until = min(drive%until, drive%tau + longest)
          end associate
       end do
