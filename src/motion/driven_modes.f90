@@ -8,11 +8,8 @@ module driven_modes
    use load_courses, only: piece_t
    implicit none (type, external)
    private
-   public :: driven_mode_t, make_driven_mode, make_driven_term, driven_mode_at, integral_of, work_on, work_on_rate, &
-      bound_driven_mode, work_on_swing, integral_of_swing
-
-   !> W^2 of what nothing holds.
-   real(wp), parameter :: least_square = 1.0e-40_wp
+   public :: driven_mode_t, make_driven_mode, driven_mode_at, integral_of, work_on, bound_driven_mode, work_on_swing, &
+      integral_of_swing
 
    type :: driven_mode_t
       !> The motion is Re(force E)
@@ -21,8 +18,6 @@ module driven_modes
       real(wp) :: frequency = 0.0_wp
       !> Driven by t, sigma = 0
       logical :: is_ramp = .false.
-      !> E is the integral of such an answer
-      logical :: is_sum = .false.
       !> 2 a, W^2 and the exponents of the mode alone
       real(wp) :: damping = 0.0_wp
       real(wp) :: square = 0.0_wp
@@ -48,18 +43,6 @@ contains
       end associate
    end function make_driven_mode
 
-   !> An exponent and its conjugate as a mode, with nothing that drives it.
-   pure function make_driven_term(exponent, is_sum) result(mode)
-      complex(wp), intent(in) :: exponent
-      logical, intent(in) :: is_sum
-      type(driven_mode_t) :: mode
-
-      mode%own = [exponent, conjg(exponent)]
-      mode%damping = -2.0_wp*real(exponent, wp)
-      mode%square = max(real(exponent, wp)**2 + aimag(exponent)**2, least_square)
-      mode%is_sum = is_sum
-   end function make_driven_term
-
    !> It and its derivatives.
    pure function driven_mode_at(mode, time, most) result(derivative)
       type(driven_mode_t), intent(in) :: mode
@@ -77,28 +60,12 @@ contains
       drive = exp(sigma*time)
       if (mode%is_ramp) drive = time
       do k = 2, most
-         if (mode%is_sum .and. k == 2) then
-            e(k) = 0.5_wp*time**2
-            if (.not. mode%is_ramp) e(k) = exponential_difference([(0.0_wp, 0.0_wp), sigma], time)
-         else
-            e(k) = drive
-            drive = next_drive(mode, k, drive)
-         end if
-         e(k) = e(k) - mode%damping*e(k - 1) - mode%square*e(k - 2)
+         e(k) = drive - mode%damping*e(k - 1) - mode%square*e(k - 2)
+         if (mode%is_ramp) drive = merge(1.0_wp, 0.0_wp, k == 2)
+         if (.not. mode%is_ramp) drive = sigma*drive
       end do
       derivative = real(mode%force*e, wp)
    end function driven_mode_at
-
-   !> The derivative of what drives it, which its derivative of an order has.
-   elemental function next_drive(mode, order, drive) result(next)
-      type(driven_mode_t), intent(in) :: mode
-      integer, intent(in) :: order
-      complex(wp), intent(in) :: drive
-      complex(wp) :: next
-
-      next = cmplx(0.0_wp, mode%frequency, wp)*drive
-      if (mode%is_ramp) next = merge(1.0_wp, 0.0_wp, order == merge(3, 2, mode%is_sum))
-   end function next_drive
 
    !> E is the divided difference of exp(s t) over these.
    pure function points_of(mode) result(points)
@@ -113,11 +80,11 @@ contains
       type(driven_mode_t), intent(in) :: mode
       complex(wp), allocatable :: points(:)
 
-      integer :: zeros
-
-      zeros = count([mode%is_ramp, mode%is_sum])
-      allocate (points(zeros + size(mode%own)), source=(0.0_wp, 0.0_wp))
-      points(zeros + 1:) = mode%own
+      if (mode%is_ramp) then
+         allocate (points, source=[(0.0_wp, 0.0_wp), mode%own])
+      else
+         allocate (points, source=mode%own)
+      end if
    end function later_points
 
    !> Its integral from the start.
@@ -144,56 +111,22 @@ contains
       if (abs(piece%slope) > 0.0_wp) work = work + piece%slope*(time*here(0) - integral_of(mode, time))
       if (abs(piece%harmonic) <= 0.0_wp) return
       associate (turning => cmplx(0.0_wp, piece%frequency, wp))
-         work = work + 0.5_wp*real(mode%force*(piece%harmonic*turned(mode, turning, time) &
-            + conjg(piece%harmonic)*turned(mode, -turning, time)), wp)
-      end associate
-   end function work_on
-
-   !> Integral of exp(theta t) E'.
-   pure function turned(mode, theta, time) result(value)
-      type(driven_mode_t), intent(in) :: mode
-      complex(wp), intent(in) :: theta
-      real(wp), intent(in) :: time
-      complex(wp) :: value
-
-      value = exponential_difference([(0.0_wp, 0.0_wp), later_points(mode) + theta], time)
-      if (mode%frequency > 0.0_wp) value = value + cmplx(0.0_wp, mode%frequency, wp) &
-         *exponential_difference([(0.0_wp, 0.0_wp), points_of(mode) + theta], time)
-   end function turned
-
-   !> Work that a load does on what moves with its rate.
-   pure function work_on_rate(mode, piece, time) result(work)
-      type(driven_mode_t), intent(in) :: mode
-      !> The load, per unit of its share
-      type(piece_t), intent(in) :: piece
-      real(wp), intent(in) :: time
-      real(wp) :: work
-
-      real(wp) :: here(0:1)
-
-      here = driven_mode_at(mode, time, 1)
-      work = piece%constant*here(1) + piece%slope*(time*here(1) - here(0))
-      if (abs(piece%harmonic) <= 0.0_wp) return
-      associate (turning => cmplx(0.0_wp, piece%frequency, wp))
-         work = work + 0.5_wp*real(mode%force*(piece%harmonic*turned_rate(turning) &
-            + conjg(piece%harmonic)*turned_rate(-turning)), wp)
+         work = work + 0.5_wp*real(mode%force*(piece%harmonic*turned(turning) &
+            + conjg(piece%harmonic)*turned(-turning)), wp)
       end associate
 
    contains
 
-      !> Integral of exp(theta t) E''.
-      pure function turned_rate(theta) result(value)
+      !> Integral of exp(theta t) E'.
+      pure function turned(theta) result(value)
          complex(wp), intent(in) :: theta
          complex(wp) :: value
 
-         complex(wp), allocatable :: later(:)
-
-         allocate (later, source=later_points(mode))
-         value = later(1)*exponential_difference([(0.0_wp, 0.0_wp), later + theta], time) &
-            + exponential_difference([(0.0_wp, 0.0_wp), later(2:) + theta], time)
-         if (mode%frequency > 0.0_wp) value = value + cmplx(0.0_wp, mode%frequency, wp)*turned(mode, theta, time)
-      end function turned_rate
-   end function work_on_rate
+         value = exponential_difference([(0.0_wp, 0.0_wp), later_points(mode) + theta], time)
+         if (mode%frequency > 0.0_wp) value = value + cmplx(0.0_wp, mode%frequency, wp) &
+            *exponential_difference([(0.0_wp, 0.0_wp), points_of(mode) + theta], time)
+      end function turned
+   end function work_on
 
    !> Work of a load on the mode that swings of itself, z' = v0 h' - W^2 z0 h with h its answer to a unit impulse.
    pure function work_on_swing(mode, start, piece, time) result(work)
@@ -276,7 +209,6 @@ contains
          if (mode%is_ramp) drive = merge(1.0_wp, 0.0_wp, k == 2)
          if (.not. mode%is_ramp) drive = drive*mode%frequency
       end do
-      if (mode%is_sum) bounds(:) = [time*bounds(0), bounds(:ubound(bounds, 1) - 1)]
       bounds = abs(mode%force)*bounds
    end subroutine bound_driven_mode
 

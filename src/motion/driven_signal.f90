@@ -17,10 +17,10 @@ module driven_signal
       real(wp) :: slope = 0.0_wp
       complex(wp), allocatable :: harmonic(:)
       real(wp), allocatable :: frequency(:)
-      !> So many modes, and what of each is in the signal, by derivative, [0:2, modes]; unallocated: there are none
+      !> So many modes, and their shares of the signal, of themselves and of their rates; unallocated: there are none
       integer :: modes = 0
       type(driven_mode_t), allocatable :: mode(:)
-      real(wp), allocatable :: share(:, :)
+      real(wp), allocatable :: share(:), share_of_rate(:)
    end type driven_terms_t
 
    type, extends(viewed_signal_t) :: driven_signal_t
@@ -129,7 +129,7 @@ contains
       real(wp), intent(out) :: slope
 
       complex(wp) :: term
-      real(wp) :: here(0:self%order + 3), rest(0:1), time
+      real(wp) :: here(0:self%order + 2), rest(0:1), time
       integer :: i
 
       rest = rest_of(self, t, 0)
@@ -145,9 +145,10 @@ contains
             end associate
          end do
          do i = 1, terms%modes
-            here(:) = driven_mode_at(terms%mode(i), time, self%order + 3)
-            value = value + self%factor*sum(terms%share(:, i)*here(self%order:self%order + 2))
-            slope = slope + self%factor*sum(terms%share(:, i)*here(self%order + 1:))
+            here(:) = driven_mode_at(terms%mode(i), time, self%order + 2)
+            value = value + self%factor*(terms%share(i)*here(self%order) + terms%share_of_rate(i)*here(self%order + 1))
+            slope = slope + self%factor*(terms%share(i)*here(self%order + 1) &
+               + terms%share_of_rate(i)*here(self%order + 2))
          end do
       end associate
       value = rest(0) + value
@@ -198,18 +199,19 @@ contains
       end do
       magnitude = sum(rows(:size(self%terms%frequency), bound_value))
       if (self%terms%modes == 0) return
-      allocate (here(0:first + 4), bounds(0:first + 5))
+      allocate (here(0:first + 3), bounds(0:first + 4))
       do i = 1, self%terms%modes
          row = size(self%terms%frequency) + i
-         associate (share => self%factor*self%terms%share(:, i), mode => self%terms%mode(i))
-            here(:) = driven_mode_at(mode, time, first + 4)
-            rows(row, value_columns) = [(sum(share*here(first + k:first + k + 2)), k=0, 2)]
+         associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
+            mode => self%terms%mode(i))
+            here(:) = driven_mode_at(mode, time, first + 3)
+            rows(row, value_columns) = [(share*here(first + k) + of_rate*here(first + k + 1), k=0, 2)]
             call bound_driven_mode(mode, time, bounds)
-            magnitude = magnitude + sum(abs(share)*bounds(first:first + 2))
+            magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
             call bound_driven_mode(mode, self%from + self%until, bounds)
-            rows(row, bound_value) = sum(abs(share)*bounds(first:first + 2))
-            rows(row, bound_curvature) = sum(abs(share)*bounds(first + 2:first + 4))
-            rows(row, bound_jerk) = sum(abs(share)*bounds(first + 3:))
+            rows(row, [bound_value, bound_curvature, bound_jerk]) = &
+               [(abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=0, 0), &
+               (abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=2, 3)]
          end associate
       end do
    end subroutine find_rows
@@ -322,7 +324,7 @@ contains
 
       select type (signal)
       type is (exponential_signal_t)
-         if (abs(terms%slope) <= 0.0_wp .and. terms%modes == 0) then
+         if (abs(terms%slope) <= 0.0_wp) then
             call add_harmonics(terms, signal)
             return
          end if
@@ -335,6 +337,7 @@ contains
       call move_alloc(terms%frequency, driven%terms%frequency)
       call move_alloc(terms%mode, driven%terms%mode)
       call move_alloc(terms%share, driven%terms%share)
+      call move_alloc(terms%share_of_rate, driven%terms%share_of_rate)
       driven%until = longest
       call move_alloc(signal, driven%free)
       call move_alloc(driven, signal)

@@ -1,12 +1,10 @@
 !> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md,
 !> section 18).
 module load_work
-   use driven_modes, only: make_driven_mode, work_on, work_on_rate, work_on_swing
-   use exponential_differences, only: exponential_difference
+   use driven_modes, only: make_driven_mode, work_on, work_on_swing
    use joint_modes, only: terms_at
    use kinds, only: wp
    use load_courses, only: piece_t
-   use mode_terms, only: find_drive_terms, mode_terms_t, slow_exponents, slow_points
    use phase_drives, only: by_constant, by_harmonic
    use power_integrals, only: find_span, integral, span_t, taken_by
    use several_state, only: several_t
@@ -154,11 +152,7 @@ contains
       associate (set => self%set%drive, drive => self%drive)
          do g = 1, self%loads%count
             do i = 1, size(drive%pair)
-               associate (pair => set%driven(drive%pair(i)), row => set%at%loads + g)
-                  work = work + pair%row(row)*work_on(drive%mode(i), drive%piece(g), time)
-                  if (abs(pair%row_of_rate(row)) > 0.0_wp) work = work + pair%row_of_rate(row) &
-                     *work_on_rate(drive%mode(i), drive%piece(g), time)
-               end associate
+               work = work + set%load(set%driven(drive%pair(i))%mode, g)*work_on(drive%mode(i), drive%piece(g), time)
             end do
             associate (piece => drive%piece(g))
                work = work + drive%slope(set%at%loads + g)*(piece%constant + 0.5_wp*piece%slope*time)*time
@@ -216,8 +210,6 @@ contains
       real(wp) :: factor
       integer :: row
 
-      loss = 0.0_wp
-      if (.not. time > 0.0_wp) return
       associate (set => self%set, joint => self%set%joint, drive => self%drive, spring => self%set%joint%spring(place))
          if (spring%branch_stiffness > 0.0_wp) then
             factor = spring%relaxation_rate/spring%branch_stiffness
@@ -230,106 +222,9 @@ contains
             allocate (amplitude, source=[joint%exponent*joint%indentation(place, :)*self%amplitude, &
                cmplx(0.0_wp, drive%frequency, wp)*drive%harmonic(row, :), cmplx(drive%slope(row), 0.0_wp, wp)])
          end if
-         if (any(set%drive%driven(drive%pair)%mode == 0)) then
-            loss = factor*square_with_driven(self, row, spring%branch_stiffness <= 0.0_wp, time, amplitude)
-            return
-         end if
          call find_span(set%drive%products, amplitude, time, span)
          loss = factor*taken_by(set%drive%products, span)
       end associate
    end function loss_in_stop
-
-   !> Integral of the square of a row, or of its rate, with terms that are driven from rest.
-   pure function square_with_driven(self, row, is_rate, time, others) result(value)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: row
-      logical, intent(in) :: is_rate
-      !> From the start of the phase
-      real(wp), intent(in) :: time
-      !> Of its other terms, as `loss_in_stop` has them
-      complex(wp), intent(in) :: others(:)
-      real(wp) :: value
-
-      complex(wp), allocatable :: exponent(:), amplitude(:), power(:)
-      real(wp) :: ramp
-      integer :: m, n
-
-      allocate (exponent, source=[self%set%joint%exponent, cmplx(0.0_wp, self%drive%frequency, wp), (0.0_wp, 0.0_wp)])
-      allocate (amplitude, source=others)
-      ramp = 0.0_wp
-      call add_driven_terms(self, row, is_rate, time, exponent, amplitude, ramp)
-      allocate (power, source=exp(exponent*time))
-      value = ramp**2*time**3/3.0_wp
-      do n = 1, size(exponent)
-         ! symmetric in the two terms, up to conjugation
-         do m = 1, n
-            value = value + merge(0.5_wp, 1.0_wp, m == n)*real(amplitude(m)*(amplitude(n)*integral(exponent(m) &
-               + exponent(n), time, power(m)*power(n)) + conjg(amplitude(n))*integral(exponent(m) &
-               + conjg(exponent(n)), time, power(m)*conjg(power(n)))), wp)
-         end do
-         if (abs(ramp) > 0.0_wp) value = value + 2.0_wp*ramp*real(amplitude(n) &
-            *exponential_difference([(0.0_wp, 0.0_wp), exponent(n), exponent(n)], time), wp)
-      end do
-   end function square_with_driven
-
-   !> What terms that are driven from rest add to a row, or to its rate.
-   pure subroutine add_driven_terms(self, row, is_rate, time, exponent, amplitude, ramp)
-      type(several_t), intent(in) :: self
-      integer, intent(in) :: row
-      logical, intent(in) :: is_rate
-      !> No later instant is asked for
-      real(wp), intent(in) :: time
-      !> Those of the others, the constant the last
-      complex(wp), allocatable, intent(inout) :: exponent(:)
-      complex(wp), allocatable, intent(inout) :: amplitude(:)
-      !> What besides goes as the time
-      real(wp), intent(inout) :: ramp
-
-      type(mode_terms_t) :: terms
-      complex(wp) :: slow(slow_points), circle(slow_points)
-      complex(wp), allocatable :: more(:), of_more(:)
-      integer :: constant, i
-
-      constant = size(exponent)
-      ! in all that loads do a branch has none
-      if (.not. is_rate) ramp = self%drive%slope(row)
-      circle = slow_exponents(time, slow_points)
-      slow = (0.0_wp, 0.0_wp)
-      associate (driven => self%set%drive%driven, drive => self%drive)
-         do i = 1, size(drive%pair)
-            associate (pair => driven(drive%pair(i)))
-               if (pair%mode > 0) cycle
-               call find_drive_terms(drive%mode(i), time, terms)
-               slow = slow + share_at(circle)*terms%slow(1, :)
-               more = [exponent, terms%exponent]
-               of_more = [amplitude, share_at(terms%exponent)*terms%amplitude(1, :)]
-               call move_alloc(more, exponent)
-               call move_alloc(of_more, amplitude)
-               if (is_rate) then
-                  amplitude(constant) = amplitude(constant) + pair%row(row)*terms%slope(1)
-               else
-                  amplitude(constant) = amplitude(constant) + pair%row(row)*terms%offset(1) &
-                     + pair%row_of_rate(row)*terms%slope(1)
-                  ramp = ramp + pair%row(row)*terms%slope(1)
-               end if
-            end associate
-         end do
-      end associate
-      exponent = [exponent, circle]
-      amplitude = [amplitude, slow]
-
-   contains
-
-      !> Of the pair in the row.
-      elemental function share_at(s) result(share)
-         complex(wp), intent(in) :: s
-         complex(wp) :: share
-
-         associate (pair => self%set%drive%driven(self%drive%pair(i)))
-            share = pair%row(row) + s*pair%row_of_rate(row)
-            if (is_rate) share = s*share
-         end associate
-      end function share_at
-   end subroutine add_driven_terms
 
 end module load_work

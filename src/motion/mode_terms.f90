@@ -9,7 +9,7 @@ module mode_terms
    use kinds, only: pi, wp
    implicit none (type, external)
    private
-   public :: mode_terms_t, find_mode_terms, find_drive_terms, slow_points, slow_exponents
+   public :: mode_terms_t, find_mode_terms, slow_points, slow_exponents
 
    !> All that is slow, of all modes, shares one circle around 0. Its points in the upper half-plane, to which the
    !> others are conjugate, and its radius times the length of the phase
@@ -77,49 +77,24 @@ contains
       real(wp), intent(in) :: length
       type(mode_terms_t), intent(out) :: terms
 
+      type(lone_mode_t) :: mode
       type(driven_mode_t) :: alone
-
-      alone = make_driven_mode(oscillators, place)
-      call find_terms(lone_mode_t(swings=place <= oscillators%oscillating, decay=oscillators%decay(place), &
-         spread=oscillators%spread(place), square=oscillators%square(place), two_zeta=oscillators%two_zeta, &
-         mass_rate=oscillators%mass_rate(place), own=alone%own, damping=alone%damping, length=length), start, drives, &
-         terms)
-   end subroutine find_mode_terms
-
-   !> Those of an exponent and its conjugate that are driven from rest.
-   pure subroutine find_drive_terms(drive, length, terms)
-      !> From `make_driven_term`
-      type(driven_mode_t), intent(in) :: drive
-      !> No later instant is asked for, > 0
-      real(wp), intent(in) :: length
-      type(mode_terms_t), intent(out) :: terms
-
-      associate (s => drive%own(1))
-         call find_terms(lone_mode_t(swings=abs(aimag(s)) > 0.0_wp, decay=-real(s, wp), spread=abs(aimag(s)), &
-            square=drive%square, own=drive%own, damping=drive%damping, length=length), [0.0_wp, 0.0_wp], [drive], terms)
-      end associate
-   end subroutine find_drive_terms
-
-   !> The terms of a mode.
-   pure subroutine find_terms(mode, start, drives, terms)
-      type(lone_mode_t), intent(in) :: mode
-      !> z and z' at the start
-      real(wp), intent(in) :: start(2)
-      type(driven_mode_t), intent(in) :: drives(:)
-      type(mode_terms_t), intent(out) :: terms
-
       real(wp) :: fast, rates(2), swing(2)
       integer :: k
 
+      alone = make_driven_mode(oscillators, place)
+      mode = lone_mode_t(swings=place <= oscillators%oscillating, decay=oscillators%decay(place), &
+         spread=oscillators%spread(place), square=oscillators%square(place), two_zeta=oscillators%two_zeta, &
+         mass_rate=oscillators%mass_rate(place), own=alone%own, damping=alone%damping, length=length)
       allocate (terms%exponent(0), terms%amplitude(2, 0))
       rates = abs(mode%own)
-      if (rates(2)*mode%length <= greatest_with_slow) then
+      if (rates(2)*length <= greatest_with_slow) then
          call add_slow(mode, start, drives, 0.0_wp, terms)
          return
       end if
       ! besides what else follows the loads there is a swing
       swing = start
-      if (rates(1)*mode%length <= greatest_slow) then
+      if (rates(1)*length <= greatest_slow) then
          if (size(drives) > 0) then
             fast = -0.5_wp*real(transform_of(drives, mode%own(2)), wp)/mode%spread
             call add_slow(mode, [0.0_wp, 0.0_wp], drives, fast, terms)
@@ -135,7 +110,7 @@ contains
          end do
       end if
       call add_swing(mode, swing, terms)
-   end subroutine find_terms
+   end subroutine find_mode_terms
 
    !> The points of the circle of all that is slow.
    pure function slow_exponents(length, count) result(s)
@@ -153,19 +128,16 @@ contains
       complex(wp), intent(in) :: s
       complex(wp) :: value
 
-      complex(wp) :: part
       integer :: k
 
       value = (0.0_wp, 0.0_wp)
       do k = 1, size(drives)
          associate (force => drives(k)%force, turning => cmplx(0.0_wp, drives(k)%frequency, wp))
             if (drives(k)%is_ramp) then
-               part = real(force, wp)/s**2
+               value = value + real(force, wp)/s**2
             else
-               part = 0.5_wp*(force/(s - turning) + conjg(force)/(s + turning))
+               value = value + 0.5_wp*(force/(s - turning) + conjg(force)/(s + turning))
             end if
-            if (drives(k)%is_sum) part = part/s
-            value = value + part
          end associate
       end do
    end function transform_of

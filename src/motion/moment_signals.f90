@@ -269,7 +269,6 @@ contains
       type(driven_terms_t), intent(out) :: terms
 
       complex(wp) :: s
-      real(wp) :: rate, value
       integer :: g, i, m
 
       associate (set => now%set, at => now%set%drive%at, drive => now%drive, &
@@ -294,15 +293,8 @@ contains
          terms%modes = size(drive%pair)
          if (terms%modes == 0) return
          allocate (terms%mode, source=drive%mode)
-         allocate (terms%share(0:2, terms%modes))
-         do i = 1, terms%modes
-            associate (pair => set%drive%driven(drive%pair(i)), modes => [(m, m=at%modes + 1, at%gaps)])
-               value = sum(weight*pair%row(modes))
-               rate = sum(weight*pair%row_of_rate(modes))
-               terms%share(:, i) = [value + sum(of_force*pair%row(at%forces + set%pressed)), two_zeta*value + rate &
-                  + sum(of_force*pair%row_of_rate(at%forces + set%pressed)), two_zeta*rate]
-            end associate
-         end do
+         allocate (terms%share, source=[(weight(set%drive%driven(drive%pair(i))%mode), i=1, size(drive%pair))])
+         allocate (terms%share_of_rate, source=two_zeta*terms%share)
       end associate
    end subroutine find_terms
 

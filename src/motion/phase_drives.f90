@@ -18,8 +18,8 @@ module phase_drives
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: set_drive_t, phase_drive_t, driven_pair_t, make_set_drive, ready_for_terms, start_drive, drive_at
-   public :: find_rows_at, add_driven, answer_at, by_constant, by_slope, by_harmonic
+   public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at
+   public :: by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
    real(wp), parameter :: resonant = 0.02_wp
@@ -45,17 +45,13 @@ module phase_drives
    integer, parameter :: by_slope = 2
    integer, parameter :: by_harmonic = 3
 
-   !> A mode of the set that is driven from rest, or a term of the motion on surfaces that are pressed.
+   !> A mode of the set that is driven from rest.
    type :: driven_pair_t
-      !> 0: a term
       integer :: mode = 0
-      type(driven_mode_t) :: oscillator
       !> One of the `by_` constants
       integer :: part = 0
       !> Which load does; 0: all of them
       integer :: load = 0
-      !> Its share of each, [loads]
-      real(wp), allocatable :: share(:)
       !> The rows per unit of the mode and of its rate, [rows]
       real(wp), allocatable :: row(:), row_of_rate(:)
    end type driven_pair_t
@@ -208,8 +204,6 @@ contains
       pair%mode = mode
       pair%part = part
       pair%load = load
-      pair%oscillator = make_driven_mode(held%oscillators, mode)
-      allocate (pair%share, source=drive%load(mode, :))
       allocate (pair%row(drive%at%rows), pair%row_of_rate(drive%at%rows), source=0.0_wp)
       associate (at => drive%at, surfaces => size(held%gap))
          pair%row(at%modes + mode) = 1.0_wp
@@ -290,8 +284,10 @@ contains
    end function response_of
 
    !> The rows from an instant on.
-   subroutine start_drive(set, loads, tau, drive)
+   subroutine start_drive(set, oscillators, loads, tau, drive)
       type(set_drive_t), intent(in) :: set
+      !> Of the set
+      type(oscillators_t), intent(in) :: oscillators
       type(applied_loads_t), intent(in) :: loads
       real(wp), intent(in) :: tau
       type(phase_drive_t), intent(inout) :: drive
@@ -323,13 +319,16 @@ contains
          m = loads%harmonic(g)
          if (m > 0) drive%harmonic(:, m) = drive%harmonic(:, m) + drive%piece(g)%harmonic*set%harmonic(:, g)
       end do
-      call start_modes(set, loads, drive)
+      call start_modes(set, oscillators, loads%slow, drive)
    end subroutine start_drive
 
    !> Modes that are driven from rest.
-   subroutine start_modes(set, loads, drive)
+   subroutine start_modes(set, oscillators, slow, drive)
       type(set_drive_t), intent(in) :: set
-      type(applied_loads_t), intent(in) :: loads
+      !> Of the set
+      type(oscillators_t), intent(in) :: oscillators
+      !> Below this modes and loads are slow
+      real(wp), intent(in) :: slow
       !> Its pieces are there
       type(phase_drive_t), intent(inout) :: drive
 
@@ -344,11 +343,11 @@ contains
          associate (pair => set%driven(i), piece => drive%piece)
             select case (pair%part)
             case (by_constant)
-               force(i) = sum(pair%share*piece%constant)
+               force(i) = sum(set%load(pair%mode, :)*piece%constant)
             case (by_slope)
-               force(i) = sum(pair%share*piece%slope)
+               force(i) = sum(set%load(pair%mode, :)*piece%slope)
             case default
-               force(i) = pair%share(pair%load)*piece(pair%load)%harmonic
+               force(i) = set%load(pair%mode, pair%load)*piece(pair%load)%harmonic
             end select
          end associate
       end do
@@ -357,15 +356,13 @@ contains
       allocate (drive%mode(size(drive%pair)))
       do i = 1, size(drive%pair)
          associate (pair => set%driven(drive%pair(i)), mode => drive%mode(i))
-            mode = pair%oscillator
+            mode = make_driven_mode(oscillators, pair%mode)
             mode%force = force(drive%pair(i))
             mode%is_ramp = pair%part == by_slope
-            ! its bounds grow with time
-            if (mode%is_sum) drive%until = min(drive%until, drive%tau + loads%duration)
             if (pair%part /= by_harmonic) cycle
             mode%frequency = drive%piece(pair%load)%frequency
             longest = most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency
-            if (mode%frequency < loads%slow) longest = 1.0_wp/max(mode%frequency, sqrt(mode%square))
+            if (mode%frequency < slow) longest = 1.0_wp/max(mode%frequency, sqrt(mode%square))
             drive%until = min(drive%until, drive%tau + longest)
          end associate
       end do

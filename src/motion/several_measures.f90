@@ -213,7 +213,7 @@ contains
       end do
       do i = 1, terms%modes
          here = driven_mode_at(terms%mode(i), time, 1)
-         impulse = impulse + terms%share(0, i)*integral_of(terms%mode(i), time) + sum(terms%share(1:, i)*here)
+         impulse = impulse + terms%share_of_rate(i)*here(0) + terms%share(i)*integral_of(terms%mode(i), time)
       end do
    end function impulse_of_terms
 

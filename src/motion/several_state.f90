@@ -16,7 +16,6 @@ module several_state
    use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, ready_for_terms, start_drive
    use phase_measures, only: measurer_t
    use surface_states, only: impedance_of, surface_state_t
-   use term_drives, only: drive_terms
    implicit none (type, external)
    private
    public :: several_t, open_store, take_over, find_load, search_surface, signal_of, move_to, move_alone, free_state
@@ -147,14 +146,11 @@ contains
          if (is_new) then
             if (allocated(set%drive)) deallocate (set%drive)
             allocate (set%drive)
-            associate (spring => [(impedance_of(self%states(k)), k=1, size(self%states))])
-               call make_set_drive(self%beam, set%held, set%pressed, spring, self%loads, set%drive)
-               if (size(set%pressed) > 0) call drive_terms(set%held, set%pressed, spring, set%joint, self%loads, &
-                  set%drive)
-            end associate
+            call make_set_drive(self%beam, set%held, set%pressed, [(impedance_of(self%states(k)), &
+               k=1, size(self%states))], self%loads, set%drive)
             if (size(set%pressed) > 0) call ready_for_terms(set%joint%exponent, set%joint%shape, self%loads, set%drive)
          end if
-         call start_drive(set%drive, self%loads, tau, self%drive)
+         call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
          self%longest = self%drive%until - tau
          associate (at => set%drive%at)
             call find_rows_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, rows, rates)
@@ -328,13 +324,9 @@ contains
          terms%modes = size(drive%pair)
          if (terms%modes == 0) return
          allocate (terms%mode, source=drive%mode)
-         allocate (terms%share(0:2, terms%modes))
-         do i = 1, terms%modes
-            associate (pair => set%driven(drive%pair(i)))
-               terms%share(:, i) = [factor*pair%row(row), factor*pair%row_of_rate(row) + of_rate*pair%row(row), &
-                  of_rate*pair%row_of_rate(row)]
-            end associate
-         end do
+         allocate (terms%share, source=[(factor*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))])
+         allocate (terms%share_of_rate, source=[(factor*set%driven(drive%pair(i))%row_of_rate(row) &
+            + of_rate*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))])
       end associate
    end subroutine driven_terms
 

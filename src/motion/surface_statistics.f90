@@ -5,7 +5,7 @@ module surface_statistics
    use certified_search, only: viewed_signal_t
    use driven_modes, only: driven_mode_t
    use kinds, only: wp
-   use mode_terms, only: find_drive_terms, find_mode_terms, mode_terms_t, slow_exponents, slow_points
+   use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
    use several_state, only: end_force, force_terms, several_t, signal_of, whole_gap, whole_tip
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: greatest_value, size_of_terms
@@ -158,7 +158,6 @@ contains
          call add_swings(self, length, [(n, n=1, self%set%held%count)], signals)
       end if
       if (self%loads%count > 0) call add_drives(self, signals)
-      if (self%loads%count > 0 .and. size(self%set%pressed) > 0) call add_driven_terms(self, length, signals)
    end subroutine find_signals
 
    !> What swings on surfaces that yield.
@@ -269,49 +268,6 @@ contains
       end associate
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_drives
-
-   !> Terms of surfaces that are pressed which loads drive from rest.
-   subroutine add_driven_terms(self, length, signals)
-      type(several_t), intent(in) :: self
-      real(wp), intent(in) :: length
-      type(signals_t), intent(inout) :: signals
-
-      type(mode_terms_t) :: terms
-      complex(wp), allocatable :: amplitude(:, :)
-      complex(wp) :: s
-      integer, allocatable :: rows(:)
-      integer :: i, last, m, shared
-
-      allocate (rows, source=rows_of(self))
-      shared = size(signals%exponent)
-      if (all(self%set%drive%driven(self%drive%pair)%mode > 0)) return
-      signals%exponent = [signals%exponent, slow_exponents(length, slow_points)]
-      allocate (amplitude(size(rows), shared + slow_points), source=(0.0_wp, 0.0_wp))
-      amplitude(:, :shared) = signals%amplitude
-      call move_alloc(amplitude, signals%amplitude)
-      do i = 1, size(self%drive%pair)
-         associate (pair => self%set%drive%driven(self%drive%pair(i)))
-            if (pair%mode > 0) cycle
-            call find_drive_terms(self%drive%mode(i), length, terms)
-            last = size(signals%exponent)
-            allocate (amplitude(size(rows), last + size(terms%exponent)))
-            amplitude(:, :last) = signals%amplitude
-            do m = 1, slow_points
-               s = signals%exponent(shared + m)
-               amplitude(:, shared + m) = amplitude(:, shared + m) + (pair%row(rows) + s*pair%row_of_rate(rows)) &
-                  *terms%slow(1, m)
-            end do
-            do m = 1, size(terms%exponent)
-               s = terms%exponent(m)
-               amplitude(:, last + m) = (pair%row(rows) + s*pair%row_of_rate(rows))*terms%amplitude(1, m)
-            end do
-            signals%exponent = [signals%exponent, terms%exponent]
-            call move_alloc(amplitude, signals%amplitude)
-            signals%offset = signals%offset + pair%row(rows)*terms%offset(1) + pair%row_of_rate(rows)*terms%slope(1)
-            signals%slope = signals%slope + pair%row(rows)*terms%slope(1)
-         end associate
-      end do
-   end subroutine add_driven_terms
 
    !> Their rows in the answers to loads.
    pure function rows_of(self) result(rows)
