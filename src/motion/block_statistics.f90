@@ -216,11 +216,12 @@ contains
 
       integer, parameter :: of_stop(*) = [sum_displacement, sum_square_displacement, low_displacement, top_displacement]
       integer, parameter :: of_tip(*) = [sum_tip, sum_square_tip, low_tip, top_tip]
-      real(wp) :: whole(sum_count, size(blocks%tip%sums, 2))
+      real(wp) :: quantile, whole(sum_count, size(blocks%tip%sums, 2))
       logical :: is_missing(sum_count)
       integer :: k, n
 
       n = size(blocks%tip%sums, 2)
+      quantile = student_quantile(confidence, max(n - 1, 1))
       associate (surfaces => size(blocks%surface))
          allocate (statistics%edge(0:n), source=blocks%edge)
          allocate (statistics%value(statistic_count, 0:surfaces), statistics%half_width(statistic_count, 0:surfaces), &
@@ -237,8 +238,8 @@ contains
                call scale_forces(blocks%force_scale, surface)
                is_missing = .false.
                is_missing([sum_square_force, top_force]) = .not. surface%yields
-               call find_statistics(surface%sums, is_missing, statistics%value(:, k), statistics%half_width(:, k), &
-                  statistics%in_block(:, :, k))
+               call find_statistics(surface%sums, is_missing, quantile, statistics%value(:, k), &
+                  statistics%half_width(:, k), statistics%in_block(:, :, k))
                whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
                   + surface%sums(sum_contact:sum_impact_impulse, :)
                whole(top_force:top_impulse, :) = max(whole(top_force:top_impulse, :), &
@@ -249,7 +250,7 @@ contains
          is_missing([sum_square_force, top_force]) = .not. all(statistics%yields)
          is_missing(of_stop) = blocks%pulled == 0
          if (blocks%pulled > 0) whole(of_stop, :) = blocks%surface(blocks%pulled)%sums(of_stop, :)
-         call find_statistics(whole, is_missing, statistics%value(:, 0), statistics%half_width(:, 0), &
+         call find_statistics(whole, is_missing, quantile, statistics%value(:, 0), statistics%half_width(:, 0), &
             statistics%in_block(:, :, 0))
       end associate
    end subroutine finish_blocks
@@ -318,11 +319,13 @@ contains
    !> From the sums of blocks, each statistic: of all of them together, half the width of its confidence interval, and
    !> of
    !> each block.
-   pure subroutine find_statistics(sums, is_missing, value, half_width, in_block)
+   pure subroutine find_statistics(sums, is_missing, quantile, value, half_width, in_block)
       !> [sum_count, blocks]
       real(wp), intent(in) :: sums(:, :)
       !> There is no such sum, [sum_count]
       logical, intent(in) :: is_missing(:)
+      !> Student's, for so many blocks
+      real(wp), intent(in) :: quantile
       real(wp), intent(out) :: value(:)
       real(wp), intent(out) :: half_width(:)
       !> [statistic_count, blocks]
@@ -340,7 +343,8 @@ contains
          associate (top => sums(form%top, :))
             if (is_missing(form%top)) cycle
             if (form%bottom > 0) then
-               call find_quotient(top, sums(form%bottom, :), form%is_root, value(i), half_width(i), in_block(i, :))
+               call find_quotient(top, sums(form%bottom, :), form%is_root, quantile, value(i), half_width(i), &
+                  in_block(i, :))
                cycle
             end if
             in_block(i, :) = top
@@ -357,11 +361,12 @@ contains
 
    !> The quotient of two sums, or its root. The interval by what the quotient changes with both; none where all of the
    !> sum below is that of one block.
-   pure subroutine find_quotient(top, bottom, is_root, value, half_width, in_block)
+   pure subroutine find_quotient(top, bottom, is_root, quantile, value, half_width, in_block)
       !> [blocks]
       real(wp), intent(in) :: top(:)
       real(wp), intent(in) :: bottom(:)
       logical, intent(in) :: is_root
+      real(wp), intent(in) :: quantile
       !> NaN where there is none
       real(wp), intent(inout) :: value
       real(wp), intent(inout) :: half_width
@@ -379,7 +384,7 @@ contains
       value = root_of(quotient)
       if (count(bottom > 0.0_wp) < 2) return
       spread = sqrt(sum((top - quotient*bottom)**2)/(number*(number - 1.0_wp)))
-      half_width = student_quantile(confidence, size(top) - 1)*spread*number/sum(bottom)
+      half_width = quantile*spread*number/sum(bottom)
       if (is_root .and. value > 0.0_wp) half_width = half_width/(2.0_wp*value)
 
    contains

@@ -24,6 +24,9 @@ module driven_modes
       complex(wp) :: own(2) = (0.0_wp, 0.0_wp)
    end type driven_mode_t
 
+   !> Of exp(s t), in a divided difference of which a mode goes
+   integer, parameter :: most_points = 4
+
 contains
 
    !> A mode of a family, with nothing that drives it.
@@ -51,12 +54,13 @@ contains
       integer, intent(in) :: most
       real(wp) :: derivative(0:most)
 
-      complex(wp) :: e(0:most), drive, sigma
-      integer :: k
+      complex(wp) :: e(0:most), drive, points(0:most_points), sigma
+      integer :: k, last
 
       sigma = cmplx(0.0_wp, mode%frequency, wp)
-      e(0) = exponential_difference(points_of(mode), time)
-      e(1) = sigma*e(0) + exponential_difference(later_points(mode), time)
+      call find_points(mode, points, last)
+      e(0) = exponential_difference(points(1:last), time)
+      e(1) = sigma*e(0) + exponential_difference(points(2:last), time)
       drive = exp(sigma*time)
       if (mode%is_ramp) drive = time
       do k = 2, most
@@ -67,25 +71,18 @@ contains
       derivative = real(mode%force*e, wp)
    end function driven_mode_at
 
-   !> E is the divided difference of exp(s t) over these.
-   pure function points_of(mode) result(points)
+   !> E is the divided difference of exp(s t) over points 1 to last, E' - sigma E that over those from 2 on, and the
+   !> integral of E that with point 0 besides.
+   pure subroutine find_points(mode, points, last)
       type(driven_mode_t), intent(in) :: mode
-      complex(wp), allocatable :: points(:)
+      complex(wp), intent(out) :: points(0:most_points)
+      integer, intent(out) :: last
 
-      allocate (points, source=[cmplx(0.0_wp, mode%frequency, wp), later_points(mode)])
-   end function points_of
-
-   !> And E' - sigma E that over these.
-   pure function later_points(mode) result(points)
-      type(driven_mode_t), intent(in) :: mode
-      complex(wp), allocatable :: points(:)
-
-      if (mode%is_ramp) then
-         allocate (points, source=[(0.0_wp, 0.0_wp), mode%own])
-      else
-         allocate (points, source=mode%own)
-      end if
-   end function later_points
+      points = (0.0_wp, 0.0_wp)
+      points(1) = cmplx(0.0_wp, mode%frequency, wp)
+      last = merge(4, 3, mode%is_ramp)
+      points(last - 1:last) = mode%own
+   end subroutine find_points
 
    !> Its integral from the start.
    pure function integral_of(mode, time) result(value)
@@ -93,7 +90,11 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: value
 
-      value = real(mode%force*exponential_difference([(0.0_wp, 0.0_wp), points_of(mode)], time), wp)
+      complex(wp) :: points(0:most_points)
+      integer :: last
+
+      call find_points(mode, points, last)
+      value = real(mode%force*exponential_difference(points(:last), time), wp)
    end function integral_of
 
    !> Work that a load does on it.
@@ -122,9 +123,16 @@ contains
          complex(wp), intent(in) :: theta
          complex(wp) :: value
 
-         value = exponential_difference([(0.0_wp, 0.0_wp), later_points(mode) + theta], time)
-         if (mode%frequency > 0.0_wp) value = value + cmplx(0.0_wp, mode%frequency, wp) &
-            *exponential_difference([(0.0_wp, 0.0_wp), points_of(mode) + theta], time)
+         complex(wp) :: points(0:most_points)
+         integer :: last
+
+         call find_points(mode, points, last)
+         points(1:) = points(1:) + theta
+         value = (0.0_wp, 0.0_wp)
+         if (mode%frequency > 0.0_wp) value = cmplx(0.0_wp, mode%frequency, wp) &
+            *exponential_difference(points(:last), time)
+         points(1) = (0.0_wp, 0.0_wp)
+         value = value + exponential_difference(points(1:last), time)
       end function turned
    end function work_on
 
@@ -171,12 +179,15 @@ contains
 
    !> Bounds on it and on its derivatives up to a time. Of a mode that is hit by a unit impulse neither the velocity
    !> exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by the
-   !> equation of motion.
-   pure subroutine bound_driven_mode(mode, until, bounds)
+   !> equation of motion. From an instant on the rates of what a constant drives go like those of a mode that swings of
+   !> itself, of which each is bounded by itself and the next.
+   pure subroutine bound_driven_mode(mode, until, bounds, here)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: until
       !> From the mode itself on
       real(wp), intent(out) :: bounds(0:)
+      !> It and its derivatives at an instant before, one more than are bounded: bounds from then on are asked for
+      real(wp), intent(in), optional :: here(0:)
 
       ! whose square is a number
       real(wp), parameter :: greatest_time = 1.0e100_wp
@@ -210,6 +221,10 @@ contains
          if (.not. mode%is_ramp) drive = drive*mode%frequency
       end do
       bounds = abs(mode%force)*bounds
+      if (.not. present(here) .or. mode%frequency > 0.0_wp) return
+      do k = merge(2, 1, mode%is_ramp), ubound(bounds, 1)
+         bounds(k) = min(bounds(k), hypot(here(k), here(k + 1)/sqrt(mode%square)))
+      end do
    end subroutine bound_driven_mode
 
 end module driven_modes

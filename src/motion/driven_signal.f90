@@ -199,16 +199,16 @@ contains
       end do
       magnitude = sum(rows(:size(self%terms%frequency), bound_value))
       if (self%terms%modes == 0) return
-      allocate (here(0:first + 3), bounds(0:first + 4))
+      allocate (here(0:first + 5), bounds(0:first + 4))
       do i = 1, self%terms%modes
          row = size(self%terms%frequency) + i
          associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
             mode => self%terms%mode(i))
-            here(:) = driven_mode_at(mode, time, first + 3)
+            here(:) = driven_mode_at(mode, time, first + 5)
             rows(row, value_columns) = [(share*here(first + k) + of_rate*here(first + k + 1), k=0, 2)]
             call bound_driven_mode(mode, time, bounds)
             magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
-            call bound_driven_mode(mode, self%from + self%until, bounds)
+            call bound_driven_mode(mode, self%from + self%until, bounds, here)
             rows(row, [bound_value, bound_curvature, bound_jerk]) = &
                [(abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=0, 0), &
                (abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=2, 3)]

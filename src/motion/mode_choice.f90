@@ -5,7 +5,7 @@ module mode_choice
    use history_list, only: eta_stop, eta_tip, history_table
    use kinds, only: lambda1, pi, wp
    use response_types, only: mode_check_t, quiet_level, response_t
-   use run_settings, only: output_settings_t, run_settings_t
+   use run_settings, only: output_settings_t, run_settings_t, stress_settings_t
    use sorting, only: order_columns
    implicit none (type, external)
    private
@@ -125,6 +125,13 @@ contains
 
       settings = asked
       settings%output = output_settings_t(history=history_table%quantity == 'displacement')
+      ! what is not compared costs nothing: moments nowhere, so that a run among surfaces stays one
+      if (allocated(settings%stress) .or. allocated(settings%statistics)) then
+         settings%stress = stress_settings_t(history=.false.)
+         allocate (settings%stress%position(0))
+         if (allocated(settings%statistics)) deallocate (settings%statistics)
+      end if
+      if (allocated(settings%poincare)) deallocate (settings%poincare)
       period = 2.0_wp*pi*(lambda1/lowest)**2
       associate (response => settings%response)
          response%duration = min(asked%response%duration, real(most_periods, wp)*period)

@@ -118,6 +118,7 @@ contains
       integer :: p
 
       if (.not. (allocated(response%moments) .and. allocated(response%measures))) return
+      if (size(response%moments) == 0) return
       associate (moments => response%moments, measures => response%measures)
          measures%has_moment = .true.
          measures%greatest_moment = max(maxval(moments%greatest), maxval(-moments%least))

@@ -3,6 +3,7 @@
 module statistic_types
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count
+   use signal_integrals, only: squares_t
    implicit none (type, external)
    private
    public :: run_statistics_t, block_sums_t, impact_t, surface_sums_t, statistic_count
@@ -78,6 +79,8 @@ module statistic_types
       integer :: pulled = 0
       !> Events that have been looked at
       integer :: seen = 0
+      !> What the terms of a phase make of their squares within a whole block
+      type(squares_t) :: squares
    end type block_sums_t
 
    !> What it told.

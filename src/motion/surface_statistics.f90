@@ -7,7 +7,7 @@ module surface_statistics
    use kinds, only: wp
    use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
    use several_state, only: end_force, force_terms, several_t, signal_of, whole_gap, whole_tip
-   use signal_integrals, only: integrate_signals, signals_t
+   use signal_integrals, only: are_squares_of, integrate_signals, make_squares, signals_t
    use signal_peaks, only: greatest_value, size_of_terms
    use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
       sum_square_tip, sum_tip, top_displacement, top_tip
@@ -33,6 +33,7 @@ contains
       if (.not. length > 0.0_wp) return
       if (tau < blocks%edge(last) .and. tau + length > blocks%edge(0)) then
          call find_signals(self, length, signals)
+         call prepare_squares(signals, tau, length, blocks)
          do block = max(count(blocks%edge <= tau), 1), last
             from = max(blocks%edge(block - 1) - tau, 0.0_wp)
             to = min(blocks%edge(block) - tau, length)
@@ -46,6 +47,34 @@ contains
             + length, blocks%rest, 0, [0.0_wp, 0.0_wp], 0.0_wp)
       end do
    end subroutine take_phase
+
+   !> Where a phase spans many blocks, the squares of its terms within one are worth making.
+   subroutine prepare_squares(signals, tau, length, blocks)
+      type(signals_t), intent(in) :: signals
+      !> Start of the phase, and its length
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: length
+      type(block_sums_t), intent(inout) :: blocks
+
+      ! they cost about as much as all pairs of terms in so many blocks
+      integer, parameter :: worth = 4
+      real(wp) :: width
+
+      if (count(blocks%edge >= tau .and. blocks%edge <= tau + length) - 1 < worth) return
+      width = width_of_blocks(blocks)
+      if (are_squares_of(blocks%squares, signals%exponent, width)) return
+      call make_squares(signals%exponent, width, blocks%squares)
+   end subroutine prepare_squares
+
+   !> All blocks have it but for rounding.
+   pure function width_of_blocks(blocks) result(width)
+      type(block_sums_t), intent(in) :: blocks
+      real(wp) :: width
+
+      associate (last => ubound(blocks%edge, 1))
+         width = (blocks%edge(last) - blocks%edge(0))/real(last, wp)
+      end associate
+   end function width_of_blocks
 
    !> The part of a phase within one block.
    subroutine take_stretch(self, signals, tau, from, to, block, blocks)
@@ -66,7 +95,11 @@ contains
       integer :: k, n
 
       n = size(self%states)
-      call integrate_signals(signals, from, to, first, second)
+      if (is_whole()) then
+         call integrate_signals(signals, from, to, first, second, blocks%squares)
+      else
+         call integrate_signals(signals, from, to, first, second)
+      end if
       associate (sums => blocks%tip%sums(:, block))
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(n + 1), second(n + 1)]
          call signal_of(self, 0, whole_tip, signal)
@@ -96,6 +129,20 @@ contains
                + k)], greatest)
          end associate
       end do
+
+   contains
+
+      !> Are the squares at hand, and is it as long as they are but for rounding?
+      pure function is_whole() result(is)
+         logical :: is
+
+         real(wp), parameter :: rounding = 1.0e-9_wp
+
+         associate (width => width_of_blocks(blocks))
+            is = abs(to - from - width) <= rounding*width
+            if (is) is = are_squares_of(blocks%squares, signals%exponent, width)
+         end associate
+      end function is_whole
    end subroutine take_stretch
 
    !> Widen the range of what goes as sign times a signal and a constant.

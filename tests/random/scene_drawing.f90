@@ -129,6 +129,7 @@ contains
          if (chance(0.4_wp)) call draw_others(names, draft)
          call draw_response(names, draft)
          if (chance(0.3_wp)) call draw_loads(names, draft)
+         call bound_periods(draft)
          if (chance(0.25_wp)) call draw_statistics(names, draft)
          ! each of them is little used
          if (chance(0.9_wp)) call drop(draft, 'response', 'modes')
@@ -220,6 +221,35 @@ contains
          end if
       end if
    end subroutine draw_poincare
+
+   !> A beam under a harmonic load never tires, and each period asks for some hundred looks: a long run is one of many
+   !> periods of the fastest load, not of more than that.
+   subroutine bound_periods(draft)
+      type(draft_t), intent(inout) :: draft
+
+      real(wp), parameter :: most_periods = 1.0e3_wp
+      character(*), parameter :: loads(4) = [character(7) :: 'force_1', 'force_2', 'base_1', 'base_2']
+      real(wp) :: fastest, longest, share
+      integer :: k
+
+      fastest = 0.0_wp
+      do k = 1, size(loads)
+         associate (group => loads(k))
+            if (.not. has_name(draft, group, 'amplitude_ratio')) cycle
+            if (all(value_of(draft, group, 'kind') /= [character(10) :: '', '''harmonic'''])) cycle
+            if (.not. has_name(draft, group, 'frequency_ratio')) fastest = max(fastest, 1.0_wp)
+            if (has_name(draft, group, 'frequency_ratio')) fastest = max(fastest, number_of(draft, group, 'frequency_ratio'))
+         end associate
+      end do
+      if (.not. has_name(draft, 'response', 'duration') .or. fastest <= 0.0_wp) return
+      longest = max(1.0e-9_wp, most_periods*2.0_wp*acos(-1.0_wp)/fastest)
+      share = longest/number_of(draft, 'response', 'duration')
+      ! what is usual stays as it is
+      if (share >= 1.0_wp .or. number_of(draft, 'response', 'duration') <= 60.0_wp) return
+      call put(draft, 'response', 'duration', to_text(longest))
+      call put(draft, 'response', 'step', to_text(min(longest, max(1.0e-9_wp, share*number_of(draft, 'response', &
+         'step')))))
+   end subroutine bound_periods
 
    !> Of the first harmonic load of a scene; 0: it has none.
    function period_in(draft) result(period)
