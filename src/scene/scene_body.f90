@@ -33,7 +33,8 @@ contains
       unit = unit/scene%beam%length**2
       call take_ratio(input, table, 'root', 'translation_stiffness', physical%translation_stiffness/unit, &
          scene%root%translation_stiffness_ratio)
-      if (scene%root%kind /= root_pinned .or. .not. scene%wants_response .or. scene%has_supports) return
+      if (scene%root%kind /= root_pinned .or. scene%has_supports) return
+      if (.not. (scene%wants_response .or. scene%wants_precision)) return
       if (scene%start%kind == start_pull) then
          call input%complain('root', 'kind', 'a beam that turns freely about its root needs a &support to be pulled ' &
             //'away from a stop; without one give another &start, or only &frequencies')
