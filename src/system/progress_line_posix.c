@@ -19,6 +19,7 @@ static struct timespec begin;
 static volatile const double *reach;
 static double last_reach, first_reach, first_second;
 static volatile sig_atomic_t line_is_shown;
+static int is_started = 0;
 
 static void set_timer(int first, int between)
 {
@@ -116,12 +117,16 @@ void impactbeam_start_progress(const char *label, int descriptor, int delay, con
    struct sigaction action = {.sa_handler = show_line, .sa_flags = SA_RESTART};
    sigemptyset(&action.sa_mask);
    sigaction(SIGALRM, &action, NULL);
+   is_started = 1;
    set_timer(delay, milliseconds_between_lines);
 }
 
 /* Stop, and wipe the line out where one was written. */
 void impactbeam_stop_progress(void)
 {
+   /* the timer and its signal are another's where there is no line */
+   if (!is_started) return;
+   is_started = 0;
    set_timer(0, 0);
    signal(SIGALRM, SIG_IGN);
    if (!line_is_shown) return;
