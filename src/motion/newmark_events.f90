@@ -6,7 +6,7 @@ module newmark_events
    use newmark_run, only: gap, gap_rate, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, &
       stop_energy
    use newmark_stability, only: highest_frequency
-   use newmark_stepper, only: copy_state, newmark_stepper_t, restart_acceleration
+   use newmark_stepper, only: copy_state, newmark_state_t, newmark_stepper_t, restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_capture, event_contact, event_impact, event_release, &
       event_separation, event_t, response_t
@@ -14,6 +14,7 @@ module newmark_events
    use run_recorder, only: charge_event
    use run_settings, only: impulse_nodal
    use step_measures, only: greatest_in, measure_event, piece_t
+   use yielding_stop, only: rounding_of_force
    implicit none (type, external)
    private
    public :: look_for_event, give_way, find_impulse_level
@@ -52,8 +53,7 @@ contains
             else if (rate > 0.0_wp) then
                run%armed = .true.
             end if
-         else if (closing .and. new%force < run%release_force .and. new%force < old%force) then
-            ! a force that still rises is the beginning of a contact, not its end
+         else if (closing .and. fades(run, old, new)) then
             if (run%phase == phase_held) then
                call release(run, response)
             else
@@ -62,6 +62,22 @@ contains
          end if
       end associate
    end subroutine look_for_event
+
+   !> Is a force that vanishes ahead as good as gone? One that still rises is the beginning of a contact, not its end.
+   !> Under a hard stop that of release may be less than rounding leaves, of which no short step tells whether it rises.
+   pure function fades(run, old, new)
+      type(run_t), intent(in) :: run
+      !> At the beginning and the end of the step
+      type(newmark_state_t), intent(in) :: old
+      type(newmark_state_t), intent(in) :: new
+      logical :: fades
+
+      fades = new%force < run%release_force .and. new%force < old%force
+      if (fades .or. .not. allocated(run%stop)) return
+      associate (y => new%displacement(run%stepper%stop_dof), v => new%velocity(run%stepper%stop_dof))
+         fades = v > 0.0_wp .and. new%force <= rounding_of_force(run%stop, abs(run%settings%preload) + abs(y), v)
+      end associate
+   end function fades
 
    !> Even the shortest step crosses the condition: the event is here.
    pure subroutine give_way(run, response)

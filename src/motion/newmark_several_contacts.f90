@@ -6,7 +6,7 @@ module newmark_several_contacts
    use kinds, only: wp
    use newmark_run, only: nowhere
    use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_in_contact, is_lifted, is_open, &
-      lifted_force, several_run_t, surface_energy
+      lets_go, lifted_force, several_run_t, surface_energy
    use newmark_stepper, only: restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, event_t, &
@@ -165,7 +165,7 @@ contains
                if (met%is_viscous .and. (met%status == is_in_contact .or. met%status == is_lifted)) then
                   force = lifted_force(run, k, state)
                   if (met%status == is_in_contact .and. force < 0.0_wp) call end_contact(run, k, response)
-                  if (met%status == is_lifted .and. force > run%release_force) call begin_contact(run, k, response)
+                  if (met%status == is_lifted .and. .not. lets_go(run, k, state)) call begin_contact(run, k, response)
                   if (met%status == is_in_contact) then
                      state%branch_force(k) = force - met%stop%stiffness*state%indentation(k)
                   end if

@@ -6,7 +6,7 @@ module newmark_several_events
    use newmark_several_contacts, only: begin_contact, end_contact, event_here, keep_event, let_fly, settle
    use newmark_several_impacts, only: strike
    use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, &
-      is_open, lifted_force, several_run_t
+      is_open, lets_go, lifted_force, rounding_at, several_run_t
    use number_text, only: to_text
    use response_types, only: event_release, response_t
    use step_measures, only: greatest_in, piece_t
@@ -27,23 +27,39 @@ contains
 
       run%arrives = .false.
       run%leaves = .false.
-      associate (old => run%states(3 - run%now), new => run%states(run%now))
-         do k = 1, size(run%surfaces)
-            select case (run%surfaces(k)%status)
-            case (is_open)
-               call look_at_flight(run, k, step)
-            case (is_held, is_in_contact)
-               ! a force that still rises is the beginning of a contact, not its end
-               run%leaves(k) = run%closing(k) .and. new%force(k) < run%release_force .and. new%force(k) < old%force(k)
-            case (is_lifted)
-               call look_at_lifted(run, k)
-            case (is_idle)
-               cycle
-            end select
-         end do
-      end associate
+      do k = 1, size(run%surfaces)
+         select case (run%surfaces(k)%status)
+         case (is_open)
+            call look_at_flight(run, k, step)
+         case (is_held, is_in_contact)
+            run%leaves(k) = run%closing(k) .and. fades(run, k)
+         case (is_lifted)
+            call look_at_lifted(run, k)
+         case (is_idle)
+            cycle
+         end select
+      end do
       if (any(run%arrives) .or. any(run%leaves)) call meet_and_leave(run, response)
    end subroutine look_for_events
+
+
+   !> Is a force that vanishes ahead as good as gone? One that still rises is the beginning of a contact, not its end.
+   !> Under a hard surface that of release may be less than rounding leaves, of which no short step tells whether it
+   !> rises.
+   pure function fades(run, k)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      logical :: fades
+
+      associate (old => run%states(3 - run%now), new => run%states(run%now), met => run%surfaces(k))
+         fades = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
+         if (.not. allocated(met%stop)) return
+         if (fades .and. met%is_viscous) fades = lets_go(run, k, new)
+         fades = fades .or. (met%surface%sign*new%beam%velocity(met%dof) > 0.0_wp .and. &
+            new%force(k) <= rounding_at(run, k, new))
+      end associate
+   end function fades
 
 
    !> Does the beam arrive at an open surface?

@@ -13,12 +13,12 @@ module newmark_several_run
    use statistic_types, only: block_sums_t
    use step_measures, only: step_measurer_t
    use stop_surfaces, only: surface_t
-   use yielding_stop, only: stop_step_t, yielding_stop_t
+   use yielding_stop, only: rounding_of_force, stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
    public :: several_run_t
    public :: is_open, is_held, is_in_contact, is_lifted, is_idle
-   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, surface_energy, energy_left
+   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, surface_energy, energy_left
 
    !> The beam is away from the surface.
    integer, parameter :: is_open = 1
@@ -231,6 +231,38 @@ contains
             - met%stop%viscosity*met%surface%sign*state%beam%velocity(met%dof)
       end associate
    end function lifted_force
+
+   !> What rounding may leave of the force of a surface that yields.
+   pure function rounding_at(run, k, state) result(force)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(several_state_t), intent(in) :: state
+      real(wp) :: force
+
+      associate (met => run%surfaces(k))
+         force = rounding_of_force(met%stop, abs(met%surface%height) + abs(state%beam%displacement(met%dof)), &
+            abs(state%beam%velocity(met%dof)))
+      end associate
+   end function rounding_at
+
+   !> Do spring and damper push no more? Up to the force of release they need not; but that knows nothing of the spring,
+   !> beside which it may be large: where the beam presses on they push.
+   pure function lets_go(run, k, state)
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      type(several_state_t), intent(in) :: state
+      logical :: lets_go
+
+      real(wp) :: force
+
+      force = lifted_force(run, k, state)
+      associate (met => run%surfaces(k))
+         lets_go = force <= rounding_at(run, k, state) .or. &
+            (force <= run%release_force .and. met%surface%sign*state%beam%velocity(met%dof) >= 0.0_wp)
+      end associate
+   end function lets_go
 
    !> Energy in the springs of a surface.
    pure function surface_energy(run, k, state) result(energy)

@@ -11,7 +11,7 @@ module newmark_several_steps
    use newmark_loads, only: load_at_end
    use newmark_run, only: whole_step
    use newmark_several_run, only: depth_at, gap_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, is_open, &
-      lifted_force, several_run_t, surface_energy
+      lets_go, several_run_t, surface_energy
    use newmark_stepper, only: band, deepest_level, finish_step, make_factors, predict_step, solve_for_force
    use step_measures, only: measure_contact, measure_energy, measure_motion, piece_t
    use yielding_stop, only: contact_force, mean_force_coefficients
@@ -269,7 +269,7 @@ contains
             case (is_held, is_in_contact)
                run%refuses(k) = .not. new%force(k) > 0.0_wp
             case (is_lifted)
-               run%refuses(k) = .not. lifted_force(run, k, new) <= run%release_force
+               run%refuses(k) = .not. lets_go(run, k, new)
             case (is_idle)
                run%refuses(k) = .false.
             end select

@@ -9,7 +9,7 @@ module yielding_stop
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, mean_force_coefficients, holds
+   public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients, holds
 
    !> What the stop answers to exp(s tau): P = k u + c s u + beta k s/(s + nu) u.
    type :: impedance_t
@@ -101,6 +101,18 @@ contains
 
       force = stop%stiffness*indentation + branch_force
    end function contact_force
+
+   !> What rounding may leave of P where it should vanish: its parts are differences of what is far larger.
+   elemental function rounding_of_force(stop, extent, speed) result(force)
+      class(impedance_t), intent(in) :: stop
+      !> The largest that u is a difference of
+      real(wp), intent(in) :: extent
+      !> |u'|
+      real(wp), intent(in) :: speed
+      real(wp) :: force
+
+      force = 4.0_wp*epsilon(1.0_wp)*((stop%stiffness + stop%branch_stiffness)*extent + stop%viscosity*speed)
+   end function rounding_of_force
 
    !> Mean of P over a step = slope u+ + rest.
    elemental subroutine mean_force_coefficients(step, indentation, branch_force, slope, rest)
