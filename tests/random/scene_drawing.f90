@@ -11,7 +11,7 @@ module scene_drawing
    use scene_types, only: scene_t, support_rotation
    implicit none (type, external)
    private
-   public :: draw_scene, give_units, take_ratios, place_of_parameter, table_file
+   public :: draw_scene, bound_periods, give_units, take_ratios, place_of_parameter, table_file
 
    !> A table of loads that stands beside the scene.
    character(*), parameter :: table_file = 'loads.txt'
@@ -787,6 +787,10 @@ contains
       if (value_of(draft, 'response', 'substep') == '.true.') then
          call drop(draft, 'mesh', 'tolerance')
          call drop(draft, 'mesh', 'estimate')
+         call drop(draft, 'mesh', 'ratio')
+         call drop(draft, 'root', 'translation_stiffness_ratio')
+         if (has_name(draft, 'mesh', 'elements')) call put(draft, 'mesh', 'elements', &
+            to_text(nint(min(8.0_wp, number_of(draft, 'mesh', 'elements')))))
       end if
       ! no step is shorter than 1e-9, no run shorter than a step
       duration = max(1.0e-9_wp, number_of(draft, 'response', 'duration'))
