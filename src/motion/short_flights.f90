@@ -1,15 +1,22 @@
 !> Hops so short that the modes hardly turn: their end by the Taylor series of s(t)/t about the start.
 module short_flights
    use certified_search, only: found_zero, search_t, step_without_zero
-   use damped_oscillators, only: oscillators_t
+   use damped_oscillators, only: lanes, oscillators_t
    use kinds, only: i8, wp
    implicit none (type, external)
    private
    public :: find_short_flight, zero_of_series, most_derivatives, added_value, added_bound
 
-   !> So many derivatives of what is added to the modes are used, by their values at the start and bounds on them.
-   integer, parameter :: most_terms = 24
-   integer, parameter :: most_derivatives = most_terms + 1
+   !> So many derivatives of the modes are used, by their values at the start and bounds on them; of what is added to
+   !> them fewer.
+   integer, parameter :: most_terms = 40
+   integer, parameter :: most_derivatives = 25
+   integer :: place
+   real(wp), parameter :: inverse_factorial(most_terms + 1) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
+      most_terms + 1)]
+   !> The angle up to which it takes so many terms, if no mode turns or dies out by more.
+   real(wp), parameter :: greatest_angles(3:most_terms) = [((0.2_wp*epsilon(1.0_wp)*gamma(real(place + 1, wp))) &
+      **(1.0_wp/real(place, wp)), place=3, most_terms)]
    integer, parameter :: added_value = 1
    integer, parameter :: added_bound = 2
 
@@ -32,115 +39,153 @@ contains
       !> Derivatives of what else is in the signal: at the start and bounds on them, [`most_derivatives`, 2]
       real(wp), intent(in), optional :: added(:, :)
 
-      ! the series is used up to this multiple of the zero of its first two terms, if no mode turns by more than an
-      ! angle
-      real(wp), parameter :: margin = 1.6_wp, greatest_angle = 2.0_wp
+      ! the series is used up to this multiple of the zero that its first terms tell, if no mode turns or dies out by
+      ! more than an angle
+      real(wp), parameter :: margin = 1.25_wp, greatest_angle = 4.5_wp
       ! and as long as derivatives do not overflow
-      real(wp), parameter :: most_decades = 250.0_wp
-      real(wp), dimension(size(weight)) :: low, high, next
-      ! s^(k)/k!
-      real(wp) :: coefficient(most_derivatives)
-      real(wp) :: angle, first, reach, remainder, second, share, step
-      integer :: i, k, terms
+      real(wp), parameter :: greatest_rate = 1.0e5_wp
+      real(wp), dimension(size(weight)) :: low, high
+      ! weighted sums of the derivatives, lane by lane; s^(k)/k!
+      real(wp) :: total(lanes, most_terms + 1), coefficient(most_terms + 1)
+      real(wp) :: rate, reach, remainder, share, step
+      integer :: k, most, terms
 
       is_short = .false.
+      most = most_terms
+      if (present(added)) most = size(added, 1) - 1
       associate (n => oscillators%count, square => oscillators%lane_square, two_zeta => oscillators%two_zeta)
-         if (oscillators%blended < n .or. any(oscillators%mass_rate > 0.0_wp)) return
+         if (any(oscillators%mass_rate > 0.0_wp)) return
          low(n + 1:) = 0.0_wp
          high(n + 1:) = 0.0_wp
          low(:n) = z
          high(:n) = v
-         first = 0.0_wp
-         second = 0.0_wp
-         !$omp simd reduction(+:first, second)
-         do i = 1, size(weight)
-            next(i) = -square(i)*(low(i) + two_zeta*high(i))
-            first = first + weight(i)*high(i)
-            second = second + weight(i)*next(i)
-         end do
-         if (present(added)) first = first + added(1, added_value)
-         if (present(added)) second = second + added(2, added_value)
-         if (.not. (first > 0.0_wp .and. second < 0.0_wp)) return
-         coefficient(:2) = [first, 0.5_wp*second]
-         reach = -margin*first/coefficient(2)
-         if (reach >= limit) return
-         ! derivatives of overdamped modes grow faster
-         angle = reach*oscillators%frequency(n)*merge(1.0_wp, 2.0_wp, oscillators%oscillating == n)
-         if (angle > greatest_angle) return
-         terms = terms_for(angle)
-         if (real(terms + 2, wp)*log10(oscillators%frequency(n)) > most_decades) return
-         share = 0.5_wp
-         do k = 3, terms + 1
-            call next_derivative(square, two_zeta, weight, high, next, second)
-            if (present(added)) second = second + added(k, added_value)
-            share = share/real(k, wp)
-            coefficient(k) = second*share
-         end do
-         call next_derivative(square, two_zeta, weight, high, next, second)
+         rate = oscillators%frequency(n)
+         if (oscillators%oscillating < n) rate = oscillators%decay(n) + 2.0_wp*oscillators%spread(n)
+         if (rate > greatest_rate) return
+         call add_derivatives(size(weight)/lanes, 1, 3, square, two_zeta, weight, low, high, total)
+         call divide(1, 3)
+         if (.not. (coefficient(1) > 0.0_wp .and. coefficient(2) < 0.0_wp)) return
+         reach = margin*early_zero(coefficient(:3))
+         if (reach >= limit .or. reach*rate > greatest_angle) return
+         terms = min(3 + count(greatest_angles < reach*rate), most)
+         call add_derivatives(size(weight)/lanes, 4, terms + 1, square, two_zeta, weight, low, high, total)
+         call divide(4, terms + 1)
          ! bounded as in `bound_terms`; squares of the derivatives alone could overflow
-         share = share*reach**terms
-         remainder = sum(abs(weight)*sqrt((share*high)**2 + (share*next)**2*oscillators%inverse_square))
+         share = inverse_factorial(terms + 1)*reach**terms
+         remainder = sum(abs(weight)*sqrt((share*low)**2 + (share*high)**2*oscillators%inverse_square))
          if (present(added)) remainder = remainder + share*added(terms + 1, added_bound)
       end associate
-      if (.not. remainder <= epsilon(1.0_wp)*first) return
+      if (.not. remainder <= epsilon(1.0_wp)*coefficient(1)) return
       call zero_of_series(coefficient(:terms), reach, is_short, step)
       if (.not. is_short) return
       search%outcome = found_zero
       search%evaluations = 1_i8
       search%time = step
-      ! the greatest value lies near the middle
-      search%greatest = 0.0_wp
-      search%ceiling = remainder*step
-      do k = terms, 1, -1
-         search%greatest = (search%greatest + coefficient(k))*0.5_wp*step
-         search%ceiling = (search%ceiling + max(coefficient(k), 0.0_wp))*step
-      end do
+      call height_of_series(coefficient(:terms), step, search%greatest, search%ceiling)
+      search%ceiling = search%ceiling + remainder*step
+
+   contains
+
+      !> Coefficients from derivatives.
+      subroutine divide(from, to)
+         integer, intent(in) :: from
+         integer, intent(in) :: to
+
+         do k = from, to
+            coefficient(k) = sum(total(:, k))
+         end do
+         if (present(added)) coefficient(from:to) = coefficient(from:to) + added(from:to, added_value)
+         coefficient(from:to) = coefficient(from:to)*inverse_factorial(from:to)
+      end subroutine divide
    end subroutine find_short_flight
 
-   !> Terms of a series in which no mode turns by more than an angle.
-   pure function terms_for(angle) result(terms)
-      real(wp), intent(in) :: angle
-      integer :: terms
+   !> About where c_1 + c_2 t + c_3 t^2 + ... has its first zero, as if the terms from the second on were those of a
+   !> geometric series: what pulls back dies out.
+   pure function early_zero(coefficient) result(t)
+      !> c, the first one positive, the second negative
+      real(wp), intent(in) :: coefficient(3)
+      real(wp) :: t
 
-      real(wp) :: share
+      ! no later than so many times the zero of the first two
+      real(wp), parameter :: latest = 3.0_wp
+      real(wp) :: fall
 
-      terms = 2
-      share = 0.5_wp*angle
-      do while (share > 0.1_wp*epsilon(1.0_wp) .and. terms < most_terms)
-         terms = terms + 1
-         share = share*angle/real(terms, wp)
+      fall = -coefficient(2) + coefficient(1)*coefficient(3)/coefficient(2)
+      t = coefficient(1)/max(fall, -coefficient(2)/latest)
+   end function early_zero
+
+   !> How far c_1 t + c_2 t^2 + c_3 t^3 + ... reaches before its zero.
+   pure subroutine height_of_series(coefficient, zero, greatest, ceiling)
+      !> c
+      real(wp), intent(in) :: coefficient(:)
+      !> Where it is zero
+      real(wp), intent(in) :: zero
+      !> As high as this in the middle, near which its peak is
+      real(wp), intent(out) :: greatest
+      !> And no higher than this
+      real(wp), intent(out) :: ceiling
+
+      real(wp) :: bend, half, slope
+      integer :: k
+
+      half = 0.5_wp*zero
+      call evaluate_series(coefficient, half, greatest, slope)
+      slope = greatest + half*slope
+      greatest = half*greatest
+      ! no lesser bend downwards than this
+      bend = 0.0_wp
+      do k = size(coefficient), 2, -1
+         bend = bend*zero + real(k*(k - 1), wp)*merge(coefficient(2), max(coefficient(k), 0.0_wp), k == 2)
       end do
-   end function terms_for
+      if (-bend*half > abs(slope)) then
+         ceiling = greatest - 0.5_wp*slope**2/bend
+      else
+         ceiling = greatest + half*(abs(slope) + 0.5_wp*half*max(bend, 0.0_wp))
+      end if
+   end subroutine height_of_series
 
-   !> From two derivatives of the oscillators to the one after them.
-   pure subroutine next_derivative(square, two_zeta, weight, low, high, total)
-      !> W^2, [padded], and 2 zeta
-      real(wp), contiguous, intent(in) :: square(:)
+   !> Weighted sums of further derivatives of the oscillators.
+   pure subroutine add_derivatives(blocks, from, to, square, two_zeta, weight, low, high, total)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> The first and the last of these derivatives
+      integer, intent(in) :: from
+      integer, intent(in) :: to
+      !> W^2, and 2 zeta
+      real(wp), intent(in) :: square(lanes, blocks)
       real(wp), intent(in) :: two_zeta
-      !> Weights, [padded]
-      real(wp), contiguous, intent(in) :: weight(:)
-      !> The two; the latter and the next on return, [padded]
-      real(wp), contiguous, intent(inout) :: low(:)
-      real(wp), contiguous, intent(inout) :: high(:)
-      !> Weighted sum of the next
-      real(wp), intent(out) :: total
+      real(wp), intent(in) :: weight(lanes, blocks)
+      !> The two derivatives from `from` - 1 on; from `to` on on return
+      real(wp), intent(inout), dimension(lanes, blocks) :: low, high
+      !> Their sums, lane by lane
+      real(wp), intent(inout) :: total(lanes, most_terms + 1)
 
-      real(wp) :: new
-      integer :: i
+      real(wp), dimension(lanes) :: next, now, pull, share
+      integer :: b, i, k
 
-      total = 0.0_wp
-      !$omp simd reduction(+:total) private(new)
-      do i = 1, size(weight)
-         new = -square(i)*(low(i) + two_zeta*high(i))
-         low(i) = high(i)
-         high(i) = new
-         total = total + weight(i)*new
+      total(:, from:to) = 0.0_wp
+      do b = 1, blocks
+         now = low(:, b)
+         next = high(:, b)
+         pull = -square(:, b)
+         share = weight(:, b)
+         do k = from, to
+            !$omp simd
+            do i = 1, lanes
+               total(i, k) = total(i, k) + share(i)*next(i)
+               low(i, b) = pull(i)*(now(i) + two_zeta*next(i))
+               now(i) = next(i)
+               next(i) = low(i, b)
+            end do
+         end do
+         low(:, b) = now
+         high(:, b) = next
       end do
-   end subroutine next_derivative
+   end subroutine add_derivatives
 
    !> First zero of c_1 + c_2 t + c_3 t^2 + ... up to a reach.
    pure subroutine zero_of_series(coefficient, reach, is_found, t)
-      !> c, the first one positive
+      !> c, three or more, the first one positive
       real(wp), intent(in) :: coefficient(:)
       !> Up to here
       real(wp), intent(in) :: reach
@@ -149,33 +194,53 @@ contains
       !> Where
       real(wp), intent(out) :: t
 
-      integer, parameter :: step_cap = 12, iteration_cap = 10
-      real(wp) :: bound, slope, step, value
+      integer, parameter :: step_cap = 24, iteration_cap = 12
+      ! of t over the reach
+      real(wp) :: scaled(size(coefficient))
+      real(wp) :: above, below, doubt, first, last, power, slope, step, term, value
       integer :: i, k
 
-      ! of the second derivative, Horner's way
-      bound = 0.0_wp
-      do k = size(coefficient), 3, -1
-         bound = bound*reach + real((k - 1)*(k - 2), wp)*abs(coefficient(k))
+      power = 1.0_wp
+      do k = 1, size(coefficient)
+         scaled(k) = coefficient(k)*power
+         power = power*reach
       end do
+      ! bounds on the second derivative, and on the rounding error
+      above = 0.0_wp
+      below = 0.0_wp
+      doubt = 0.0_wp
+      !$omp simd reduction(+:above, below, doubt) private(term)
+      do k = 1, size(coefficient)
+         term = real((k - 1)*(k - 2), wp)*scaled(k)
+         above = above + max(term, 0.0_wp)
+         below = below - min(term, 0.0_wp)
+         doubt = doubt + abs(scaled(k))
+      end do
+      doubt = epsilon(1.0_wp)*doubt
       is_found = .false.
-      t = 0.0_wp
-      value = coefficient(1)
-      slope = coefficient(2)
+      first = 0.0_wp
+      value = scaled(1)
+      slope = scaled(2)
       do i = 1, step_cap
-         if (slope < 0.0_wp .and. slope**2 > 4.0_wp*bound*value) exit
-         t = t + step_without_zero(value, slope, bound)
-         if (t > reach .or. i == step_cap) return
-         call evaluate_series(coefficient, t, value, slope)
+         if (slope < 0.0_wp .and. slope**2 > 4.0_wp*above*value) exit
+         first = first + step_without_zero(value, slope, below)
+         if (first > 1.0_wp .or. i == step_cap) return
+         call evaluate_series(scaled, first, value, slope)
       end do
+      ! from here on it falls until it is zero
+      last = min(1.0_wp, first - 2.0_wp*value/slope)
+      t = early_zero(scaled(:3))
+      if (.not. (t > first .and. t < last)) t = first
       do i = 1, iteration_cap
+         call evaluate_series(scaled, t, value, slope)
          step = -value/slope
          t = t + step
-         is_found = abs(step) <= 2.0_wp*spacing(t)
-         if (is_found .or. t > reach) exit
-         call evaluate_series(coefficient, t, value, slope)
+         is_found = abs(step) <= max(2.0_wp*spacing(t), doubt/abs(slope))
+         if (is_found) exit
+         if (.not. (t > first .and. t < last)) t = first
       end do
-      is_found = is_found .and. t > 0.0_wp .and. t <= reach
+      is_found = is_found .and. t > 0.0_wp .and. t <= last
+      t = t*reach
    end subroutine zero_of_series
 
    !> c_1 + c_2 t + c_3 t^2 + ... and its slope.
@@ -188,14 +253,25 @@ contains
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      integer :: k
+      real(wp) :: even, even_slope, odd, odd_slope, square
+      integer :: k, n
 
-      value = 0.0_wp
-      slope = 0.0_wp
-      do k = size(coefficient), 1, -1
-         slope = slope*t + value
-         value = value*t + coefficient(k)
+      ! even and odd powers at once take half the time
+      square = t*t
+      n = size(coefficient)
+      even = 0.0_wp
+      odd = 0.0_wp
+      even_slope = 0.0_wp
+      odd_slope = 0.0_wp
+      if (modulo(n, 2) == 1) even = coefficient(n)
+      do k = 2*(n/2), 2, -2
+         odd_slope = odd_slope*square + odd
+         odd = odd*square + coefficient(k)
+         even_slope = even_slope*square + even
+         even = even*square + coefficient(k - 1)
       end do
+      value = even + t*odd
+      slope = odd + 2.0_wp*t*(even_slope + t*odd_slope)
    end subroutine evaluate_series
 
 end module short_flights
