@@ -8,7 +8,8 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, viewed_signal_t, local_t, search_t, first_zero, falls_to_zero, step_without_zero
+   public :: certified_signal_t, viewed_signal_t, local_t, search_t, trail_t, most_kept, first_zero, falls_to_zero
+   public :: step_without_zero
    public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
    public :: found_zero, found_none, found_never_left
 
@@ -47,6 +48,9 @@ module certified_search
       procedure(view_interface), deferred :: view
    end type viewed_signal_t
 
+   !> Room for so many looks of a search.
+   integer, parameter :: most_kept = 32
+
    type :: search_t
       !> `found_zero`, `found_none` or `found_never_left`
       integer :: outcome = found_none
@@ -83,6 +87,15 @@ module certified_search
       !> There is no zero of that derivative within this either, as the signal knows from more than the bound
       real(wp) :: free = 0.0_wp
    end type local_t
+
+   !> What a search has seen of the signal itself. Before the first of these looks the signal rose, if it started at
+   !> rest; behind the last it fell, if it has a zero.
+   type :: trail_t
+      !> As many, in order of time; more than there is room for: not all were kept
+      integer :: count = 0
+      real(wp) :: time(most_kept)
+      type(local_t) :: look(most_kept)
+   end type trail_t
 
    abstract interface
       !> Values of a derivative at an instant.
@@ -129,12 +142,14 @@ module certified_search
 contains
 
    !> First zero of the signal in (0, limit].
-   subroutine first_zero(signal, limit, search)
+   subroutine first_zero(signal, limit, search, trail)
       class(certified_signal_t), intent(in) :: signal
       !> Where the search ends
       real(wp), intent(in) :: limit
       !> What was found
       type(search_t), intent(out) :: search
+      !> And seen on the way
+      type(trail_t), intent(inout), optional :: trail
 
       real(wp) :: t, before, step
       type(local_t) :: here
@@ -144,6 +159,7 @@ contains
       t = 0.0_wp
       before = 0.0_wp
       call look_at_start(signal, order, here, search)
+      if (present(trail)) trail%count = 0
       search%ceiling = merge(here%signal, huge(1.0_wp), order == 0)
       do
          search%greatest = max(search%greatest, here%signal)
@@ -151,6 +167,7 @@ contains
             call lower_order(signal, before, t, order, here, search, is_found)
             if (is_found) return
          end if
+         if (present(trail) .and. order == 0) call keep_look(trail, t, here)
          if (order == 0 .and. falls_to_zero(here)) then
             call finish(signal, t, here, limit, search)
             return
@@ -198,6 +215,19 @@ contains
             search%greatest <= 4.0_wp*here%signal_rounding
       end function is_still_there
    end subroutine first_zero
+
+   !> Keep a look at a later time than those before.
+   pure subroutine keep_look(trail, t, here)
+      type(trail_t), intent(inout) :: trail
+      real(wp), intent(in) :: t
+      !> Values of the signal
+      type(local_t), intent(in) :: here
+
+      trail%count = trail%count + 1
+      if (trail%count > most_kept) return
+      trail%time(trail%count) = t
+      trail%look(trail%count) = here
+   end subroutine keep_look
 
    !> What a signal does not exceed within a step.
    elemental function highest(here, step) result(bound)

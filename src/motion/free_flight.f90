@@ -1,6 +1,6 @@
 !> The phase in which the stop is open: the beam swings in its free modes until the gap is closed.
 module free_flight
-   use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
+   use certified_search, only: first_zero, found_none, found_zero, search_t, trail_t, viewed_signal_t
    use damped_oscillators, only: modal_energy, next_sample, propagate, sampler_t
    use history_list, only: eta_stop, eta_tip, velocity_stop
    use kinds, only: wp
@@ -21,6 +21,8 @@ module free_flight
       !> Distance of the stop point from the surface as it is, and from where it is unstressed
       type(modal_signal_t) :: gap
       type(modal_signal_t) :: eta
+      !> What the search for the end has seen of the former
+      type(trail_t) :: trail
       type(sampler_t) :: sampler
       !> Energy of the beam at the start, where it is asked for
       real(wp) :: start_energy = 0.0_wp
@@ -74,7 +76,7 @@ contains
       !> Time left to the end of the run
       real(wp), intent(in) :: limit
 
-      call self%gap%find_zero(limit, self%search)
+      call self%gap%find_zero(limit, self%search, self%trail)
       if (self%search%outcome == found_zero .and. self%search%greatest < self%stop%hop_tolerance) then
          if (self%search%ceiling < self%stop%hop_tolerance) then
             self%search%outcome = found_taken_back
@@ -242,8 +244,10 @@ contains
          self%eta%v = self%gap%v
          ! most hops are too low to be looked into again
          rises = self%search%ceiling > quiet_level
+         ! where the surface is indented the gap is not what was seen
+         if (abs(stop%depth) > 0.0_wp) self%trail%count = 0
          if (rises) call measure_rise(measurer, self%eta, motion%tau, length, motion%tau <= 0.0_wp, is_last, &
-            self%search%greatest - merge(0.0_wp, stop%depth, stop%is_rigid), rises)
+            self%search%greatest - merge(0.0_wp, stop%depth, stop%is_rigid), rises, self%trail)
          if (rises) call end_episode(measurer%tally)
          ! over a surface that is still indented it may stay below; no deeper than at its start
          if (rises .or. sum(self%beam%stop_value*self%gap%z) - stop%surface < -quiet_level) then

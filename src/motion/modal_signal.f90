@@ -5,7 +5,7 @@
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, &
-      local_t, search_t, term_columns, term_curvature, term_rate, term_value, viewed_signal_t
+      local_t, search_t, term_columns, term_curvature, term_rate, term_value, trail_t, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use free_steps, only: free_step
    use kinds, only: wp
@@ -123,20 +123,23 @@ contains
    end subroutine view
 
    !> First zero of the signal in (0, limit]; of a short hop by its series.
-   subroutine find_zero(self, limit, search)
+   subroutine find_zero(self, limit, search, trail)
       class(modal_signal_t), intent(in) :: self
       !> Where the search ends
       real(wp), intent(in) :: limit
       !> What was found
       type(search_t), intent(out) :: search
+      !> What was seen of it; of a short hop nothing
+      type(trail_t), intent(inout), optional :: trail
 
       logical :: is_short
 
+      if (present(trail)) trail%count = 0
       if (self%start_order == 1) then
          call self%find_short(limit, is_short, search)
          if (is_short) return
       end if
-      call first_zero(self, limit, search)
+      call first_zero(self, limit, search, trail)
    end subroutine find_zero
 
    !> The end of a short hop, which rises from zero.

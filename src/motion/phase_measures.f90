@@ -4,7 +4,8 @@
 !> the greatest so far; `certified_search` decides both, mostly at one look. What only the last such phase can
 !> tell, the instant of quiet, is sought at the end of the run.
 module phase_measures
-   use certified_search, only: viewed_signal_t
+   use certified_search, only: trail_t, viewed_signal_t
+   use flight_peaks, only: find_peak
    use kinds, only: wp
    use response_types, only: quiet_level, response_t, run_measures_t
    use run_measures, only: add_rebound, finish_tally, start_tally, take_impulse, tally_t
@@ -58,7 +59,7 @@ contains
 
    !> Does a flight rise above the quiet level? If the run does not start with it, it is a rebound then, unless it still
    !> rises to its highest point as the run ends.
-   subroutine measure_rise(measurer, eta, from, length, is_first, to_the_end, greatest, rises)
+   subroutine measure_rise(measurer, eta, from, length, is_first, to_the_end, greatest, rises, trail)
       !> Gets the rebound
       type(measurer_t), intent(inout) :: measurer
       !> eta of the stop point
@@ -73,8 +74,10 @@ contains
       !> eta was seen to be as great as this
       real(wp), intent(in) :: greatest
       logical, intent(out) :: rises
+      !> What the search for its end has seen of eta
+      type(trail_t), intent(inout), optional :: trail
 
-      logical :: keeps_peak, still_rises
+      logical :: keeps_peak, is_known, still_rises
       real(wp) :: peak, time
 
       keeps_peak = measurer%measures%rebounds < measurer%most_peaks
@@ -84,8 +87,15 @@ contains
          if (rises .and. .not. is_first) call add_rebound(measurer%measures)
          return
       end if
-      call greatest_value(eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, still_rises, peak, &
-         time)
+      is_known = .false.
+      if (present(trail) .and. .not. to_the_end) call find_peak(eta, trail, is_known, peak, time)
+      if (is_known) then
+         rises = peak > quiet_level
+         still_rises = .false.
+      else
+         call greatest_value(eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, still_rises, &
+            peak, time)
+      end if
       if (.not. rises .and. greatest > quiet_level) then
          rises = .true.
          peak = greatest
