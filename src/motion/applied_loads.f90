@@ -38,6 +38,8 @@ module applied_loads
       real(wp), allocatable :: frequencies(:)
       !> Modes below this are too slow to come near their static shape, or so far that nothing is left of its digits
       real(wp) :: slow = 0.0_wp
+      !> Length of the run
+      real(wp) :: duration = 1.0_wp
    end type applied_loads_t
 
 contains
@@ -88,6 +90,7 @@ contains
          loads%vector(:, g) = -base_mass_vector(model)
       end do
       call find_frequencies(loads)
+      loads%duration = settings%response%duration
       loads%slow = max(slow, 1.0_wp/settings%response%duration, &
          min(sqrt(greatest_amplitude(loads)/most_units), most_phases/settings%response%duration))
    end subroutine gather_loads

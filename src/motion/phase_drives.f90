@@ -19,7 +19,7 @@ module phase_drives
    implicit none (type, external)
    private
    public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at
-   public :: by_constant, by_harmonic
+   public :: answer_at, by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
    real(wp), parameter :: resonant = 0.02_wp
@@ -157,23 +157,26 @@ contains
    end subroutine make_set_drive
 
    !> What work of loads and losses in stops need of the terms of a set on surfaces that yield.
-   subroutine ready_for_terms(exponent, shape, loads, drive)
+   subroutine ready_for_terms(exponent, shape, frequency, drive)
       !> [count]
       complex(wp), intent(in) :: exponent(:)
       !> Modes of the set per unit of each, [modes, count]
       complex(wp), intent(in) :: shape(:, :)
-      type(applied_loads_t), intent(in) :: loads
+      !> With which loads swing, [harmonics]
+      real(wp), intent(in) :: frequency(:)
       type(set_drive_t), intent(inout) :: drive
 
       integer :: all, m
 
-      allocate (drive%term_load(size(exponent), loads%count))
+      if (allocated(drive%term_load)) deallocate (drive%term_load)
+      allocate (drive%term_load(size(exponent), size(drive%load, 2)))
       do m = 1, size(exponent)
          drive%term_load(m, :) = matmul(shape(:, m), drive%load)
       end do
-      all = size(exponent) + size(loads%frequencies) + 1
+      all = size(exponent) + size(frequency) + 1
+      drive%products = power_form_t()
       allocate (drive%products%plain(all, all), drive%products%conjugate(all, all), source=(1.0_wp, 0.0_wp))
-      call integrate_form([exponent, cmplx(0.0_wp, loads%frequencies, wp), (0.0_wp, 0.0_wp)], drive%products)
+      call integrate_form([exponent, cmplx(0.0_wp, frequency, wp), (0.0_wp, 0.0_wp)], drive%products)
    end subroutine ready_for_terms
 
    !> With which modes does a harmonic load resonate?
@@ -296,13 +299,15 @@ contains
 
       drive%tau = tau
       if (.not. allocated(drive%piece)) allocate (drive%piece(loads%count))
-      if (.not. allocated(drive%frequency)) allocate (drive%frequency, source=loads%frequencies)
+      drive%frequency = loads%frequencies
       do g = 1, loads%count
          drive%piece(g) = piece_at(loads%course(g), tau)
       end do
       drive%until = minval(drive%piece%until)
       if (allocated(drive%slope)) then
-         if (size(drive%slope) /= set%at%rows) deallocate (drive%constant, drive%slope, drive%harmonic)
+         associate (now => [set%at%rows, size(drive%frequency)])
+            if (any(shape(drive%harmonic) /= now)) deallocate (drive%constant, drive%slope, drive%harmonic)
+         end associate
       end if
       if (.not. allocated(drive%slope)) then
          allocate (drive%constant(set%at%rows), drive%slope(set%at%rows))

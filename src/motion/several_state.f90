@@ -13,9 +13,11 @@ module several_state
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, ready_for_terms, start_drive
+   use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
    use phase_measures, only: measurer_t
+   use slow_loads, only: drive_terms
    use surface_states, only: impedance_of, surface_state_t
+   use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: several_t, open_store, take_over, find_load, search_surface, signal_of, move_to, move_alone, free_state
@@ -140,17 +142,19 @@ contains
       real(wp), intent(inout) :: branch_force(:)
 
       real(wp), dimension(size(self%z)) :: rows, rates
+      type(impedance_t) :: spring(size(self%states))
       integer :: k
 
       associate (set => self%set)
+         spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
          if (is_new) then
             if (allocated(set%drive)) deallocate (set%drive)
             allocate (set%drive)
-            call make_set_drive(self%beam, set%held, set%pressed, [(impedance_of(self%states(k)), &
-               k=1, size(self%states))], self%loads, set%drive)
-            if (size(set%pressed) > 0) call ready_for_terms(set%joint%exponent, set%joint%shape, self%loads, set%drive)
+            call make_set_drive(self%beam, set%held, set%pressed, spring, self%loads, set%drive)
          end if
          call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
+         if (size(set%pressed) > 0) call drive_terms(set%held, set%joint, set%pressed, spring, self%loads, is_new, &
+            set%drive, self%drive)
          self%longest = self%drive%until - tau
          associate (at => set%drive%at)
             call find_rows_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, rows, rates)
