@@ -107,11 +107,14 @@ contains
       real(wp) :: t
 
       ! no later than so many times the zero of the first two
-      real(wp), parameter :: latest = 3.0_wp
-      real(wp) :: fall
+      real(wp), parameter :: latest = 3.0_wp, never = 1.0e290_wp
+      real(wp) :: square
 
-      fall = -coefficient(2) + coefficient(1)*coefficient(3)/coefficient(2)
-      t = coefficient(1)/max(fall, -coefficient(2)/latest)
+      square = coefficient(2)**2
+      t = never
+      if (square > tiny(1.0_wp)) then
+         t = -coefficient(1)*coefficient(2)/max(square - coefficient(1)*coefficient(3), square/latest)
+      end if
    end function early_zero
 
    !> How far c_1 t + c_2 t^2 + c_3 t^3 + ... reaches before its zero.
