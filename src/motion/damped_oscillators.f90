@@ -6,7 +6,7 @@ module damped_oscillators
    implicit none (type, external)
    private
    public :: oscillators_t, make_oscillators, propagate, acceleration, step_matrices, step_matrices_t
-   public :: apply_step, propagate_lanes, padded, lanes, greatest_exponent, elastic_and_viscous
+   public :: apply_step, propagate_lanes, die_out, padded, lanes, greatest_exponent, elastic_and_viscous
    public :: sampler_t, next_sample, modal_energy, damping_order
 
    type :: oscillators_t
@@ -162,21 +162,21 @@ contains
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
-      real(wp), dimension(size(oscillators%decay)) :: lane_z0, lane_v0, lane_z, lane_v
+      real(wp), dimension(size(oscillators%decay)) :: lane_z0, lane_v0, lane_z, lane_v, factors
 
       associate (n => oscillators%count)
          lane_z0(n + 1:) = 0.0_wp
          lane_v0(n + 1:) = 0.0_wp
          lane_z0(:n) = z0
          lane_v0(:n) = v0
-         call propagate_lanes(oscillators, n, t, lane_z0, lane_v0, lane_z, lane_v)
+         call propagate_lanes(oscillators, n, t, lane_z0, lane_v0, lane_z, lane_v, factors)
          z = lane_z(:n)
          v = lane_v(:n)
       end associate
    end subroutine propagate
 
    !> The same on whole vectors: all arrays are filled up to `padded(count)` with zeros.
-   pure subroutine propagate_lanes(oscillators, last, t, z0, v0, z, v)
+   pure subroutine propagate_lanes(oscillators, last, t, z0, v0, z, v, factors)
       type(oscillators_t), intent(in) :: oscillators
       !> Oscillators behind this one are not asked for
       integer, intent(in) :: last
@@ -188,47 +188,70 @@ contains
       !> State at time t, [padded]
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
+      !> exp(-decay t) of all oscillators, [padded]
+      real(wp), contiguous, intent(out) :: factors(:)
 
-      integer :: first
+      integer :: first, i
 
       z = z0
       v = v0
-      if (.not. t > 0.0_wp) return
+      if (.not. t > 0.0_wp) then
+         factors = 1.0_wp
+         return
+      end if
+      call die_out(size(factors)/lanes, t, oscillators%decay, factors)
       first = lanes*(oscillators%oscillating/lanes) + 1
       if (oscillators%oscillating > 0) then
-         call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, oscillators%oscillating, t, &
-            oscillators%decay, oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
+         call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, t, factors, oscillators%decay, &
+            oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
+         do i = oscillators%oscillating + 1, padded(oscillators%oscillating)
+            z(i) = z0(i)
+            v(i) = v0(i)
+         end do
       end if
       if (oscillators%oscillating < min(size(z), last)) then
-         call creep((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, oscillators%decay(first:), &
-            oscillators%spread(first:), oscillators%inverse_spread(first:), z(first:), v(first:))
+         call creep((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, factors(first:), &
+            oscillators%decay(first:), oscillators%spread(first:), oscillators%inverse_spread(first:), z(first:), &
+            v(first:))
       end if
    end subroutine propagate_lanes
 
-   !> Underdamped modes. The last vector may hold others, which stay as they are.
-   pure subroutine oscillate(blocks, last, t, decay, spread, inverse_spread, square, z, v)
+   !> What is left of exponentials after a time, in whole vectors.
+   pure subroutine die_out(blocks, t, decay, factors)
       !> Vectors in each array
       integer, intent(in) :: blocks
-      !> The last of these modes
-      integer, intent(in) :: last
-      !> Time, > 0
       real(wp), intent(in) :: t
       !> The family
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread, square
-      !> State at time 0; at time t on return
-      real(wp), intent(inout), dimension(lanes*blocks) :: z, v
+      real(wp), intent(in) :: decay(lanes*blocks)
+      !> exp(-decay t)
+      real(wp), intent(out) :: factors(lanes*blocks)
 
       ! short loops of one function each: the compiler makes vector calls of them
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
-      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
-      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
-      real(wp), dimension(lanes*blocks) :: factors, cosines, sines
-      real(wp) :: sine, new_z, new_v
       integer :: i
 
       do i = 1, lanes*blocks
          factors(i) = exp(-min(decay(i)*t, greatest_exponent))
       end do
+   end subroutine die_out
+
+   !> Underdamped modes.
+   pure subroutine oscillate(blocks, t, factors, decay, spread, inverse_spread, square, z, v)
+      !> Vectors in each array
+      integer, intent(in) :: blocks
+      !> Time, > 0
+      real(wp), intent(in) :: t
+      !> exp(-decay t), and the family
+      real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread, square
+      !> State at time 0; at time t on return
+      real(wp), intent(inout), dimension(lanes*blocks) :: z, v
+
+      !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
+      !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
+      real(wp), dimension(lanes*blocks) :: cosines, sines
+      real(wp) :: sine, new_z, new_v
+      integer :: i
+
       do i = 1, lanes*blocks
          cosines(i) = cos(spread(i)*t)
       end do
@@ -241,21 +264,21 @@ contains
          sine = merge(sines(i)*inverse_spread(i), t, spread(i)*t > 1.0e-8_wp)
          new_z = factors(i)*(z(i)*cosines(i) + (v(i) + decay(i)*z(i))*sine)
          new_v = factors(i)*(v(i)*cosines(i) - (square(i)*z(i) + decay(i)*v(i))*sine)
-         z(i) = merge(new_z, z(i), i <= last)
-         v(i) = merge(new_v, v(i), i <= last)
+         z(i) = new_z
+         v(i) = new_v
       end do
    end subroutine oscillate
 
    !> Modes at and beyond critical damping. The first vector may hold others, which stay as they are.
-   pure subroutine creep(blocks, first, t, decay, spread, inverse_spread, z, v)
+   pure subroutine creep(blocks, first, t, factors, decay, spread, inverse_spread, z, v)
       !> Vectors in each array
       integer, intent(in) :: blocks
       !> The first of these modes
       integer, intent(in) :: first
       !> Time, > 0
       real(wp), intent(in) :: t
-      !> The family
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread, inverse_spread
+      !> exp(-decay t), and the family
+      real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread
       !> State at time 0; at time t on return
       real(wp), intent(inout), dimension(lanes*blocks) :: z, v
 
@@ -263,13 +286,10 @@ contains
       ! sinh(x)/x in powers of x^2: 1/(2 k + 1)!
       real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
          6227020800.0_wp, 1307674368000.0_wp]
-      real(wp), dimension(lanes*blocks) :: factors, fast_factors
+      real(wp), dimension(lanes*blocks) :: fast_factors
       real(wp) :: phase, lag, mixed, y
       integer :: i
 
-      do i = 1, lanes*blocks
-         factors(i) = exp(-min(decay(i)*t, greatest_exponent))
-      end do
       do i = 1, lanes*blocks
          fast_factors(i) = exp(-min(2.0_wp*spread(i)*t, greatest_exponent))
       end do

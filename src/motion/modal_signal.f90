@@ -73,8 +73,11 @@ contains
       real(wp), dimension(self%oscillators%count) :: z, v
       real(wp) :: surface
 
-      call propagate(self%oscillators, t, self%z, self%v, z, v)
-      if (self%is_viscous) call state_of_exponentials(self, t, z, v)
+      if (self%is_viscous) then
+         call state_of_exponentials(self, t, z, v)
+      else
+         call propagate(self%oscillators, t, self%z, self%v, z, v)
+      end if
       value = self%offset + sum(self%weight*z)
       slope = sum(self%weight*v)
       if (abs(self%surface) > 0.0_wp) then
@@ -186,7 +189,7 @@ contains
       real(wp), intent(in), optional :: more(:, :)
       real(wp), intent(in), optional :: rest_of_more(3)
 
-      real(wp), dimension(size(self%lane_weight)) :: z0, v0, z, v, a, slow, fast
+      real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
       real(wp) :: magnitude, surface, signal, slope, rest
       integer :: blocks, k, last
@@ -195,18 +198,9 @@ contains
       associate (oscillators => self%oscillators, weight => self%lane_weight, square => self%oscillators%lane_square, &
          n => self%oscillators%count)
          blocks = size(weight)/lanes
-         z0(n + 1:) = 0.0_wp
-         v0(n + 1:) = 0.0_wp
-         z0(:n) = self%z
-         v0(:n) = self%v
          last = padded(oscillators%blended)
          separates = oscillators%blended < n
-         call propagate_lanes(oscillators, oscillators%blended, t, z0(:last), v0(:last), z(:last), v(:last))
-         if (separates) then
-            call split_exponentials(oscillators, weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, slow, &
-               fast)
-            call add_exponentials(oscillators, slow, fast, z, v)
-         end if
+         call state_of_lanes(self, t, z, v, slow, fast)
          call sum_up(blocks, weight, t, z, v, signal, slope, magnitude)
          here%signal = self%offset + signal
          here%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
@@ -293,30 +287,50 @@ contains
       here%bound_jerk = here%bound_jerk + self%rate**3*abs(surface)
    end subroutine add_surface
 
-   !> Value and slope of the modes far beyond critical damping at an instant.
+   !> State of the modes at an instant, where those far beyond critical damping are taken by their exponentials.
    pure subroutine state_of_exponentials(self, t, z, v)
       type(modal_signal_t), intent(in) :: self
       !> The instant
       real(wp), intent(in) :: t
-      !> Those of the other modes stay, [count]
-      real(wp), intent(inout) :: z(:)
-      real(wp), intent(inout) :: v(:)
+      !> [count]
+      real(wp), intent(out) :: z(:)
+      real(wp), intent(out) :: v(:)
 
-      real(wp), dimension(size(self%lane_weight)) :: z0, v0, slow, fast, lane_z, lane_v
+      real(wp), dimension(size(self%lane_weight)) :: slow, fast, lane_z, lane_v
+
+      call state_of_lanes(self, t, lane_z, lane_v, slow, fast)
+      z = lane_z(:size(z))
+      v = lane_v(:size(v))
+   end subroutine state_of_exponentials
+
+   !> The same in whole vectors.
+   pure subroutine state_of_lanes(self, t, z, v, slow, fast)
+      type(modal_signal_t), intent(in) :: self
+      !> The instant
+      real(wp), intent(in) :: t
+      !> [padded]
+      real(wp), contiguous, intent(out) :: z(:)
+      real(wp), contiguous, intent(out) :: v(:)
+      !> As `split_exponentials` has them
+      real(wp), contiguous, intent(out) :: slow(:)
+      real(wp), contiguous, intent(out) :: fast(:)
+
+      real(wp), dimension(size(self%lane_weight)) :: z0, v0
+      integer :: last
 
       associate (oscillators => self%oscillators, n => self%oscillators%count)
-         if (oscillators%blended == n) return
          z0(n + 1:) = 0.0_wp
          v0(n + 1:) = 0.0_wp
          z0(:n) = self%z
          v0(:n) = self%v
+         last = padded(oscillators%blended)
+         call propagate_lanes(oscillators, oscillators%blended, t, z0(:last), v0(:last), z(:last), v(:last), slow)
+         if (oscillators%blended == n) return
          call split_exponentials(oscillators, self%lane_weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, &
             slow, fast)
-         call add_exponentials(oscillators, slow, fast, lane_z, lane_v)
-         z(oscillators%blended + 1:) = lane_z(oscillators%blended + 1:n)
-         v(oscillators%blended + 1:) = lane_v(oscillators%blended + 1:n)
+         call add_exponentials(oscillators, slow, fast, z, v)
       end associate
-   end subroutine state_of_exponentials
+   end subroutine state_of_lanes
 
    !> Where high derivatives decide (a start at rest), fast exponentials that are lost in the rounding error of the sum
    !> are left out: in a derivative that error would be all there is.

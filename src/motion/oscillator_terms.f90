@@ -3,7 +3,7 @@
 module oscillator_terms
    use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, &
       term_curvature, term_rate, term_value
-   use damped_oscillators, only: greatest_exponent, lanes, oscillators_t
+   use damped_oscillators, only: die_out, lanes, oscillators_t
    use free_steps, only: free_step
    use kinds, only: wp
    implicit none (type, external)
@@ -140,8 +140,8 @@ contains
       !> State at time 0, [padded]
       real(wp), contiguous, intent(in) :: z0(:)
       real(wp), contiguous, intent(in) :: v0(:)
-      !> A exp(-slow t), B exp(-fast t), [padded]; those of blended modes mean nothing
-      real(wp), contiguous, intent(out) :: slow(:)
+      !> exp(-slow t); A exp(-slow t) and B exp(-fast t) on return, [padded]; those of blended modes mean nothing
+      real(wp), contiguous, intent(inout) :: slow(:)
       real(wp), contiguous, intent(out) :: fast(:)
 
       real(wp) :: fast_rate
@@ -149,7 +149,7 @@ contains
 
       first = lanes*(oscillators%blended/lanes) + 1
       blocks = (size(z0) - first + 1)/lanes
-      call die_out(blocks, t, oscillators%decay(first:), oscillators%spread(first:), slow(first:), fast(first:))
+      call die_out(blocks, t, oscillators%decay(first:) + 2.0_wp*oscillators%spread(first:), fast(first:))
       call split(blocks, least, oscillators%decay(first:), oscillators%inverse_spread(first:), weight(first:), &
          z0(first:), v0(first:), slow(first:), fast(first:))
       if (.not. is_viscous) return
@@ -162,27 +162,6 @@ contains
       end do
    end subroutine split_exponentials
 
-   !> What is left of both after a time, in whole vectors.
-   pure subroutine die_out(blocks, t, decay, spread, slow, fast)
-      !> Vectors in each array
-      integer, intent(in) :: blocks
-      real(wp), intent(in) :: t
-      !> The family
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, spread
-      !> exp(-slow t), exp(-fast t)
-      real(wp), intent(out), dimension(lanes*blocks) :: slow, fast
-
-      !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
-      integer :: i
-
-      do i = 1, lanes*blocks
-         slow(i) = exp(-min(decay(i)*t, greatest_exponent))
-      end do
-      do i = 1, lanes*blocks
-         fast(i) = exp(-min((decay(i) + 2.0_wp*spread(i))*t, greatest_exponent))
-      end do
-   end subroutine die_out
-
    !> Both times their amplitudes, in whole vectors.
    pure subroutine split(blocks, least, decay, inverse_spread, weight, z0, v0, slow, fast)
       !> Vectors in each array
@@ -191,7 +170,7 @@ contains
       real(wp), intent(in) :: least
       !> The family, weights, state at time 0
       real(wp), intent(in), dimension(lanes*blocks) :: decay, inverse_spread, weight, z0, v0
-      !> From `die_out`; times A and B on return
+      !> exp(-slow t), exp(-fast t); times A and B on return
       real(wp), intent(inout), dimension(lanes*blocks) :: slow, fast
 
       real(wp) :: amplitude
