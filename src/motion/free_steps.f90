@@ -73,8 +73,8 @@ contains
       if (best < n) step = max(step, cubic_step(low(n), slopes(n), curvatures(n), jerks(n), step))
    end function free_step
 
-   !> How far a cubic is certainly positive, of some multiples of a step; 0: of none. It does not come below the least
-   !> of its coefficients in Bernstein's form.
+   !> How far a cubic is certainly positive, of some multiples of a step, and of multiples of the longest of them; 0: of
+   !> none. It does not come below the least of its coefficients in Bernstein's form.
    pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
       !> Value, slope and second derivative at the start, and how fast that falls at the most
       real(wp), intent(in) :: value
@@ -89,19 +89,25 @@ contains
          2.4_wp, 2.7_wp, 3.2_wp, 4.0_wp, 5.0_wp, 7.0_wp, 10.0_wp, 16.0_wp]
       ! powers and products of no more than this do not overflow
       real(wp), parameter :: greatest = 1.0e70_wp
-      real(wp) :: bend, fall, h, least
+      real(wp) :: bend, fall, h, least, reach
       integer :: j
 
       longest = 0.0_wp
       if (.not. max(abs(slope), abs(curvature), jerk) < greatest) return
-      !$omp simd private(bend, fall, h, least) reduction(max:longest)
-      do j = 1, size(multiples)
-         h = min(multiples(j)*step, greatest)
-         bend = h*h*curvature/6.0_wp
-         fall = h*h*h*jerk/6.0_wp
-         least = min(value + h*slope/3.0_wp, value + h*slope*(2.0_wp/3.0_wp) + bend, &
-            value + h*slope + 3.0_wp*bend - fall)
-         longest = max(longest, merge(h, 0.0_wp, least > 0.0_wp))
+      reach = step
+      do while (reach > 0.0_wp .and. reach < greatest)
+         !$omp simd private(bend, fall, h, least) reduction(max:longest)
+         do j = 1, size(multiples)
+            h = min(multiples(j)*reach, greatest)
+            bend = h*h*curvature/6.0_wp
+            fall = h*h*h*jerk/6.0_wp
+            least = min(value + h*slope/3.0_wp, value + h*slope*(2.0_wp/3.0_wp) + bend, &
+               value + h*slope + 3.0_wp*bend - fall)
+            longest = max(longest, merge(h, 0.0_wp, least > 0.0_wp))
+         end do
+         ! where stiff modes cancel the second derivative is far below its bound
+         if (longest < multiples(size(multiples))*reach) exit
+         reach = longest
       end do
    end function cubic_step
 
