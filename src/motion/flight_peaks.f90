@@ -119,8 +119,8 @@ contains
       type(local_t), intent(in) :: here
       real(wp) :: step
 
-      ! a step of this length leads nowhere
-      real(wp), parameter :: far = 1.0e100_wp
+      ! a step of this length leads nowhere; its cube is a number
+      real(wp), parameter :: far = 1.0e50_wp
       real(wp) :: root
 
       step = far
