@@ -206,7 +206,11 @@ contains
 
       allocate (response%statistics)
       call finish_blocks(blocks, response%statistics)
-      if (allocated(response%measures)) response%measures%statistics = response%statistics%value(:, 0)
+      if (.not. allocated(response%measures)) return
+      associate (measures => response%measures, statistics => response%statistics)
+         measures%statistics = statistics%value(:, 0)
+         measures%extremes_tolerance = max(measures%extremes_tolerance, maxval(statistics%tolerance))
+      end associate
    end subroutine finish_statistics
 
    !> The end of the run.
@@ -229,6 +233,8 @@ contains
             statistics%class_count(blocks%classes, surfaces))
          allocate (statistics%yields(surfaces))
          statistics%yields(:) = blocks%surface%yields
+         statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
+            = blocks%looks(forms%top)%tolerance
          whole = blocks%tip%sums
          do k = 1, surfaces
             associate (surface => blocks%surface(k))

@@ -11,7 +11,7 @@ module certified_search
    public :: certified_signal_t, viewed_signal_t, local_t, search_t, trail_t, most_kept, first_zero, falls_to_zero
    public :: step_without_zero
    public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
-   public :: found_zero, found_none, found_never_left
+   public :: found_zero, found_none, found_never_left, found_spent
 
    !> The signal falls through zero at `time`.
    integer, parameter :: found_zero = 1
@@ -19,6 +19,8 @@ module certified_search
    integer, parameter :: found_none = 2
    !> A signal that starts at zero never rises above its rounding error.
    integer, parameter :: found_never_left = 3
+   !> There is none up to `time`, where the looks that it may take are spent.
+   integer, parameter :: found_spent = 4
 
    !> After a start at rest a signal of the order of 1 may dip so far by the rounding error of forces.
    real(wp), parameter :: deepest_dip = 1.0e-11_wp
@@ -52,7 +54,7 @@ module certified_search
    integer, parameter :: most_kept = 32
 
    type :: search_t
-      !> `found_zero`, `found_none` or `found_never_left`
+      !> `found_zero`, `found_none`, `found_never_left` or `found_spent`
       integer :: outcome = found_none
       !> Where
       real(wp) :: time = 0.0_wp
@@ -142,7 +144,7 @@ module certified_search
 contains
 
    !> First zero of the signal in (0, limit].
-   subroutine first_zero(signal, limit, search, trail)
+   subroutine first_zero(signal, limit, search, trail, most_looks)
       class(certified_signal_t), intent(in) :: signal
       !> Where the search ends
       real(wp), intent(in) :: limit
@@ -150,12 +152,17 @@ contains
       type(search_t), intent(out) :: search
       !> And seen on the way
       type(trail_t), intent(inout), optional :: trail
+      !> How many it may take; default: as many as it needs
+      integer(i8), intent(in), optional :: most_looks
 
       real(wp) :: t, before, step
       type(local_t) :: here
+      integer(i8) :: most
       integer :: order
       logical :: is_found
 
+      most = huge(most)
+      if (present(most_looks)) most = most_looks
       t = 0.0_wp
       before = 0.0_wp
       call look_at_start(signal, order, here, search)
@@ -188,9 +195,9 @@ contains
          end if
          step = max(here%free, step_without_zero(max(here%value, 0.0_wp), here%slope, here%bound))
          if (order == 0) search%ceiling = max(search%ceiling, highest(here, min(step, limit - t)))
-         if (t + step >= limit) then
-            search%outcome = found_none
-            search%time = limit
+         if (t + step >= limit .or. search%evaluations >= most) then
+            search%outcome = merge(found_none, found_spent, t + step >= limit)
+            search%time = min(t + step, limit)
             return
          end if
          if (.not. t + step > t) then

@@ -121,6 +121,7 @@ contains
       if (size(response%moments) == 0) return
       associate (moments => response%moments, measures => response%measures)
          measures%has_moment = .true.
+         measures%extremes_tolerance = max(measures%extremes_tolerance, maxval(moments%looks%tolerance))
          measures%greatest_moment = max(maxval(moments%greatest), maxval(-moments%least))
          measures%has_stress = all(moments%has_stress)
          if (.not. measures%has_stress) return

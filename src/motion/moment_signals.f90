@@ -8,7 +8,7 @@
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
-   use certified_search, only: local_t, viewed_signal_t
+   use certified_search, only: viewed_signal_t
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use free_modes, only: free_modes_t, rigid_square
@@ -18,7 +18,7 @@ module moment_signals
    use response_types, only: moment_record_t
    use run_settings, only: run_settings_t
    use several_state, only: ready_reaction, several_t
-   use signal_peaks, only: greatest_value, size_of_terms
+   use signal_peaks, only: greatest_value
    use stop_surfaces, only: surface_t
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
@@ -124,8 +124,11 @@ contains
       if (.not. allocated(moments%records)) return
       do p = 1, size(moments%records)
          associate (record => moments%records(p), signal => moments%place(p)%signal)
+            ! both ends first: mostly that spares a search
             call signal%evaluate(0.0_wp, value, rate)
             call enter_moment(record, value, tau)
+            call signal%evaluate(length, value, rate)
+            call enter_moment(record, value, tau + length)
             call seek_beyond(signal, 1.0_wp)
             call signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, turned)
             call seek_beyond(turned, -1.0_wp)
@@ -139,17 +142,13 @@ contains
          class(viewed_signal_t), intent(in) :: signal
          real(wp), intent(in) :: sign
 
-         ! a thousandth of all terms, of whose sizes rounding tells
-         real(wp), parameter :: share = 1.0e-3_wp/(4.0_wp*epsilon(1.0_wp))
-         type(local_t) :: here
          real(wp) :: known, peak, time
          logical :: is_beyond, still_rises
 
-         call signal%look(0.0_wp, 0, here)
          associate (record => moments%records(p))
             known = merge(record%greatest, -record%least, sign > 0.0_wp)
             call greatest_value(signal, length, known, is_beyond, still_rises, peak, time, &
-               max(record%greatest, -record%least, share*here%rounding, size_of_terms(signal, length)))
+               max(record%greatest, -record%least), record%looks)
             if (is_beyond) call enter_moment(record, sign*peak, tau + time)
          end associate
       end subroutine seek_beyond

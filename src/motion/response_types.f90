@@ -9,6 +9,7 @@ module response_types
    use kinds, only: i8, wp
    use orbit_types, only: orbit_study_t
    use section_types, only: run_sections_t
+   use signal_peaks, only: looks_t, peak_tolerance
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
@@ -91,6 +92,8 @@ module response_types
       !> Longest and total time in contact
       real(wp) :: longest_contact = 0.0_wp
       real(wp) :: total_contact = 0.0_wp
+      !> What extremes of moments and statistics may be short by, a share of themselves
+      real(wp) :: extremes_tolerance = peak_tolerance
       !> Greatest contact force, as Pbar; of model A the greatest mean over `force_window` from the beginning of an
       !> episode
       real(wp) :: greatest_force = 0.0_wp
@@ -212,6 +215,8 @@ module response_types
       real(wp) :: least_tau = 0.0_wp
       real(wp) :: greatest = -huge(1.0_wp)
       real(wp) :: greatest_tau = 0.0_wp
+      !> What the search for both has left
+      type(looks_t) :: looks
    end type moment_record_t
 
    !> Complex amplitudes of the beam with its stops open under loads sin(omega tau + phase): the displacement is the

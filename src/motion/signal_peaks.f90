@@ -1,13 +1,27 @@
 !> The greatest value of a signal and the last time it was above a level, certain like the search for its zeros.
 module signal_peaks
-   use certified_search, only: first_zero, found_never_left, found_none, found_zero, local_t, search_t, viewed_signal_t
-   use kinds, only: wp
+   use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, local_t, search_t, &
+      viewed_signal_t
+   use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: exceeds, greatest_value, last_time_above, peak_tolerance, size_of_terms
+   public :: looks_t, exceeds, greatest_value, last_time_above, peak_tolerance
 
    !> A higher peak in the same phase is missed only if it is higher by less than this share.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
+
+   !> Looks that the searches for an extreme of a run may take besides those of each phase, before their tolerance is
+   !> raised tenfold: undamped, a beam swings for ever.
+   integer(i8), parameter :: first_looks = 20000_i8
+   integer(i8), parameter :: further_looks = 2000_i8
+   integer(i8), parameter :: looks_of_phase = 100_i8
+
+   !> What searches for an extreme have left.
+   type :: looks_t
+      !> Its tolerance by now, as a share
+      real(wp) :: tolerance = peak_tolerance
+      integer(i8), private :: left = first_looks
+   end type looks_t
 
 contains
 
@@ -34,8 +48,9 @@ contains
    !> The greatest value of a signal in a phase, if it exceeds a threshold.
    !>
    !> Where the signal is proven to stay below the best value known it is not looked into; where it comes up to it,
-   !> the next turn gives a better one. Where ripples on a rise make many turns, samples ahead tell how far it goes.
-   subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time, scale)
+   !> the next turn gives a better one. Where ripples on a rise make many turns, or the looks are spent, samples ahead
+   !> tell how far it goes.
+   subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time, scale, looks)
       !> The signal, without a surface that relaxes
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
@@ -46,85 +61,89 @@ contains
       logical, intent(out) :: exceeds
       !> The greatest value is that at the end of the phase
       logical, intent(out) :: still_rises
-      !> The greatest value (within `peak_tolerance`) and its time
+      !> The greatest value (within the tolerance) and its time
       real(wp), intent(out) :: value
       real(wp), intent(out) :: time
       !> A value by which the tolerance goes, too, where the signal is near zero; default: it does not
       real(wp), intent(in), optional :: scale
+      !> What searches for the extreme of all phases have left; default: those in this phase have their own. With it
+      !> the tolerance is no finer than rounding
+      type(looks_t), intent(inout), optional :: looks
 
-      integer, parameter :: cap = 10000
       class(viewed_signal_t), allocatable :: part
+      type(local_t) :: here
+      type(looks_t) :: mine
       type(search_t) :: search
       real(wp) :: least, level, slope, t, turn
       integer :: attempt
 
       least = 0.0_wp
       if (present(scale)) least = scale
+      if (present(looks)) then
+         mine = looks
+         call signal%look(0.0_wp, 0, here)
+         least = max(least, here%rounding/peak_tolerance)
+      end if
+      mine%left = min(mine%left + looks_of_phase, max(mine%left, further_looks))
       exceeds = .false.
       still_rises = .false.
       value = threshold
       time = 0.0_wp
       level = threshold
-      if (least > 0.0_wp) level = raised(threshold, least)
+      if (least > 0.0_wp) level = raised(threshold, least, mine)
       t = 0.0_wp
       call signal%evaluate(t, turn, slope)
       if (turn > threshold) then
          exceeds = .true.
          value = turn
-         level = raised(turn, least)
+         level = raised(turn, least, mine)
       end if
-      do attempt = 1, cap
+      attempt = 0
+      do
          call signal%view(t, -1.0_wp, level, 0, part)
-         call first_zero(part, length - t, search)
-         if (search%outcome /= found_zero) return
+         call seek(part, length - t, mine, search)
+         if (search%outcome == found_none .or. search%outcome == found_never_left) exit
          t = t + search%time
-         call signal%view(t, 1.0_wp, 0.0_wp, 1, part)
-         call first_zero(part, length - t, search)
-         exceeds = .true.
-         if (search%outcome == found_none) then
-            call signal%evaluate(length, value, slope)
-            time = length
-            still_rises = .true.
-            return
+         if (search%outcome == found_zero) then
+            call signal%view(t, 1.0_wp, 0.0_wp, 1, part)
+            call seek(part, length - t, mine, search)
+            exceeds = .true.
+            if (search%outcome == found_none) then
+               call signal%evaluate(length, value, slope)
+               time = length
+               still_rises = .true.
+               exit
+            end if
+            t = t + search%time
+            call signal%evaluate(t, turn, slope)
+            if (turn > value) then
+               value = turn
+               time = t
+            end if
          end if
-         t = t + search%time
-         call signal%evaluate(t, turn, slope)
-         if (turn > value) then
-            value = turn
-            time = t
+         attempt = attempt + 1
+         if (search%outcome == found_spent .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
+            call look_ahead(signal, t, length, value, time)
+            exceeds = exceeds .or. value > threshold
          end if
-         if (popcnt(attempt) == 1 .and. attempt >= 16) call look_ahead(signal, t, length, value, time)
-         level = raised(max(value, level), least)
+         level = raised(max(value, level), least, mine)
       end do
+      if (present(looks)) looks = mine
    end subroutine greatest_value
 
-   !> A value by which the tolerance of a peak may go where the signal is next to nothing beside its terms: a share of
-   !> them, and of what they can come to within the phase. The search then has some ten thousand steps at most for each
-   !> time that it takes the terms to grow and fall.
-   function size_of_terms(signal, length) result(scale)
+   !> The first zero, with what is left of looks; where they are spent the tolerance is raised.
+   subroutine seek(signal, limit, looks, search)
       class(viewed_signal_t), intent(in) :: signal
-      !> Length of the phase
-      real(wp), intent(in) :: length
-      real(wp) :: scale
+      real(wp), intent(in) :: limit
+      type(looks_t), intent(inout) :: looks
+      type(search_t), intent(out) :: search
 
-      real(wp), parameter :: share = 1.0e-2_wp
-      class(viewed_signal_t), allocatable :: raised
-      type(local_t) :: here
-      real(wp) :: curvature, level
-      integer :: i
-
-      call signal%look(0.0_wp, 0, here)
-      curvature = here%bound_both
-      level = 1.0_wp + 4.0_wp*abs(here%value)
-      do i = 1, 8
-         ! how far a signal falls is known where it is lifted
-         call signal%view(0.0_wp, 1.0_wp, level, 0, raised)
-         call raised%look(0.0_wp, 0, here)
-         if (here%floor > -huge(1.0_wp)) exit
-         level = 16.0_wp*level
-      end do
-      scale = share*min(curvature*length**2, max(here%value - here%floor, epsilon(1.0_wp)*level))
-   end function size_of_terms
+      call first_zero(signal, limit, search, most_looks=looks%left)
+      looks%left = looks%left - search%evaluations
+      if (looks%left > 0) return
+      looks%left = further_looks
+      looks%tolerance = 10.0_wp*looks%tolerance
+   end subroutine seek
 
    !> The best of samples ahead, then of those about the best.
    subroutine look_ahead(signal, from, to, value, time)
@@ -156,14 +175,16 @@ contains
    end subroutine look_ahead
 
    !> What a better peak must reach.
-   elemental function raised(level, scale) result(higher)
+   elemental function raised(level, scale, looks) result(higher)
       !> The best so far
       real(wp), intent(in) :: level
       !> What counts where that is near zero
       real(wp), intent(in) :: scale
+      !> They tell the tolerance
+      type(looks_t), intent(in) :: looks
       real(wp) :: higher
 
-      higher = level + peak_tolerance*max(abs(level), scale) + tiny(1.0_wp)
+      higher = level + looks%tolerance*max(abs(level), scale) + tiny(1.0_wp)
    end function raised
 
    !> When a signal was last above a level.

@@ -4,6 +4,7 @@ module statistic_types
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count
    use signal_integrals, only: squares_t
+   use signal_peaks, only: looks_t, peak_tolerance
    implicit none (type, external)
    private
    public :: run_statistics_t, block_sums_t, impact_t, surface_sums_t, statistic_count
@@ -79,6 +80,8 @@ module statistic_types
       integer :: pulled = 0
       !> Events that have been looked at
       integer :: seen = 0
+      !> What searches for extremes have left, those of all surfaces together
+      type(looks_t) :: looks(sum_count)
       !> What the terms of a phase make of their squares within a whole block
       type(squares_t) :: squares
    end type block_sums_t
@@ -94,6 +97,8 @@ module statistic_types
       !> numbers, [classes, surfaces]
       real(wp), allocatable :: class_edge(:, :)
       integer, allocatable :: class_count(:, :)
+      !> Extremes may be short by so much, as a share, [statistic_count]
+      real(wp) :: tolerance(statistic_count) = peak_tolerance
       !> Those of the force, [surfaces]
       logical, allocatable :: yields(:)
    end type run_statistics_t

@@ -8,9 +8,9 @@ module surface_statistics
    use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
    use several_state, only: end_force, force_terms, several_t, signal_of, whole_gap, whole_tip
    use signal_integrals, only: are_squares_of, integrate_signals, make_squares, signals_t
-   use signal_peaks, only: greatest_value, size_of_terms
+   use signal_peaks, only: greatest_value, looks_t
    use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
-      sum_square_tip, sum_tip, top_displacement, top_tip
+      sum_square_tip, sum_tip, top_displacement, top_force, top_tip
    implicit none (type, external)
    private
    public :: take_phase
@@ -90,8 +90,8 @@ contains
       type(block_sums_t), intent(inout) :: blocks
 
       real(wp), dimension(size(signals%offset)) :: first, second
-      class(viewed_signal_t), allocatable :: signal
-      real(wp) :: greatest
+      class(viewed_signal_t), allocatable :: part, signal
+      real(wp) :: force(2)
       integer :: k, n
 
       n = size(self%states)
@@ -103,7 +103,7 @@ contains
       associate (sums => blocks%tip%sums(:, block))
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(n + 1), second(n + 1)]
          call signal_of(self, 0, whole_tip, signal)
-         call extend(signal, from, to, 1.0_wp, 0.0_wp, sums(low_tip:top_tip))
+         call extend(signal, from, to, 1.0_wp, 0.0_wp, sums(low_tip:top_tip), blocks%looks(low_tip:top_tip))
       end associate
       do k = 1, n
          associate (state => self%states(k), surface => blocks%surface(self%states(k)%surface%number))
@@ -116,17 +116,20 @@ contains
                else
                   call signal_of(self, k, whole_gap, signal)
                   call extend(signal, from, to, sign, sign*self%beam%height(k), &
-                     sums(low_displacement:top_displacement))
+                     sums(low_displacement:top_displacement), blocks%looks(low_displacement:top_displacement))
                end if
             end associate
             if (.not. self%set%is_closed(k)) cycle
-            greatest = 0.0_wp
+            force = 0.0_wp
             if (.not. state%is_rigid) then
                call signal_of(self, k, end_force, signal)
-               call raise(signal, from, to, 1.0_wp, greatest)
+               call signal%view(from, 1.0_wp, 0.0_wp, 0, part)
+               call enter_end(part, 0.0_wp, force)
+               call enter_end(part, to - from, force)
+               call raise(part, to - from, maxval(force), force(2), blocks%looks(top_force))
             end if
             call take_contact(surface, tau + from, tau + to, blocks%rest, block, [first(n + 1 + k), second(n + 1 &
-               + k)], greatest)
+               + k)], force(2))
          end associate
       end do
 
@@ -146,41 +149,54 @@ contains
    end subroutine take_stretch
 
    !> Widen the range of what goes as sign times a signal and a constant.
-   subroutine extend(signal, from, to, sign, constant, range)
+   subroutine extend(signal, from, to, sign, constant, range, looks)
       class(viewed_signal_t), intent(in) :: signal
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       real(wp), intent(in) :: sign
       real(wp), intent(in) :: constant
       real(wp), intent(inout) :: range(2)
-
-      real(wp) :: greatest, least
-
-      greatest = range(2) - constant
-      least = constant - range(1)
-      call raise(signal, from, to, sign, greatest)
-      call raise(signal, from, to, -sign, least)
-      range = [constant - least, constant + greatest]
-   end subroutine extend
-
-   !> The greatest value of a signal times a factor, if it is greater than what is known.
-   subroutine raise(signal, from, to, factor, greatest)
-      class(viewed_signal_t), intent(in) :: signal
-      real(wp), intent(in) :: from
-      real(wp), intent(in) :: to
-      real(wp), intent(in) :: factor
-      real(wp), intent(inout) :: greatest
+      !> What the searches for both have left
+      type(looks_t), intent(inout) :: looks(2)
 
       class(viewed_signal_t), allocatable :: part
-      real(wp) :: slope, time, value
+      real(wp) :: least
+
+      call signal%view(from, sign, constant, 0, part)
+      call enter_end(part, 0.0_wp, range)
+      call enter_end(part, to - from, range)
+      call raise(part, to - from, maxval(abs(range)), range(2), looks(2))
+      call signal%view(from, -sign, -constant, 0, part)
+      least = -range(1)
+      call raise(part, to - from, maxval(abs(range)), least, looks(1))
+      range(1) = -least
+   end subroutine extend
+
+   !> Its ends first: mostly that spares a search, which would find them too.
+   subroutine enter_end(signal, time, range)
+      class(viewed_signal_t), intent(in) :: signal
+      real(wp), intent(in) :: time
+      real(wp), intent(inout) :: range(2)
+
+      real(wp) :: slope, value
+
+      call signal%evaluate(time, value, slope)
+      range = [min(range(1), value), max(range(2), value)]
+   end subroutine enter_end
+
+   !> The greatest value of a signal, if it is greater than what is known.
+   subroutine raise(signal, length, scale, greatest, looks)
+      class(viewed_signal_t), intent(in) :: signal
+      real(wp), intent(in) :: length
+      !> By which its tolerance goes, too
+      real(wp), intent(in) :: scale
+      real(wp), intent(inout) :: greatest
+      type(looks_t), intent(inout) :: looks
+
+      real(wp) :: time, value
       logical :: is_greater, still_rises
 
-      call signal%view(from, factor, 0.0_wp, 0, part)
-      ! its end first: mostly that spares a search, which would find it too
-      call part%evaluate(to - from, value, slope)
-      greatest = max(greatest, value)
-      call greatest_value(part, to - from, greatest, is_greater, still_rises, value, time, &
-         size_of_terms(part, to - from))
+      call greatest_value(signal, length, greatest, is_greater, still_rises, value, time, scale, looks)
       if (is_greater) greatest = value
    end subroutine raise
 

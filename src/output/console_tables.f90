@@ -14,6 +14,7 @@ module console_tables
    use run_settings, only: method_names, method_newmark, side_below, stop_settings_t
    use scene_types, only: scene_t, shape_taper
    use scene_units, only: units_in
+   use signal_peaks, only: peak_tolerance
    use stop_words, only: law_in_words, place_in_words, released_stop, stops_in_scene, support_in_words
    use text_columns, only: fixed, label_width, print_columns, print_line
    implicit none (type, external)
@@ -231,6 +232,8 @@ contains
          if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
             measure_in_words(i, row(i), measures%duration, units))
       end do
+      if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
+         'of moments and statistics certain within '//rounded(measures%extremes_tolerance)//' of themselves')
       if (measures%rebounds == 0) call print_line(unit, heading, 'none')
       do i = 1, min(measures%rebounds, most_peaks)
          call print_line(unit, merge(heading, repeat(' ', label_width), i == 1), words_in(units, '{eta~y - d} = ') &

@@ -5,6 +5,7 @@ module statistic_groups
    use measure_list, only: first_statistic, measure_table
    use number_text, only: to_text
    use quantity_groups, only: quantity_group_t
+   use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t, statistic_count
    implicit none (type, external)
    private
@@ -39,6 +40,8 @@ contains
       do i = 1, statistic_count
          associate (measure => measure_table(first_statistic - 1 + i))
             call group%put(trim(measure%name), statistics%value(i, :), measure%quantity, measure%meaning, along)
+            if (statistics%tolerance(i) > peak_tolerance) call group%attribute('tolerance', statistics%tolerance(i), &
+               group%named(trim(measure%name)))
             call group%put(trim(measure%name)//bars, statistics%half_width(i, :), measure%quantity, &
                'half the width of its 95 % interval', along)
             call group%put(trim(measure%name)//parts, statistics%in_block(i, :, :), measure%quantity, &

@@ -3,6 +3,7 @@ module stress_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t
    use response_types, only: moment_record_t
+   use signal_peaks, only: peak_tolerance
    implicit none (type, external)
    private
    public :: write_stress
@@ -50,8 +51,19 @@ contains
          call group%put(which//'_moment', values, 'moment', which//' bending moment{, Pbar L}', along)
          if (has_stress) call group%put(which//'_stress', moments%stress_ratio*values, 'stress', &
             which//' stress{, in E D/L}', along)
+         call add_tolerance(group%named(which//'_moment'))
+         if (has_stress) call add_tolerance(group%named(which//'_stress'))
          call group%put(which//'_tau', instants, 'time', 'instant of the '//which//'{, tau}', along)
       end subroutine add_extreme
+
+      !> Where the search had to be cut.
+      subroutine add_tolerance(dataset)
+         character(*), intent(in) :: dataset
+
+         associate (tolerance => maxval(moments%looks%tolerance))
+            if (tolerance > peak_tolerance) call group%attribute('tolerance', tolerance, dataset)
+         end associate
+      end subroutine add_tolerance
 
       !> Of all places, place after place.
       subroutine add_history(name, values, meaning)

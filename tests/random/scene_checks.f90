@@ -267,20 +267,21 @@ contains
       call check_events(scene, response, complaint)
    end subroutine look_closely
 
-   !> No sample of a moment lies beyond the extremes that were found without samples.
+   !> No sample of a moment lies beyond the extremes that were found without samples, by more than is said of them.
    subroutine check_moments(response, complaint)
       !> The motion
       type(response_t), intent(in) :: response
       !> Gets what is wrong
       character(:), allocatable, intent(inout) :: complaint
 
-      real(wp), parameter :: share = 3.0e-6_wp
+      real(wp) :: share
       ! beside that of the unit of displacement, about 0.02: what is less is its rounding
       real(wp), parameter :: least_moment = 1.0e-9_wp
       integer :: p
 
       do p = 1, size(response%moments)
          associate (record => response%moments(p))
+            share = 3.0_wp*record%looks%tolerance
             associate (scale => least_moment + maxval(abs(response%moments%greatest)) + maxval(abs(response%moments%least)))
                call limit('a moment exceeds its greatest by', maxval(record%moment) - record%greatest, share*scale, &
                   complaint)
