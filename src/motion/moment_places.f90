@@ -121,7 +121,8 @@ contains
       if (size(response%moments) == 0) return
       associate (moments => response%moments, measures => response%measures)
          measures%has_moment = .true.
-         measures%extremes_tolerance = max(measures%extremes_tolerance, maxval(moments%looks%tolerance))
+         measures%extremes_tolerance = max(measures%extremes_tolerance, &
+            maxval(moments%looks_for_least%tolerance), maxval(moments%looks_for_greatest%tolerance))
          measures%greatest_moment = max(maxval(moments%greatest), maxval(-moments%least))
          measures%has_stress = all(moments%has_stress)
          if (.not. measures%has_stress) return

@@ -18,7 +18,7 @@ module moment_signals
    use response_types, only: moment_record_t
    use run_settings, only: run_settings_t
    use several_state, only: ready_reaction, several_t
-   use signal_peaks, only: greatest_value
+   use signal_peaks, only: greatest_value, looks_t
    use stop_surfaces, only: surface_t
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
@@ -129,18 +129,19 @@ contains
             call enter_moment(record, value, tau)
             call signal%evaluate(length, value, rate)
             call enter_moment(record, value, tau + length)
-            call seek_beyond(signal, 1.0_wp)
+            call seek_beyond(signal, 1.0_wp, record%looks_for_greatest)
             call signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, turned)
-            call seek_beyond(turned, -1.0_wp)
+            call seek_beyond(turned, -1.0_wp, record%looks_for_least)
          end associate
       end do
 
    contains
 
       !> A greater value than so far of the moment, or of it with its sign turned.
-      subroutine seek_beyond(signal, sign)
+      subroutine seek_beyond(signal, sign, looks)
          class(viewed_signal_t), intent(in) :: signal
          real(wp), intent(in) :: sign
+         type(looks_t), intent(inout) :: looks
 
          real(wp) :: known, peak, time
          logical :: is_beyond, still_rises
@@ -148,7 +149,7 @@ contains
          associate (record => moments%records(p))
             known = merge(record%greatest, -record%least, sign > 0.0_wp)
             call greatest_value(signal, length, known, is_beyond, still_rises, peak, time, &
-               max(record%greatest, -record%least), record%looks)
+               max(record%greatest, -record%least), looks)
             if (is_beyond) call enter_moment(record, sign*peak, tau + time)
          end associate
       end subroutine seek_beyond

@@ -215,8 +215,9 @@ module response_types
       real(wp) :: least_tau = 0.0_wp
       real(wp) :: greatest = -huge(1.0_wp)
       real(wp) :: greatest_tau = 0.0_wp
-      !> What the search for both has left
-      type(looks_t) :: looks
+      !> What the searches for either have left
+      type(looks_t) :: looks_for_least
+      type(looks_t) :: looks_for_greatest
    end type moment_record_t
 
    !> Complex amplitudes of the beam with its stops open under loads sin(omega tau + phase): the displacement is the

@@ -123,7 +123,8 @@ contains
          end if
          attempt = attempt + 1
          if (search%outcome == found_spent .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
-            call look_ahead(signal, t, length, value, time)
+            call look_ahead(signal, t, length, &
+               merge(further_looks, looks_of_phase, search%outcome == found_spent), value, time)
             exceeds = exceeds .or. value > threshold
          end if
          level = raised(max(value, level), least, mine)
@@ -145,32 +146,39 @@ contains
       looks%tolerance = 10.0_wp*looks%tolerance
    end subroutine seek
 
-   !> The best of samples ahead, then of those about the best.
-   subroutine look_ahead(signal, from, to, value, time)
+   !> The best of samples ahead, then of those ever closer about the best, while that gains.
+   subroutine look_ahead(signal, from, to, samples, value, time)
       class(viewed_signal_t), intent(in) :: signal
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
+      !> So many, and about each best a hundred
+      integer(i8), intent(in) :: samples
       !> The best so far, and where
       real(wp), intent(inout) :: value
       real(wp), intent(inout) :: time
 
-      integer, parameter :: samples = 200
-      real(wp) :: first, here, last, slope, t, width
-      integer :: i, zoom
+      integer, parameter :: zooms = 10
+      real(wp) :: before, first, here, last, slope, t, width
+      integer(i8) :: i, count
+      integer :: zoom
 
       first = from
       last = to
-      do zoom = 1, 3
-         width = (last - first)/real(samples, wp)
-         do i = 0, samples
+      count = samples
+      do zoom = 1, zooms
+         before = value
+         width = (last - first)/real(count, wp)
+         do i = 0, count
             t = first + width*real(i, wp)
             call signal%evaluate(t, here, slope)
             if (here <= value) cycle
             value = here
             time = t
          end do
+         if (zoom > 2 .and. .not. value - before > peak_tolerance*abs(value)) exit
          first = max(from, time - width)
          last = min(to, time + width)
+         count = looks_of_phase
       end do
    end subroutine look_ahead
 

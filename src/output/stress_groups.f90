@@ -30,8 +30,10 @@ contains
       call group%put(along, [moments%position], 'length', 'places{, x/L}', is_scale=.true.)
       ! without measures nothing was looked for
       if (all(moments%greatest >= moments%least)) then
-         call add_extreme('greatest', [moments%greatest], [moments%greatest_tau])
-         call add_extreme('least', [moments%least], [moments%least_tau])
+         call add_extreme('greatest', [moments%greatest], [moments%greatest_tau], &
+            maxval(moments%looks_for_greatest%tolerance))
+         call add_extreme('least', [moments%least], [moments%least_tau], &
+            maxval(moments%looks_for_least%tolerance))
       end if
       if (.not. (present(tau) .and. all([(allocated(moments(p)%moment), p=1, size(moments))]))) return
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
@@ -42,28 +44,23 @@ contains
    contains
 
       !> Of all places.
-      subroutine add_extreme(which, values, instants)
+      subroutine add_extreme(which, values, instants, tolerance)
          character(*), intent(in) :: which
          !> Moments
          real(wp), intent(in) :: values(:)
          real(wp), intent(in) :: instants(:)
+         !> The search came to this
+         real(wp), intent(in) :: tolerance
 
          call group%put(which//'_moment', values, 'moment', which//' bending moment{, Pbar L}', along)
          if (has_stress) call group%put(which//'_stress', moments%stress_ratio*values, 'stress', &
             which//' stress{, in E D/L}', along)
-         call add_tolerance(group%named(which//'_moment'))
-         if (has_stress) call add_tolerance(group%named(which//'_stress'))
+         if (tolerance > peak_tolerance) then
+            call group%attribute('tolerance', tolerance, group%named(which//'_moment'))
+            if (has_stress) call group%attribute('tolerance', tolerance, group%named(which//'_stress'))
+         end if
          call group%put(which//'_tau', instants, 'time', 'instant of the '//which//'{, tau}', along)
       end subroutine add_extreme
-
-      !> Where the search had to be cut.
-      subroutine add_tolerance(dataset)
-         character(*), intent(in) :: dataset
-
-         associate (tolerance => maxval(moments%looks%tolerance))
-            if (tolerance > peak_tolerance) call group%attribute('tolerance', tolerance, dataset)
-         end associate
-      end subroutine add_tolerance
 
       !> Of all places, place after place.
       subroutine add_history(name, values, meaning)

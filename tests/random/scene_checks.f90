@@ -281,7 +281,7 @@ contains
 
       do p = 1, size(response%moments)
          associate (record => response%moments(p))
-            share = 3.0_wp*record%looks%tolerance
+            share = 3.0_wp*max(record%looks_for_least%tolerance, record%looks_for_greatest%tolerance)
             associate (scale => least_moment + maxval(abs(response%moments%greatest)) + maxval(abs(response%moments%least)))
                call limit('a moment exceeds its greatest by', maxval(record%moment) - record%greatest, share*scale, &
                   complaint)
