@@ -89,8 +89,7 @@ contains
       still_rises = .false.
       value = threshold
       time = 0.0_wp
-      level = threshold
-      if (least > 0.0_wp) level = raised(threshold, least, mine)
+      level = merge(raised(threshold, least, mine), threshold, least > 0.0_wp)
       t = 0.0_wp
       call signal%evaluate(t, turn, slope)
       if (turn > threshold) then
