@@ -6,7 +6,7 @@ module exponential_differences
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: exponential_difference
+   public :: exponential_difference, find_differences
 
    !> Further apart than this two points are taken by the difference of what is left without either.
    real(wp), parameter :: greatest_spread = 1.0_wp
@@ -23,17 +23,51 @@ contains
       real(wp), intent(in) :: time
       complex(wp) :: value
 
-      complex(wp), dimension(most_points) :: power, x
+      complex(wp), dimension(size(points)) :: power, x
+
+      associate (n => size(points))
+         x = points*time
+         if (are_near(x)) then
+            value = series(n, x)*time**(n - 1)
+         else
+            power = exp(x)
+            value = difference(n, x, power)*time**(n - 1)
+         end if
+      end associate
+   end function exponential_difference
+
+   !> Those over the points from each on, and the exponential of the last.
+   pure subroutine find_differences(points, time, values)
+      !> 1 to `most_points`
+      complex(wp), intent(in) :: points(:)
+      !> t
+      real(wp), intent(in) :: time
+      complex(wp), intent(out) :: values(:)
+
+      complex(wp), dimension(size(points)) :: power, x
       integer :: i
 
       associate (n => size(points))
+         x = points*time
+         power = exp(x)
          do i = 1, n
-            x(i) = points(i)*time
-            power(i) = exp(x(i))
+            values(i) = difference(n - i + 1, x(i:), power(i:))*time**(n - i)
          end do
-         value = difference(n, x, power)*time**(n - 1)
       end associate
-   end function exponential_difference
+   end subroutine find_differences
+
+   !> Is none of the points further from another than `greatest_spread`?
+   pure function are_near(x) result(are)
+      complex(wp), intent(in) :: x(:)
+      logical :: are
+
+      integer :: j
+
+      are = .true.
+      do j = 2, size(x)
+         are = are .and. .not. any(square_of(x(:j - 1) - x(j)) > greatest_spread**2)
+      end do
+   end function are_near
 
    !> The one of exp over points.
    pure recursive function difference(count, x, power) result(value)
@@ -100,34 +134,44 @@ contains
       others(place:size(all) - 1) = all(place + 1:)
    end function without
 
-   !> For points near to each other: exp(c) sum h_k(x - c)/(n - 1 + k)!, h_k the sum of all products of k of them.
+   !> For points near to each other: exp(c) sum h_k(x - c)/(n - 1 + k)!, h_k the sum of all products of k of them. About
+   !> their mean c it is sum (-1)^(j + 1) e_j h_(k - j), j = 2 to n, e_j the sum of products of j different ones.
    pure function series(count, x) result(value)
       integer, intent(in) :: count
       complex(wp), intent(in) :: x(count)
       complex(wp) :: value
 
+      ! the last with points as far apart as they may be
       integer, parameter :: most_terms = 20
-      complex(wp) :: center, product_sum(most_points), term
-      real(wp) :: factor
+      complex(wp) :: center, h(1 - most_points:most_terms), signed(0:count)
+      real(wp) :: factor, left, radius
       integer :: j, k
 
       center = sum(x)/real(count, wp)
-      ! h_k over the first points
-      product_sum = (1.0_wp, 0.0_wp)
+      ! (-1)^(j + 1) e_j
+      signed(0) = (-1.0_wp, 0.0_wp)
+      signed(1:) = (0.0_wp, 0.0_wp)
+      do j = 1, count
+         do k = j, 1, -1
+            signed(k) = signed(k) - (x(j) - center)*signed(k - 1)
+         end do
+      end do
+      radius = sqrt(maxval(square_of(x - center)))
       factor = 1.0_wp
       do j = 2, count - 1
          factor = factor/real(j, wp)
       end do
+      h(1 - most_points:-1) = (0.0_wp, 0.0_wp)
+      h(0) = (1.0_wp, 0.0_wp)
       value = factor
+      left = 1.0_wp
       do k = 1, most_terms
          factor = factor/real(count - 1 + k, wp)
-         product_sum(1) = product_sum(1)*(x(1) - center)
-         do j = 2, count
-            product_sum(j) = product_sum(j - 1) + (x(j) - center)*product_sum(j)
-         end do
-         term = factor*product_sum(count)
-         value = value + term
-         if (maxval(square_of(product_sum(:count)))*factor**2 <= (0.01_wp*epsilon(1.0_wp))**2*square_of(value)) exit
+         left = left*radius/real(k, wp)
+         h(k) = sum(signed(2:)*h(k - 2:k - count:-1))
+         value = value + factor*h(k)
+         ! h_k is at most the k-th power of the radius times the number of products
+         if (left <= 0.01_wp*epsilon(1.0_wp)) exit
       end do
       value = exp(center)*value
    end function series

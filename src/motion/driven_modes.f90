@@ -3,7 +3,7 @@
 !> start would be far greater than the motion.
 module driven_modes
    use damped_oscillators, only: oscillators_t
-   use exponential_differences, only: exponential_difference
+   use exponential_differences, only: exponential_difference, find_differences
    use kinds, only: wp
    use load_courses, only: piece_t
    implicit none (type, external)
@@ -46,7 +46,8 @@ contains
       end associate
    end function make_driven_mode
 
-   !> It and its derivatives.
+   !> It and its derivatives: that of the difference over some points is the first of them times it, and the difference
+   !> over the others. By the equation of motion rounding would grow by what is stiff.
    pure function driven_mode_at(mode, time, most) result(derivative)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: time
@@ -54,21 +55,18 @@ contains
       integer, intent(in) :: most
       real(wp) :: derivative(0:most)
 
-      complex(wp) :: e(0:most), drive, points(0:most_points), sigma
-      integer :: k, last
+      complex(wp) :: points(0:most_points), differences(most_points)
+      integer :: i, k, last
 
-      sigma = cmplx(0.0_wp, mode%frequency, wp)
       call find_points(mode, points, last)
-      e(0) = exponential_difference(points(1:last), time)
-      e(1) = sigma*e(0) + exponential_difference(points(2:last), time)
-      drive = exp(sigma*time)
-      if (mode%is_ramp) drive = time
-      do k = 2, most
-         e(k) = drive - mode%damping*e(k - 1) - mode%square*e(k - 2)
-         if (mode%is_ramp) drive = merge(1.0_wp, 0.0_wp, k == 2)
-         if (.not. mode%is_ramp) drive = sigma*drive
+      call find_differences(points(1:last), time, differences(:last))
+      do k = 0, most
+         derivative(k) = real(mode%force*differences(1), wp)
+         do i = 1, last - 1
+            differences(i) = points(i)*differences(i) + differences(i + 1)
+         end do
+         differences(last) = points(last)*differences(last)
       end do
-      derivative = real(mode%force*e, wp)
    end function driven_mode_at
 
    !> E is the divided difference of exp(s t) over points 1 to last, E' - sigma E that over those from 2 on, and the
@@ -177,16 +175,19 @@ contains
          - mode%square*start(1)*exponential_difference([zero, zero, mode%own], time), wp)
    end function integral_of_swing
 
-   !> Bounds on it and on its derivatives up to a time. Of a mode that is hit by a unit impulse neither the velocity
-   !> exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by the
+   !> Bounds on it and on its derivatives between two instants. Of a mode that is hit by a unit impulse neither the
+   !> velocity exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by the
    !> equation of motion. From an instant on the rates of what a constant drives go like those of a mode that swings of
-   !> itself, of which each is bounded by itself and the next.
-   pure subroutine bound_driven_mode(mode, until, bounds, here)
+   !> itself, of which each is bounded by itself and the next. And nothing exceeds the sum of the exponentials of which
+   !> it consists, each of which only dies away.
+   pure subroutine bound_driven_mode(mode, until, bounds, from, here)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: until
       !> From the mode itself on
       real(wp), intent(out) :: bounds(0:)
-      !> It and its derivatives at an instant before, one more than are bounded: bounds from then on are asked for
+      !> Bounds from then on are asked for; default: from the start
+      real(wp), intent(in), optional :: from
+      !> It and its derivatives then, one more than are bounded
       real(wp), intent(in), optional :: here(0:)
 
       ! whose square is a number
@@ -220,11 +221,44 @@ contains
          if (mode%is_ramp) drive = merge(1.0_wp, 0.0_wp, k == 2)
          if (.not. mode%is_ramp) drive = drive*mode%frequency
       end do
+      bounds = min(bounds, sums_of_exponentials(mode, ubound(bounds, 1), from))
       bounds = abs(mode%force)*bounds
       if (.not. present(here) .or. mode%frequency > 0.0_wp) return
       do k = merge(2, 1, mode%is_ramp), ubound(bounds, 1)
          bounds(k) = min(bounds(k), hypot(here(k), here(k + 1)/sqrt(mode%square)))
       end do
    end subroutine bound_driven_mode
+
+   !> From an instant on none of the exponentials of which it and its derivatives consist is greater than then; the rate
+   !> of what a ramp drives is what a constant does.
+   pure function sums_of_exponentials(mode, most, from) result(bounds)
+      type(driven_mode_t), intent(in) :: mode
+      !> The highest derivative
+      integer, intent(in) :: most
+      !> Default: from the start
+      real(wp), intent(in), optional :: from
+      !> Per unit of the force
+      real(wp) :: bounds(0:most)
+
+      ! with less between them points are one
+      real(wp), parameter :: least_apart = sqrt(tiny(1.0_wp))
+      complex(wp) :: points(3)
+      real(wp) :: apart, greatest(3)
+      integer :: i, k
+
+      bounds = huge(1.0_wp)
+      points(1) = cmplx(0.0_wp, mode%frequency, wp)
+      points(2:) = mode%own
+      do i = 1, 3
+         apart = abs(points(i) - points(modulo(i, 3) + 1))*abs(points(i) - points(modulo(i + 1, 3) + 1))
+         if (apart < least_apart) return
+         greatest(i) = 1.0_wp/apart
+         if (present(from)) greatest(i) = greatest(i)*exp(real(points(i), wp)*from)
+      end do
+      do k = merge(1, 0, mode%is_ramp), most
+         bounds(k) = sum(greatest)
+         greatest = abs(points)*greatest
+      end do
+   end function sums_of_exponentials
 
 end module driven_modes

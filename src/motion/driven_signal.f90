@@ -208,7 +208,7 @@ contains
             rows(row, value_columns) = [(share*here(first + k) + of_rate*here(first + k + 1), k=0, 2)]
             call bound_driven_mode(mode, time, bounds)
             magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
-            call bound_driven_mode(mode, self%from + self%until, bounds, here)
+            call bound_driven_mode(mode, self%from + self%until, bounds, time, here)
             rows(row, [bound_value, bound_curvature, bound_jerk]) = &
                [(abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=0, 0), &
                (abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=2, 3)]

@@ -24,8 +24,7 @@ module phase_drives
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
    real(wp), parameter :: resonant = 0.02_wp
 
-   !> So many periods of a load that resonates are a phase at most: bounds grow with its length. Of a slow one that is
-   !> driven by a slow load it is one over the higher frequency.
+   !> So many periods of a load that drives modes from rest are a phase at most: bounds grow with its length.
    real(wp), parameter :: most_periods = 2.0_wp
 
    !> Where the rows of each kind begin, less one.
@@ -324,21 +323,18 @@ contains
          m = loads%harmonic(g)
          if (m > 0) drive%harmonic(:, m) = drive%harmonic(:, m) + drive%piece(g)%harmonic*set%harmonic(:, g)
       end do
-      call start_modes(set, oscillators, loads%slow, drive)
+      call start_modes(set, oscillators, drive)
    end subroutine start_drive
 
    !> Modes that are driven from rest.
-   subroutine start_modes(set, oscillators, slow, drive)
+   subroutine start_modes(set, oscillators, drive)
       type(set_drive_t), intent(in) :: set
       !> Of the set
       type(oscillators_t), intent(in) :: oscillators
-      !> Below this modes and loads are slow
-      real(wp), intent(in) :: slow
       !> Its pieces are there
       type(phase_drive_t), intent(inout) :: drive
 
       complex(wp) :: force(size(set%driven))
-      real(wp) :: longest
       integer :: i
 
       if (size(set%driven) == 0 .and. allocated(drive%pair)) then
@@ -366,9 +362,7 @@ contains
             mode%is_ramp = pair%part == by_slope
             if (pair%part /= by_harmonic) cycle
             mode%frequency = drive%piece(pair%load)%frequency
-            longest = most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency
-            if (mode%frequency < slow) longest = 1.0_wp/max(mode%frequency, sqrt(mode%square))
-            drive%until = min(drive%until, drive%tau + longest)
+            drive%until = min(drive%until, drive%tau + most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency)
          end associate
       end do
    end subroutine start_modes
