@@ -13,7 +13,7 @@ module block_statistics
    use student, only: student_quantile
    implicit none (type, external)
    private
-   public :: open_blocks, take_events, take_contact, finish_blocks, finish_statistics
+   public :: open_blocks, blocks_begun, width_of_blocks, take_events, take_contact, finish_blocks, finish_statistics
 
    !> How a statistic follows from sums.
    type :: form_t
@@ -109,13 +109,40 @@ contains
       type(block_sums_t), intent(in) :: blocks
       real(wp), intent(in) :: tau
 
-      integer :: last
-
-      last = ubound(blocks%edge, 1)
-      block_at = 0
-      if (tau < blocks%edge(0) .or. tau > blocks%edge(last)) return
-      block_at = min(count(blocks%edge <= tau), last)
+      associate (last => ubound(blocks%edge, 1))
+         block_at = 0
+         if (tau <= blocks%edge(last)) block_at = min(blocks_begun(blocks, tau), last)
+      end associate
    end function block_at
+
+   !> How many have begun at an instant; one more after their end.
+   pure integer function blocks_begun(blocks, tau)
+      type(block_sums_t), intent(in) :: blocks
+      real(wp), intent(in) :: tau
+
+      associate (edge => blocks%edge, last => ubound(blocks%edge, 1))
+         ! edges round
+         blocks_begun = int(min(max((tau - edge(0))/width_of_blocks(blocks), 0.0_wp), real(last, wp)))
+         do while (blocks_begun <= last)
+            if (edge(blocks_begun) > tau) exit
+            blocks_begun = blocks_begun + 1
+         end do
+         do while (blocks_begun > 0)
+            if (edge(blocks_begun - 1) <= tau) exit
+            blocks_begun = blocks_begun - 1
+         end do
+      end associate
+   end function blocks_begun
+
+   !> They are evenly spaced.
+   pure function width_of_blocks(blocks) result(width)
+      type(block_sums_t), intent(in) :: blocks
+      real(wp) :: width
+
+      associate (last => ubound(blocks%edge, 1))
+         width = (blocks%edge(last) - blocks%edge(0))/real(last, wp)
+      end associate
+   end function width_of_blocks
 
    !> Impacts begin with events, and their impulses are those of them.
    subroutine take_events(blocks, response)

@@ -1,7 +1,7 @@
 !> What a Newmark step among several surfaces adds to the statistics of a run: displacements go as cubics between the
 !> ends of the step, forces on straight lines (docs/theory.md, section 20).
 module newmark_statistics
-   use block_statistics, only: open_blocks, take_contact
+   use block_statistics, only: blocks_begun, open_blocks, take_contact
    use kinds, only: wp
    use newmark_several_run, only: is_held, is_in_contact, several_run_t
    use run_settings, only: run_settings_t
@@ -45,7 +45,7 @@ contains
       integer :: block, k, last
 
       last = ubound(run%blocks%edge, 1)
-      do block = max(count(run%blocks%edge <= from), 1), last
+      do block = max(blocks_begun(run%blocks, from), 1), last
          begin = max(run%blocks%edge(block - 1), from)
          end = min(run%blocks%edge(block), from + step)
          if (end > begin) call take_part(run, from, step, (begin - from)/step, (end - from)/step, block)

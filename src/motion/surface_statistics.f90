@@ -1,7 +1,7 @@
 !> What a phase among several surfaces adds to the statistics of a run: integrals of forces and displacements and of
 !> their squares, block by block (docs/theory.md, section 20).
 module surface_statistics
-   use block_statistics, only: take_contact
+   use block_statistics, only: blocks_begun, take_contact, width_of_blocks
    use certified_search, only: viewed_signal_t
    use driven_modes, only: driven_mode_t
    use kinds, only: wp
@@ -34,7 +34,7 @@ contains
       if (tau < blocks%edge(last) .and. tau + length > blocks%edge(0)) then
          call find_signals(self, length, signals)
          call prepare_squares(signals, tau, length, blocks)
-         do block = max(count(blocks%edge <= tau), 1), last
+         do block = max(blocks_begun(blocks, tau), 1), last
             from = max(blocks%edge(block - 1) - tau, 0.0_wp)
             to = min(blocks%edge(block) - tau, length)
             if (to > from) call take_stretch(self, signals, tau, from, to, block, blocks)
@@ -60,21 +60,11 @@ contains
       integer, parameter :: worth = 4
       real(wp) :: width
 
-      if (count(blocks%edge >= tau .and. blocks%edge <= tau + length) - 1 < worth) return
+      if (blocks_begun(blocks, tau + length) - blocks_begun(blocks, tau) - 1 < worth) return
       width = width_of_blocks(blocks)
       if (are_squares_of(blocks%squares, signals%exponent, width)) return
       call make_squares(signals%exponent, width, blocks%squares)
    end subroutine prepare_squares
-
-   !> All blocks have it but for rounding.
-   pure function width_of_blocks(blocks) result(width)
-      type(block_sums_t), intent(in) :: blocks
-      real(wp) :: width
-
-      associate (last => ubound(blocks%edge, 1))
-         width = (blocks%edge(last) - blocks%edge(0))/real(last, wp)
-      end associate
-   end function width_of_blocks
 
    !> The part of a phase within one block.
    subroutine take_stretch(self, signals, tau, from, to, block, blocks)
