@@ -176,10 +176,10 @@ contains
    end function integral_of_swing
 
    !> Bounds on it and on its derivatives between two instants. Of a mode that is hit by a unit impulse neither the
-   !> velocity exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by the
-   !> equation of motion. From an instant on the rates of what a constant drives go like those of a mode that swings of
-   !> itself, of which each is bounded by itself and the next. And nothing exceeds the sum of the exponentials in
-   !> it, each of which only dies away.
+   !> velocity exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by
+   !> the equation of motion. From an instant on the rates of what a constant drives go like those of a mode that swings
+   !> of itself, of which each is bounded by itself and the next. And nothing exceeds the sum of the exponentials in it,
+   !> each of which only dies away.
    pure subroutine bound_driven_mode(mode, until, bounds, from, here)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: until
