@@ -19,12 +19,16 @@ module mode_terms
    !> that: so no exponent that is not slow is near to one that is.
    real(wp), parameter :: greatest_slow = 1.0_wp
    real(wp), parameter :: greatest_with_slow = 1.25_wp
+   !> A load on a slow mode is slow, too, if its frequency times the length is less than this.
+   real(wp), parameter :: greatest_slow_load = 1.5_wp
 
    !> A circle around two exponents: half its points, and its least radius times the length of the phase. Those of a
    !> mode next to critical damping are this much nearer to its centre than it, with a radius of a share of the decay,
    !> if that is greater.
    integer, parameter :: half_circle = 10
    real(wp), parameter :: radius_times_length = 1.2_wp
+   !> So much times the inverse of the length a harmonic and the mode with which it resonates are apart at most.
+   real(wp), parameter :: greatest_resonance = 0.5_wp
    real(wp), parameter :: nearness = 0.125_wp
    real(wp), parameter :: share_of_decay = 0.125_wp
 
@@ -79,22 +83,55 @@ contains
 
       type(lone_mode_t) :: mode
       type(driven_mode_t) :: alone
-      real(wp) :: fast, rates(2), swing(2)
+      real(wp) :: swing(2)
       integer :: k
+      logical :: is_apart(size(drives))
 
       alone = make_driven_mode(oscillators, place)
       mode = lone_mode_t(swings=place <= oscillators%oscillating, decay=oscillators%decay(place), &
          spread=oscillators%spread(place), square=oscillators%square(place), two_zeta=oscillators%two_zeta, &
          mass_rate=oscillators%mass_rate(place), own=alone%own, damping=alone%damping, length=length)
       allocate (terms%exponent(0), terms%amplitude(2, 0))
+      ! besides what follows the loads there is a swing
+      swing = start
+      do k = 1, size(drives)
+         is_apart(k) = stands_apart(mode, drives(k))
+         if (is_apart(k)) call add_harmonic(mode, drives(k), swing, terms)
+      end do
+      call add_near(mode, swing, pack(drives, .not. is_apart), terms)
+   end subroutine find_mode_terms
+
+   !> Is the pole of a load far from those of the mode, and from 0 where they are slow?
+   pure function stands_apart(mode, drive) result(does)
+      type(lone_mode_t), intent(in) :: mode
+      type(driven_mode_t), intent(in) :: drive
+      logical :: does
+
+      if (abs(mode%own(1))*mode%length <= greatest_slow) then
+         does = drive%frequency*mode%length > greatest_slow_load
+      else
+         does = drive%frequency > 0.0_wp .and. &
+            abs(cmplx(0.0_wp, drive%frequency, wp) - mode%own(1))*mode%length > greatest_resonance
+      end if
+   end function stands_apart
+
+   !> The terms but for those of harmonics that stand apart.
+   pure subroutine add_near(mode, start, drives, terms)
+      type(lone_mode_t), intent(in) :: mode
+      real(wp), intent(in) :: start(2)
+      type(driven_mode_t), intent(in) :: drives(:)
+      type(mode_terms_t), intent(inout) :: terms
+
+      real(wp) :: fast, rates(2), swing(2)
+      integer :: k
+
       rates = abs(mode%own)
-      if (rates(2)*length <= greatest_with_slow) then
+      if (rates(2)*mode%length <= greatest_with_slow) then
          call add_slow(mode, start, drives, 0.0_wp, terms)
          return
       end if
-      ! besides what else follows the loads there is a swing
       swing = start
-      if (rates(1)*length <= greatest_slow) then
+      if (rates(1)*mode%length <= greatest_slow) then
          if (size(drives) > 0) then
             fast = -0.5_wp*real(transform_of(drives, mode%own(2)), wp)/mode%spread
             call add_slow(mode, [0.0_wp, 0.0_wp], drives, fast, terms)
@@ -110,7 +147,7 @@ contains
          end do
       end if
       call add_swing(mode, swing, terms)
-   end subroutine find_mode_terms
+   end subroutine add_near
 
    !> The points of the circle of all that is slow.
    pure function slow_exponents(length, count) result(s)
@@ -199,6 +236,22 @@ contains
       terms%slope = terms%slope + rate
       swing = swing - [static, rate]
    end subroutine add_steady
+
+   !> A harmonic that stands apart: the mode follows, and swings about that.
+   pure subroutine add_harmonic(mode, drive, swing, terms)
+      type(lone_mode_t), intent(in) :: mode
+      type(driven_mode_t), intent(in) :: drive
+      !> z and z' at the start of what swings of itself; less by those
+      real(wp), intent(inout) :: swing(2)
+      type(mode_terms_t), intent(inout) :: terms
+
+      complex(wp) :: answer, turning
+
+      turning = cmplx(0.0_wp, drive%frequency, wp)
+      answer = drive%force/((turning - mode%own(1))*(turning - mode%own(2)))
+      swing = swing - real(answer*[(1.0_wp, 0.0_wp), turning], wp)
+      call add_terms([turning], [answer], [1.0_wp + mode%two_zeta*turning], terms)
+   end subroutine add_harmonic
 
    !> A harmonic that turns almost as the mode does, which is below critical damping: a circle around both.
    pure subroutine add_resonance(mode, drive, swing, terms)
