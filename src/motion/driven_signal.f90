@@ -9,7 +9,7 @@ module driven_signal
    use short_flights, only: added_bound, added_value, most_derivatives
    implicit none (type, external)
    private
-   public :: driven_signal_t, driven_terms_t, add_terms
+   public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, start_of
 
    !> constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
    type :: driven_terms_t
@@ -190,7 +190,7 @@ contains
       do i = 1, size(self%terms%frequency)
          associate (w => self%terms%frequency(i))
             term = turned(self%factor*self%terms%harmonic(i), w, time, first)
-            swing = abs(self%factor*self%terms%harmonic(i))*w**first
+            swing = size_of(self%factor*self%terms%harmonic(i))*w**first
             rows(i, value_columns) = [real(term, wp), -w*aimag(term), -w**2*real(term, wp)]
             rows(i, bound_value) = swing
             rows(i, bound_curvature) = swing*w**2
@@ -216,6 +216,14 @@ contains
       end do
    end subroutine find_rows
 
+   !> Its magnitude, without care for overflow.
+   elemental function size_of(harmonic) result(magnitude)
+      complex(wp), intent(in) :: harmonic
+      real(wp) :: magnitude
+
+      magnitude = sqrt(real(harmonic, wp)**2 + aimag(harmonic)**2)
+   end function size_of
+
    !> A derivative of harmonic exp(i w t).
    elemental function turned(harmonic, w, time, order) result(term)
       complex(wp), intent(in) :: harmonic
@@ -240,47 +248,72 @@ contains
       !> What was found
       type(search_t), intent(out) :: search
 
-      ! whose powers are numbers
-      real(wp), parameter :: greatest_frequency = 1.0e6_wp
-      real(wp) :: added(most_derivatives, 2)
       logical :: is_short
 
       select type (free => self%free)
       type is (modal_signal_t)
-         if (self%start_order == 1 .and. self%order == 0 .and. self%terms%modes == 0 .and. &
-            highest_frequency(self) < greatest_frequency) then
-            call differentiate(self, added)
-            call free%find_short(limit, is_short, search, added)
+         if (self%start_order == 1 .and. self%order == 0 .and. self%terms%modes == 0) then
+            associate (terms => self%terms)
+               call find_short_driven(free, self%factor*terms%slope, turned(self%factor*terms%harmonic, &
+                  terms%frequency, self%from, 0), terms%frequency, limit, is_short, search)
+            end associate
             if (is_short) return
          end if
       end select
       call first_zero(self, limit, search)
    end subroutine find_zero
 
+   !> The end of a short hop of modes and what loads add, which rise from zero together.
+   subroutine find_short_driven(modes, slope, harmonic, frequency, limit, is_short, search)
+      type(modal_signal_t), intent(in) :: modes
+      !> Of what is added, as in `driven_terms_t`
+      real(wp), intent(in) :: slope
+      complex(wp), intent(in) :: harmonic(:)
+      real(wp), intent(in) :: frequency(:)
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> It is certain
+      logical, intent(out) :: is_short
+      !> Gets it
+      type(search_t), intent(inout) :: search
+
+      ! whose powers are numbers
+      real(wp), parameter :: greatest_frequency = 1.0e5_wp
+      real(wp) :: added(most_derivatives, 2)
+
+      is_short = .false.
+      if (any(frequency > greatest_frequency)) return
+      if (size(frequency) == 0 .and. abs(slope) <= 0.0_wp) then
+         call modes%find_short(limit, is_short, search)
+      else
+         call differentiate(slope, harmonic, frequency, added)
+         call modes%find_short(limit, is_short, search, added)
+      end if
+   end subroutine find_short_driven
+
    !> Derivatives of what is added, at the start, and bounds on them.
-   pure subroutine differentiate(self, added)
-      type(driven_signal_t), intent(in) :: self
-      !> As `find_short_flight` has them; no mode is driven from rest
+   pure subroutine differentiate(slope, harmonic, frequency, added)
+      real(wp), intent(in) :: slope
+      complex(wp), intent(in) :: harmonic(:)
+      real(wp), intent(in) :: frequency(:)
+      !> As `find_short_flight` has them
       real(wp), intent(out) :: added(most_derivatives, 2)
 
-      complex(wp) :: term
-      real(wp) :: swing
+      real(wp) :: part(0:3), power, swing
       integer :: i, k
 
       added = 0.0_wp
-      added(1, :) = self%factor*self%terms%slope
-      added(1, added_bound) = abs(added(1, added_bound))
-      do i = 1, size(self%terms%frequency)
-         associate (w => self%terms%frequency(i))
-            term = turned(self%factor*self%terms%harmonic(i), w, self%from, 0)
-            swing = abs(term)
-            do k = 1, most_derivatives
-               term = w*cmplx(-aimag(term), real(term, wp), wp)
-               swing = w*swing
-               added(k, added_value) = added(k, added_value) + real(term, wp)
-               added(k, added_bound) = added(k, added_bound) + swing
-            end do
-         end associate
+      added(1, :) = [slope, abs(slope)]
+      do i = 1, size(frequency)
+         ! the real part of harmonic times powers of i
+         part = [real(harmonic(i), wp), -aimag(harmonic(i)), -real(harmonic(i), wp), aimag(harmonic(i))]
+         swing = abs(part(0)) + abs(part(1))
+         power = 1.0_wp
+         do k = 1, most_derivatives
+            power = power*frequency(i)
+            added(k, added_value) = added(k, added_value) + power*part(iand(k, 3))
+            added(k, added_bound) = added(k, added_bound) + power*swing
+         end do
       end do
    end subroutine differentiate
 
@@ -303,6 +336,29 @@ contains
          is = value > 1.0e-9_wp*magnitude
       end select
    end function stands_off
+
+   !> A signal that has nothing left to tell where it stands begins with its slope.
+   function start_of(signal, known) result(order)
+      class(viewed_signal_t), intent(in) :: signal
+      !> What is known of it; 0: nothing
+      integer, intent(in) :: known
+      integer :: order
+
+      type(local_t) :: here
+
+      order = known
+      if (known > 0) return
+      select type (signal)
+      type is (modal_signal_t)
+         ! far from that
+         if (signal%offset + sum(signal%weight*signal%z) + min(signal%surface, 0.0_wp) > &
+            1.0e-9_wp*(abs(signal%offset) + sum(abs(signal%weight*signal%z)))) return
+      type is (driven_signal_t)
+         if (signal%stands_off()) return
+      end select
+      call signal%look(0.0_wp, 0, here)
+      if (here%value <= here%rounding .and. here%slope > 0.0_wp) order = 1
+   end function start_of
 
    !> Of all that the loads swing with.
    pure function highest_frequency(self) result(frequency)

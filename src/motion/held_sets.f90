@@ -200,11 +200,11 @@ contains
       type(free_beam_t), intent(in) :: beam
       type(held_set_t), intent(in) :: set
       !> State in the free modes, [free]
-      real(wp), intent(in) :: q(:)
-      real(wp), intent(in) :: v(:)
+      real(wp), contiguous, intent(in) :: q(:)
+      real(wp), contiguous, intent(in) :: v(:)
       !> In those of the set, [count]
-      real(wp), intent(out) :: p(:)
-      real(wp), intent(out) :: rate(:)
+      real(wp), contiguous, intent(out) :: p(:)
+      real(wp), contiguous, intent(out) :: rate(:)
 
       real(wp) :: moved(size(q)), forces(size(q))
       integer :: j
@@ -231,11 +231,11 @@ contains
       type(free_beam_t), intent(in) :: beam
       type(held_set_t), intent(in) :: set
       !> [count]
-      real(wp), intent(in) :: p(:)
-      real(wp), intent(in) :: rate(:)
+      real(wp), contiguous, intent(in) :: p(:)
+      real(wp), contiguous, intent(in) :: rate(:)
       !> [free]
-      real(wp), intent(out) :: q(:)
-      real(wp), intent(out) :: v(:)
+      real(wp), contiguous, intent(out) :: q(:)
+      real(wp), contiguous, intent(out) :: v(:)
 
       real(wp), dimension(size(set%held)) :: reaction, magnitude
       real(wp) :: forces(set%count)

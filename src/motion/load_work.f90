@@ -23,73 +23,86 @@ contains
       real(wp), intent(in) :: v(:)
       real(wp) :: work
 
+      complex(wp) :: turn(size(self%drive%frequency))
       integer :: i
 
       work = 0.0_wp
       if (self%loads%count == 0 .or. .not. time > 0.0_wp) return
-      associate (set => self%set)
-         work = work_on_drive(self, time)
+      associate (set => self%set, frequency => self%drive%frequency)
+         do i = 1, size(frequency)
+            turn(i) = cmplx(cos(frequency(i)*time), sin(frequency(i)*time), wp)
+         end do
+         work = work_on_drive(self, time, turn)
          if (size(set%pressed) > 0) then
             work = work + work_on_terms(self, time)
-            call add_modes(self, set%joint%inactive, time, z, v, work)
+            call add_modes(self, set%joint%inactive, time, turn, z, v, work)
          else
-            call add_modes(self, [(i, i=1, size(z))], time, z, v, work)
+            call add_modes(self, [(i, i=1, size(z))], time, turn, z, v, work)
          end if
       end associate
    end function work_of_loads
 
    !> Of what swings alone in modes, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
    !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). Where that would cancel modes are driven from rest.
-   pure subroutine add_modes(self, modes, time, z, v, work)
+   pure subroutine add_modes(self, modes, time, turn, z, v, work)
       type(several_t), intent(in) :: self
       integer, intent(in) :: modes(:)
       real(wp), intent(in) :: time
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
       !> State of all modes at that time
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
       real(wp), intent(inout) :: work
 
-      complex(wp) :: part, s, power
+      complex(wp) :: start, stop, part
       type(piece_t) :: steady, turning
-      logical :: is_slow(size(modes)), is_steady, turns
+      logical :: has_driven, is_slow(size(modes)), is_steady, turns
       integer :: g, i
 
-      is_slow = [(is_driven(self, modes(i), by_constant, 0), i=1, size(modes))]
-      associate (set => self%set, oscillators => self%set%held%oscillators, drive => self%drive)
+      has_driven = size(self%set%drive%driven) > 0
+      is_slow = .false.
+      if (has_driven) is_slow = [(is_driven(self, modes(i), by_constant, 0), i=1, size(modes))]
+      associate (set => self%set%drive, oscillators => self%set%held%oscillators)
          do g = 1, self%loads%count
-            steady = drive%piece(g)
+            steady = self%drive%piece(g)
             steady%harmonic = 0.0_wp
             is_steady = abs(steady%constant) + abs(steady%slope) > 0.0_wp
-            turns = abs(drive%piece(g)%harmonic) > 0.0_wp
-            turning = piece_t(harmonic=drive%piece(g)%harmonic, frequency=drive%piece(g)%frequency)
-            s = cmplx(0.0_wp, turning%frequency, wp)
-            power = exp(s*time)
+            turning = piece_t(harmonic=self%drive%piece(g)%harmonic, frequency=self%drive%piece(g)%frequency)
+            turns = swings(turning%harmonic)
             part = (0.0_wp, 0.0_wp)
             do i = 1, size(modes)
-               associate (m => modes(i), load => set%drive%load(modes(i), g), square => oscillators%square(modes(i)), &
-                  damping => oscillators%two_zeta*oscillators%square(modes(i)) &
-                  + oscillators%mass_rate(modes(i)))
-                  if (is_slow(i)) then
-                     work = work + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], &
-                        steady, time)
-                  else if (is_steady) then
-                     work = work + load*(steady%constant*(z(m) - self%z(m)) + steady%slope*(time*z(m) &
-                        + (v(m) - self%v(m) + damping*(z(m) - self%z(m)))/square))
+               associate (m => modes(i), load => set%load(modes(i), g), square => oscillators%square(modes(i)))
+                  if (has_driven) then
+                     if (is_slow(i)) work = work + load*work_on_swing(make_driven_mode(oscillators, m), &
+                        [self%z(m), self%v(m)], steady, time)
+                     if (turns .and. is_driven(self, m, by_harmonic, g)) work = work &
+                        + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], turning, time)
+                  end if
+                  if (is_steady .and. .not. is_slow(i)) then
+                     work = work + load*steady%constant*(z(m) - self%z(m))
+                     if (abs(steady%slope) > 0.0_wp) work = work + load*steady%slope*(time*z(m) + (v(m) - self%v(m) &
+                        + (oscillators%two_zeta*square + oscillators%mass_rate(m))*(z(m) - self%z(m)))/square)
                   end if
                   if (.not. turns) cycle
-                  if (is_driven(self, m, by_harmonic, g)) then
-                     work = work + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], &
-                        turning, time)
-                  else
-                     part = part + load*(power*(s*v(m) + square*z(m)) - (s*self%v(m) + square*self%z(m))) &
-                        /(s**2 - damping*s + square)
-                  end if
+                  start = cmplx(square*self%z(m), turning%frequency*self%v(m), wp)
+                  stop = cmplx(square*z(m), turning%frequency*v(m), wp)
+                  ! nothing of those that are driven
+                  part = part + set%backward(m, g)*(stop*turn(self%loads%harmonic(g)) - start)
                end associate
             end do
             work = work + real(turning%harmonic*part, wp)
          end do
       end associate
    end subroutine add_modes
+
+   !> Is a harmonic there?
+   elemental function swings(harmonic) result(does)
+      complex(wp), intent(in) :: harmonic
+      logical :: does
+
+      does = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
+   end function swings
 
    !> Is a mode driven from rest by a load?
    pure function is_driven(self, mode, part, load) result(is)
@@ -140,13 +153,15 @@ contains
    end function work_on_terms
 
    !> On what the loads do themselves.
-   pure function work_on_drive(self, time) result(work)
+   pure function work_on_drive(self, time, turn) result(work)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
       real(wp) :: work
 
       integer :: g, i, m
-      complex(wp) :: row
+      complex(wp) :: own, row
 
       work = 0.0_wp
       associate (set => self%set%drive, drive => self%drive)
@@ -154,17 +169,19 @@ contains
             do i = 1, size(drive%pair)
                work = work + set%load(set%driven(drive%pair(i))%mode, g)*work_on(drive%mode(i), drive%piece(g), time)
             end do
+            own = (1.0_wp, 0.0_wp)
+            if (self%loads%harmonic(g) > 0) own = turn(self%loads%harmonic(g))
             associate (piece => drive%piece(g))
                work = work + drive%slope(set%at%loads + g)*(piece%constant + 0.5_wp*piece%slope*time)*time
-               if (abs(piece%harmonic) > 0.0_wp) then
+               if (swings(piece%harmonic) .and. abs(drive%slope(set%at%loads + g)) > 0.0_wp) then
                   associate (s => cmplx(0.0_wp, piece%frequency, wp))
-                     work = work + drive%slope(set%at%loads + g)*real(piece%harmonic*integral(s, time, exp(s*time)), wp)
+                     work = work + drive%slope(set%at%loads + g)*real(piece%harmonic*integral(s, time, own), wp)
                   end associate
                end if
                do m = 1, size(drive%frequency)
                   row = drive%harmonic(set%at%loads + g, m)
-                  if (abs(row) > 0.0_wp) work = work + work_on_harmonic(piece%constant, piece%slope, piece%harmonic, &
-                     piece%frequency, row, drive%frequency(m), time)
+                  if (swings(row)) work = work + work_on_harmonic(piece, own, row, drive%frequency(m), &
+                     turn(m), time)
                end do
             end associate
          end do
@@ -172,27 +189,28 @@ contains
    end function work_on_drive
 
    !> Of a load on a point that moves with Re(row exp(i w t)).
-   pure function work_on_harmonic(constant, slope, harmonic, frequency, row, w, time) result(work)
-      !> The load
-      real(wp), intent(in) :: constant
-      real(wp), intent(in) :: slope
-      complex(wp), intent(in) :: harmonic
-      real(wp), intent(in) :: frequency
+   pure function work_on_harmonic(load, own, row, w, turn, time) result(work)
+      type(piece_t), intent(in) :: load
+      !> What its own harmonic has turned to
+      complex(wp), intent(in) :: own
       !> The point
       complex(wp), intent(in) :: row
       real(wp), intent(in) :: w
+      !> exp(i w t)
+      complex(wp), intent(in) :: turn
       real(wp), intent(in) :: time
       real(wp) :: work
 
-      complex(wp) :: power, s
+      complex(wp) :: s
 
       s = cmplx(0.0_wp, w, wp)
-      power = exp(s*time)
-      work = real(row*(constant*(power - 1.0_wp) + slope*(time*power - integral(s, time, power))), wp)
-      if (abs(harmonic) <= 0.0_wp) return
-      associate (up => cmplx(0.0_wp, w + frequency, wp), down => cmplx(0.0_wp, w - frequency, wp))
-         work = work + 0.5_wp*real(s*row*(harmonic*integral(up, time, exp(up*time)) &
-            + conjg(harmonic)*integral(down, time, exp(down*time))), wp)
+      work = 0.0_wp
+      if (abs(load%constant) > 0.0_wp) work = load%constant*real(row*(turn - 1.0_wp), wp)
+      if (abs(load%slope) > 0.0_wp) work = work + load%slope*real(row*(time*turn - integral(s, time, turn)), wp)
+      if (.not. swings(load%harmonic)) return
+      associate (up => cmplx(0.0_wp, w + load%frequency, wp), down => cmplx(0.0_wp, w - load%frequency, wp))
+         work = work + 0.5_wp*real(s*row*(load%harmonic*integral(up, time, turn*own) &
+            + conjg(load%harmonic)*integral(down, time, turn*conjg(own))), wp)
       end associate
    end function work_on_harmonic
 

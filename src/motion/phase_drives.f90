@@ -62,6 +62,8 @@ module phase_drives
       real(wp), allocatable :: constant(:, :), lag(:, :)
       !> To exp(i W t), [rows, loads]
       complex(wp), allocatable :: harmonic(:, :)
+      !> Of each mode alone to exp(i W t), as time runs backward, [modes, loads]
+      complex(wp), allocatable :: backward(:, :)
       !> The loads in the set's modes, [modes, loads]
       real(wp), allocatable :: load(:, :)
       !> Their parts that the surfaces which hold the beam take at once, [held, loads]
@@ -128,6 +130,7 @@ contains
       else
          allocate (drive%load, source=loads%mode)
       end if
+      allocate (drive%backward(held%count, total), source=(0.0_wp, 0.0_wp))
       do i = 1, size(held%held)
          mobility(:, i) = [(sum(beam%value(:, held%held(g))*beam%value(:, held%held(i))), g=1, size(held%held))]
       end do
@@ -152,8 +155,26 @@ contains
          end do
          call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, answer)
          drive%harmonic(:, g) = answer
+         drive%backward(:, g) = backward_of(held%oscillators, drive%load(:, g), loads%frequency(g), is_driven)
       end do
    end subroutine make_set_drive
+
+   !> Answer of modes to a load, with their damping turned round.
+   pure function backward_of(oscillators, load, frequency, left_out) result(answer)
+      type(oscillators_t), intent(in) :: oscillators
+      !> [modes]
+      real(wp), intent(in) :: load(:)
+      real(wp), intent(in) :: frequency
+      !> Modes that stay at rest, [modes]
+      logical, intent(in) :: left_out(:)
+      complex(wp) :: answer(size(load))
+
+      real(wp) :: damping(size(load))
+
+      answer = (0.0_wp, 0.0_wp)
+      damping = oscillators%two_zeta*oscillators%square + oscillators%mass_rate(:size(load))
+      where (.not. left_out) answer = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
+   end function backward_of
 
    !> What work of loads and losses in stops need of the terms of a set on surfaces that yield.
    subroutine ready_for_terms(exponent, shape, frequency, drive)
@@ -317,8 +338,11 @@ contains
       drive%harmonic(:, :) = (0.0_wp, 0.0_wp)
       do g = 1, loads%count
          associate (piece => drive%piece(g))
-            drive%constant(:) = drive%constant + set%constant(:, g)*piece%constant + set%lag(:, g)*piece%slope
-            drive%slope(:) = drive%slope + set%constant(:, g)*piece%slope
+            if (abs(piece%constant) > 0.0_wp) drive%constant(:) = drive%constant + set%constant(:, g)*piece%constant
+            if (abs(piece%slope) > 0.0_wp) then
+               drive%constant(:) = drive%constant + set%lag(:, g)*piece%slope
+               drive%slope(:) = drive%slope + set%constant(:, g)*piece%slope
+            end if
          end associate
          m = loads%harmonic(g)
          if (m > 0) drive%harmonic(:, m) = drive%harmonic(:, m) + drive%piece(g)%harmonic*set%harmonic(:, g)
@@ -395,22 +419,28 @@ contains
       integer, intent(in) :: last
       real(wp), intent(in) :: time
       !> [last - first + 1]
-      real(wp), intent(out) :: rows(:)
-      real(wp), intent(out) :: rates(:)
+      real(wp), contiguous, intent(out) :: rows(:)
+      real(wp), contiguous, intent(out) :: rates(:)
 
-      complex(wp) :: term, turn
-      real(wp) :: here(0:2)
+      real(wp) :: cosine, even, here(0:2), odd, sine
       integer :: i, m
 
       rates = drive%slope(first:last)
       rows = drive%constant(first:last) + rates*time
       do m = 1, size(drive%frequency)
          associate (w => drive%frequency(m))
-            turn = cmplx(cos(w*time), sin(w*time), wp)
+            cosine = 1.0_wp
+            sine = 0.0_wp
+            if (time > 0.0_wp) then
+               cosine = cos(w*time)
+               sine = sin(w*time)
+            end if
+            !$omp simd private(even, odd)
             do i = 1, size(rows)
-               term = drive%harmonic(first + i - 1, m)*turn
-               rows(i) = rows(i) + real(term, wp)
-               rates(i) = rates(i) - w*aimag(term)
+               even = real(drive%harmonic(first + i - 1, m), wp)
+               odd = aimag(drive%harmonic(first + i - 1, m))
+               rows(i) = rows(i) + (even*cosine - odd*sine)
+               rates(i) = rates(i) - w*(even*sine + odd*cosine)
             end do
          end associate
       end do

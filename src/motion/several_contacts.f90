@@ -8,6 +8,7 @@ module several_contacts
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use joint_modes, only: terms_at
    use kinds, only: wp
+   use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
    use phase_drives, only: find_rows_at
@@ -87,7 +88,7 @@ contains
          if (size(self%z_end) /= size(self%now%z)) deallocate (self%z_end, self%v_end)
       end if
       if (.not. allocated(self%z_end)) allocate (self%z_end(size(self%now%z)), self%v_end(size(self%now%z)))
-      if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) then
+      if (keeps_losses(self, motion)) then
          self%z_end(:) = self%now%z
          self%v_end(:) = self%now%v
          if (self%now%loads%count > 0) call move_to(self%now, 0.0_wp, self%z_end, self%v_end)
@@ -124,7 +125,7 @@ contains
          associate (state => self%now%states(k), search => self%searches(k))
             if (.not. state%acts .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
             state%is_low = state%is_low .and. search%greatest < state%hop_tolerance
-            if (state%is_low) call judge_hop(self, k)
+            if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call judge_hop(self, k)
          end associate
       end do
       if (self%ended == 0) return
@@ -393,28 +394,27 @@ contains
       type(motion_t), intent(inout) :: motion
 
       real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%pressed)), work
-      complex(wp), allocatable :: term(:)
+      complex(wp) :: term(self%now%set%joint%count)
       integer :: k, place
-      logical :: keeps
 
       associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
          ledger => motion%recorder%ledger)
          call move_to(now, time, self%z_end, self%v_end, state(:, 3:))
-         keeps = motion%recorder%asked%energy .or. motion%measurer%is_wanted
-         allocate (term(0))
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
-         if (keeps) then
+         if (keeps_losses(self, motion)) then
             state(:, :2) = reshape([self%z_end, self%v_end], [size(state, 1), 2])
             call find_losses(self%now, self%at_start, self%start_energy, time, state, term, lost, work)
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%work = ledger%work + work
+         else if (motion%measurer%is_wanted) then
+            ledger%work = ledger%work + work_of_loads(now, time, state(:, 3), state(:, 4))
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
             place = findloc(set%pressed, k, dim=1)
             if (place > 0) then
                call keep_indentation(self%now, place, time, term, now%states(k))
-               if (keeps) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
+               if (keeps_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
             else
                call leave_behind(held%static_gap(k) + sum(held%value(:, k)*self%z_end), time, now%states(k))
@@ -423,6 +423,15 @@ contains
          ledger%dissipated_stop = sum(now%states%dissipated)
       end associate
    end subroutine close_books
+
+   !> Is it asked what is lost in the phase? Measures ask for what stops that yield lose alone.
+   pure function keeps_losses(self, motion) result(keeps)
+      class(several_contacts_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      logical :: keeps
+
+      keeps = motion%recorder%asked%energy .or. (motion%measurer%is_wanted .and. size(self%now%set%pressed) > 0)
+   end function keeps_losses
 
    !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that
    !> is: by a static shape, as that takes the least energy, with which the ledger is charged.
@@ -463,28 +472,17 @@ contains
          call close_books(self, motion)
       end if
       call measure_moments(self%moments, motion%tau, self%search%time)
-      call measure_surfaces(self%now, self%search%time, self%searches%greatest, is_last, motion)
+      call measure_surfaces(self%now, self%search%time, self%searches, is_last, motion)
       if (self%now%loads%count > 0) then
-         motion%measurer%measures%final_energy = energy_of(self, self%z_end, self%v_end) + energy_in_stops(self)
+         motion%measurer%measures%final_energy = energy_of(self, self%z_end, self%v_end) &
+            + sum(energy_in(self%now%states))
          return
       end if
       ! beam and stops together win no energy
       if (motion%measurer%tally%has_spent .and. .not. is_last) return
-      call measure_energy(self, energy_of(self, self%z_end, self%v_end) + energy_in_stops(self), motion)
+      call measure_energy(self, energy_of(self, self%z_end, self%v_end) + sum(energy_in(self%now%states)), &
+         motion)
    end subroutine measure
-
-   !> In the springs of all stops at the end of the phase.
-   pure function energy_in_stops(self) result(energy)
-      class(several_contacts_t), intent(in) :: self
-      real(wp) :: energy
-
-      integer :: k
-
-      energy = 0.0_wp
-      do k = 1, size(self%now%states)
-         energy = energy + energy_in(self%now%states(k))
-      end do
-   end function energy_in_stops
 
    !> What follows.
    subroutine follow(self, motion, response)

@@ -20,11 +20,11 @@ module several_measures
 contains
 
    !> What a phase tells of each surface.
-   subroutine measure_surfaces(self, length, greatest, is_last, motion)
+   subroutine measure_surfaces(self, length, searches, is_last, motion)
       type(several_t), intent(inout) :: self
       real(wp), intent(in) :: length
-      !> Each signal was seen to be as great as this, [surfaces]
-      real(wp), intent(in) :: greatest(:)
+      !> For the end of the phase at each, [surfaces]
+      type(search_t), intent(in) :: searches(:)
       !> The run ends with it
       logical, intent(in) :: is_last
       !> `tau` is still that of the start
@@ -35,19 +35,20 @@ contains
       do k = 1, size(self%states)
          if (.not. (self%states(k)%acts .or. k == self%pulled)) cycle
          if (k == self%pulled) then
-            call measure_surface(self, k, length, greatest(k), is_last, motion%tau, motion%measurer)
+            call measure_surface(self, k, length, searches(k), is_last, motion%tau, motion%measurer)
          else
-            call measure_surface(self, k, length, greatest(k), is_last, motion%tau, self%measurers(k))
+            call measure_surface(self, k, length, searches(k), is_last, motion%tau, self%measurers(k))
          end if
       end do
    end subroutine measure_surfaces
 
    !> One of them.
-   subroutine measure_surface(self, k, length, greatest, is_last, tau, measurer)
+   subroutine measure_surface(self, k, length, seen, is_last, tau, measurer)
       type(several_t), intent(inout) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: length
-      real(wp), intent(in) :: greatest
+      !> Of the gap, or the force
+      type(search_t), intent(in) :: seen
       logical, intent(in) :: is_last
       !> Start of the phase
       real(wp), intent(in) :: tau
@@ -58,7 +59,7 @@ contains
       logical :: rises
 
       if (self%set%is_closed(k)) then
-         call measure_closed(self, k, length, greatest, tau, measurer)
+         call measure_closed(self, k, length, seen%greatest, tau, measurer)
          self%states(k)%has_risen = .false.
          if (k /= self%pulled .or. self%states(k)%is_rigid) return
          if (.not. may_sink(self, k)) return
@@ -66,6 +67,8 @@ contains
          if (sinks(signal, length)) call keep_for_quiet()
          return
       end if
+      ! most hops are too low to be looked into again
+      if (self%states(k)%is_rigid .and. seen%ceiling <= quiet_level .and. .not. self%states(k)%has_risen) return
       call signal_of(self, k, whole_gap, signal)
       ! its surface is where it is home
       associate (state => self%states(k))
@@ -76,8 +79,8 @@ contains
             if (state%is_first_flight) then
                rises = exceeds(signal, length, quiet_level)
             else
-               call measure_rise(measurer, signal, tau, length, .false., is_last, min(greatest, quiet_level), &
-                  rises)
+               call measure_rise(measurer, signal, tau, length, .false., is_last, min(seen%greatest, &
+                  quiet_level), rises)
             end if
             state%has_risen = rises
             if (rises) call end_episode(measurer%tally)

@@ -2,10 +2,10 @@
 !> signals that end it (docs/theory.md, section 17).
 module several_state
    use applied_loads, only: applied_loads_t
-   use certified_search, only: first_zero, found_zero, local_t, search_t, viewed_signal_t
+   use certified_search, only: first_zero, found_zero, search_t, viewed_signal_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
    use damped_oscillators, only: acceleration, propagate
-   use driven_signal, only: add_terms, driven_signal_t, driven_terms_t
+   use driven_signal, only: add_terms, driven_signal_t, driven_terms_t, find_short_driven, start_of
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
    use held_sets, only: free_beam_t, into_held, out_of_held
@@ -78,8 +78,8 @@ contains
       !> Its start
       real(wp), intent(in) :: tau
       !> State in the free modes, [free]
-      real(wp), intent(in) :: q(:)
-      real(wp), intent(in) :: v(:)
+      real(wp), contiguous, intent(in) :: q(:)
+      real(wp), contiguous, intent(in) :: v(:)
       !> The set had to be made
       logical, intent(out) :: is_new
       !> Set when it could not be
@@ -126,8 +126,9 @@ contains
       self%load_rate(:) = 0.0_wp
       do g = 1, self%loads%count
          piece = piece_at(self%loads%course(g), tau)
-         self%load = self%load + self%loads%mode(:, g)*(piece%constant + real(piece%harmonic, wp))
-         self%load_rate = self%load_rate + self%loads%mode(:, g)*(piece%slope - piece%frequency*aimag(piece%harmonic))
+         self%load(:) = self%load + self%loads%mode(:, g)*(piece%constant + real(piece%harmonic, wp))
+         self%load_rate(:) = self%load_rate + self%loads%mode(:, g)*(piece%slope &
+            - piece%frequency*aimag(piece%harmonic))
       end do
    end subroutine find_load
 
@@ -146,7 +147,7 @@ contains
       integer :: k
 
       associate (set => self%set)
-         spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
+         if (is_new .or. size(set%pressed) > 0) spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
          if (is_new) then
             if (allocated(set%drive)) deallocate (set%drive)
             allocate (set%drive)
@@ -158,8 +159,8 @@ contains
          self%longest = self%drive%until - tau
          associate (at => set%drive%at)
             call find_rows_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, rows, rates)
-            self%z = self%z - rows
-            self%v = self%v - rates
+            self%z(:) = self%z - rows
+            self%v(:) = self%v - rates
             if (size(set%pressed) == 0) return
             depth = depth - drive_at(set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp, 0)
             branch_force = branch_force - drive_at(set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
@@ -197,6 +198,7 @@ contains
 
       class(viewed_signal_t), allocatable :: signal
       type(search_t) :: other
+      logical :: is_short
 
       associate (state => self%states(k), held => self%set%held)
          ended_by = end_gap
@@ -214,6 +216,13 @@ contains
                held%gap(k)%start_order = start_of(held%gap(k), state%start_order)
                call held%gap(k)%find_zero(limit, search)
                return
+            end if
+            if (state%start_order == 1 .and. size(self%drive%pair) == 0) then
+               associate (row => self%set%drive%at%gaps + k, drive => self%drive)
+                  call find_short_driven(held%gap(k), drive%slope(row), drive%harmonic(row, :), drive%frequency, &
+                     limit, is_short, search)
+               end associate
+               if (is_short) return
             end if
             allocate (signal, source=held%gap(k))
             call add_drive(self, k, end_gap, signal)
@@ -247,29 +256,6 @@ contains
          end if
       end associate
    end subroutine search_surface
-
-   !> A signal that has nothing left to tell where it stands begins with its slope.
-   function start_of(signal, known) result(order)
-      class(viewed_signal_t), intent(in) :: signal
-      !> What is known of it; 0: nothing
-      integer, intent(in) :: known
-      integer :: order
-
-      type(local_t) :: here
-
-      order = known
-      if (known > 0) return
-      select type (signal)
-      type is (modal_signal_t)
-         ! far from that
-         if (signal%offset + sum(signal%weight*signal%z) + min(signal%surface, 0.0_wp) > &
-            1.0e-9_wp*(abs(signal%offset) + sum(abs(signal%weight*signal%z)))) return
-      type is (driven_signal_t)
-         if (signal%stands_off()) return
-      end select
-      call signal%look(0.0_wp, 0, here)
-      if (here%value <= here%rounding .and. here%slope > 0.0_wp) order = 1
-   end function start_of
 
    !> What ends the phase at a surface, as a signal.
    subroutine signal_of(self, k, kind, signal)
@@ -446,10 +432,10 @@ contains
    pure subroutine move_to(self, time, z, v, alone)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
-      real(wp), intent(out) :: z(:)
-      real(wp), intent(out) :: v(:)
+      real(wp), contiguous, intent(out) :: z(:)
+      real(wp), contiguous, intent(out) :: v(:)
       !> The same less what loads do, [modes, 2]
-      real(wp), intent(out), optional :: alone(:, :)
+      real(wp), contiguous, intent(out), optional :: alone(:, :)
 
       real(wp), dimension(size(z)) :: rows, rates
 
@@ -466,8 +452,8 @@ contains
    pure subroutine move_alone(self, time, z, v)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
-      real(wp), intent(out) :: z(:)
-      real(wp), intent(out) :: v(:)
+      real(wp), contiguous, intent(out) :: z(:)
+      real(wp), contiguous, intent(out) :: v(:)
 
       if (.not. time > 0.0_wp) then
          z = self%z
@@ -483,11 +469,11 @@ contains
    pure subroutine free_state(self, z, v, q, rate)
       type(several_t), intent(in) :: self
       !> State of the set's modes
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
       !> [free]
-      real(wp), intent(out) :: q(:)
-      real(wp), intent(out) :: rate(:)
+      real(wp), contiguous, intent(out) :: q(:)
+      real(wp), contiguous, intent(out) :: rate(:)
 
       call out_of_held(self%beam, self%set%held, z, v, q, rate)
    end subroutine free_state

@@ -7,13 +7,12 @@ module short_flights
    private
    public :: find_short_flight, zero_of_series, most_derivatives, added_value, added_bound
 
-   !> So many derivatives of the modes are used, by their values at the start and bounds on them; of what is added to
-   !> them fewer.
+   !> So many terms are used, by the derivatives at the start, and bounds on that of one more.
    integer, parameter :: most_terms = 40
-   integer, parameter :: most_derivatives = 25
+   integer, parameter :: most_derivatives = most_terms + 1
    integer :: place
-   real(wp), parameter :: inverse_factorial(most_terms + 1) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
-      most_terms + 1)]
+   real(wp), parameter :: inverse_factorial(most_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
+      most_derivatives)]
    !> The angle up to which it takes so many terms, if no mode turns or dies out by more.
    real(wp), parameter :: greatest_angles(3:most_terms) = [((0.2_wp*epsilon(1.0_wp)*gamma(real(place + 1, wp))) &
       **(1.0_wp/real(place, wp)), place=3, most_terms)]
@@ -46,13 +45,11 @@ contains
       real(wp), parameter :: greatest_rate = 1.0e5_wp
       real(wp), dimension(size(weight)) :: low, high
       ! weighted sums of the derivatives, lane by lane; s^(k)/k!
-      real(wp) :: total(lanes, most_terms + 1), coefficient(most_terms + 1)
+      real(wp) :: total(lanes, most_derivatives), coefficient(most_derivatives)
       real(wp) :: rate, reach, remainder, share, step
-      integer :: k, most, terms
+      integer :: k, terms
 
       is_short = .false.
-      most = most_terms
-      if (present(added)) most = size(added, 1) - 1
       associate (n => oscillators%count, square => oscillators%lane_square, two_zeta => oscillators%two_zeta)
          if (any(oscillators%mass_rate > 0.0_wp)) return
          low(n + 1:) = 0.0_wp
@@ -67,7 +64,7 @@ contains
          if (.not. (coefficient(1) > 0.0_wp .and. coefficient(2) < 0.0_wp)) return
          reach = margin*early_zero(coefficient(:3))
          if (reach >= limit .or. reach*rate > greatest_angle) return
-         terms = min(3 + count(greatest_angles < reach*rate), most)
+         terms = min(3 + count(greatest_angles < reach*rate), most_terms)
          call add_derivatives(size(weight)/lanes, 4, terms + 1, square, two_zeta, weight, low, high, total)
          call divide(4, terms + 1)
          ! bounded as in `bound_terms`; squares of the derivatives alone could overflow
@@ -161,7 +158,7 @@ contains
       !> The two derivatives from `from` - 1 on; from `to` on on return
       real(wp), intent(inout), dimension(lanes, blocks) :: low, high
       !> Their sums, lane by lane
-      real(wp), intent(inout) :: total(lanes, most_terms + 1)
+      real(wp), intent(inout) :: total(lanes, most_derivatives)
 
       real(wp), dimension(lanes) :: next, now, pull, share
       integer :: b, i, k

@@ -88,7 +88,7 @@ contains
    end subroutine indent
 
    !> Energy in its springs.
-   pure function energy_in(state) result(energy)
+   elemental function energy_in(state) result(energy)
       type(surface_state_t), intent(in) :: state
       real(wp) :: energy
 
