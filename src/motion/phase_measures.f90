@@ -11,10 +11,11 @@ module phase_measures
    use run_measures, only: add_rebound, finish_tally, start_tally, take_impulse, tally_t
    use run_recorder, only: ledger_t
    use run_settings, only: run_settings_t
-   use signal_peaks, only: exceeds, greatest_value, last_time_above, peak_tolerance
+   use signal_peaks, only: exceeds, greatest_value, last_time_above, looks_t, peak_tolerance
    implicit none (type, external)
    private
-   public :: measurer_t, start_measures, measure_impulse, measure_rise, measure_force, keep_loud, finish_measures
+   public :: measurer_t, start_measures, measure_impulse, measure_rise, measure_force, keep_loud, seek_peak, &
+      finish_measures
 
    type :: measurer_t
       !> Without it nothing is measured
@@ -93,8 +94,8 @@ contains
          rises = peak > quiet_level
          still_rises = .false.
       else
-         call greatest_value(eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, still_rises, &
-            peak, time)
+         call seek_peak(measurer%tally, eta, length, max(quiet_level, greatest*(1.0_wp - peak_tolerance)), rises, &
+            still_rises, peak, time)
       end if
       if (.not. rises .and. greatest > quiet_level) then
          rises = .true.
@@ -138,10 +139,29 @@ contains
       logical :: does_exceed, still_rises
 
       known = max(tally%greatest_force/tally%force_scale, greatest)
-      call greatest_value(force, length, known*(1.0_wp + peak_tolerance), does_exceed, still_rises, peak, time)
+      call seek_peak(tally, force, length, known*(1.0_wp + peak_tolerance), does_exceed, still_rises, peak, time)
       if (does_exceed) known = max(known, peak)
       tally%greatest_force = tally%force_scale*known
    end subroutine measure_force
+
+   !> The greatest value of a signal in a phase, if it exceeds a threshold; the tally gets the tolerance.
+   subroutine seek_peak(tally, signal, length, threshold, does_exceed, still_rises, peak, time)
+      type(tally_t), intent(inout) :: tally
+      class(viewed_signal_t), intent(in) :: signal
+      !> Length of the phase
+      real(wp), intent(in) :: length
+      real(wp), intent(in) :: threshold
+      logical, intent(out) :: does_exceed
+      !> It is that at the end of the phase
+      logical, intent(out) :: still_rises
+      real(wp), intent(out) :: peak
+      real(wp), intent(out) :: time
+
+      type(looks_t) :: looks
+
+      call greatest_value(signal, length, threshold, does_exceed, still_rises, peak, time, looks=looks)
+      tally%tolerance = max(tally%tolerance, looks%tolerance)
+   end subroutine seek_peak
 
    !> The end of the run.
    subroutine finish_measures(measurer, duration, ledger, response, surface)

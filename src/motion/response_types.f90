@@ -92,7 +92,7 @@ module response_types
       !> Longest and total time in contact
       real(wp) :: longest_contact = 0.0_wp
       real(wp) :: total_contact = 0.0_wp
-      !> What extremes of moments and statistics may be short by, a share of themselves
+      !> What peaks and extremes of moments and statistics may be short by, a share of themselves
       real(wp) :: extremes_tolerance = peak_tolerance
       !> Greatest contact force, as Pbar; of model A the greatest mean over `force_window` from the beginning of an
       !> episode

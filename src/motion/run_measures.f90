@@ -37,6 +37,8 @@ module run_measures
       real(wp) :: rest_force = 0.0_wp
       real(wp) :: rest_energy = 0.0_wp
       real(wp) :: start_energy = 0.0_wp
+      !> The greatest of searches for peaks of rebounds and of the force, as a share
+      real(wp) :: tolerance = 0.0_wp
       !> Greatest so far
       real(wp) :: greatest_force = 0.0_wp
       real(wp) :: greatest_impulse = 0.0_wp
@@ -248,6 +250,7 @@ contains
 
       call end_episode(tally)
       measures%duration = duration
+      measures%extremes_tolerance = max(measures%extremes_tolerance, tally%tolerance)
       measures%greatest_force = tally%greatest_force
       measures%greatest_impulse = tally%greatest_impulse
       call mark_energy(tally, excess_of(tally, measures%final_energy) <= 0.0_wp, duration)

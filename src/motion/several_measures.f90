@@ -6,13 +6,13 @@ module several_measures
    use joint_modes, only: terms_at
    use kinds, only: wp
    use motion_phases, only: motion_t
-   use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t
+   use phase_measures, only: finish_measures, keep_loud, measure_force, measure_rise, measurer_t, seek_peak
    use point_forces, only: slow
    use power_integrals, only: integral
    use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
    use several_state, only: end_force, force_terms, driven_terms, move_alone, several_t, signal_of, whole_gap
-   use signal_peaks, only: exceeds, greatest_value
+   use signal_peaks, only: exceeds
    implicit none (type, external)
    private
    public :: measure_surfaces, finish_surfaces
@@ -56,7 +56,7 @@ contains
 
       class(viewed_signal_t), allocatable :: signal
       real(wp) :: value, slope
-      logical :: rises
+      logical :: is_loud, rises
 
       if (self%set%is_closed(k)) then
          call measure_closed(self, k, length, seen%greatest, tau, measurer)
@@ -72,10 +72,10 @@ contains
       call signal_of(self, k, whole_gap, signal)
       ! its surface is where it is home
       associate (state => self%states(k))
-         rises = state%has_risen
-         if (rises .and. .not. state%is_first_flight) then
+         is_loud = .false.
+         if (state%has_risen .and. .not. state%is_first_flight) then
             call measure_higher(measurer, signal, tau, length, is_last)
-         else if (.not. rises) then
+         else if (.not. state%has_risen) then
             if (state%is_first_flight) then
                rises = exceeds(signal, length, quiet_level)
             else
@@ -83,14 +83,18 @@ contains
                   quiet_level), rises)
             end if
             state%has_risen = rises
+            is_loud = rises
             if (rises) call end_episode(measurer%tally)
          end if
+         if (k /= self%pulled) return
+         if (.not. is_loud) then
+            ! it may have been low from the start, or risen before
+            call signal%evaluate(0.0_wp, value, slope)
+            is_loud = abs(value) > quiet_level
+         end if
+         if (state%has_risen .and. .not. is_loud) is_loud = exceeds(signal, length, quiet_level)
       end associate
-      if (k /= self%pulled) return
-      ! what does not rise may have been low from the start
-      value = 0.0_wp
-      if (.not. rises) call signal%evaluate(0.0_wp, value, slope)
-      if (rises .or. value < -quiet_level) call keep_for_quiet()
+      if (is_loud) call keep_for_quiet()
 
    contains
 
@@ -119,7 +123,7 @@ contains
          known = quiet_level
          if (measures%rebounds <= measurer%most_peaks) known = measures%peak_eta(measures%rebounds)
          if (measures%rebounds > measurer%most_peaks .and. .not. is_last) return
-         call greatest_value(signal, length, known, is_higher, still_rises, peak, time)
+         call seek_peak(measurer%tally, signal, length, known, is_higher, still_rises, peak, time)
          if (.not. is_higher) return
          if (is_last .and. still_rises) then
             measures%rebounds = measures%rebounds - 1

@@ -64,10 +64,10 @@ contains
       !> The greatest value (within the tolerance) and its time
       real(wp), intent(out) :: value
       real(wp), intent(out) :: time
-      !> A value by which the tolerance goes, too, where the signal is near zero; default: it does not
+      !> A value by which the tolerance goes, too, where the signal is near zero; with it the tolerance is no finer than
+      !> rounding
       real(wp), intent(in), optional :: scale
-      !> What searches for the extreme of all phases have left; default: those in this phase have their own. With it
-      !> the tolerance is no finer than rounding
+      !> What searches for the extreme of all phases have left; default: those in this phase have their own
       type(looks_t), intent(inout), optional :: looks
 
       class(viewed_signal_t), allocatable :: part
@@ -78,11 +78,10 @@ contains
       integer :: attempt
 
       least = 0.0_wp
-      if (present(scale)) least = scale
-      if (present(looks)) then
-         mine = looks
+      if (present(looks)) mine = looks
+      if (present(scale)) then
          call signal%look(0.0_wp, 0, here)
-         least = max(least, here%rounding/peak_tolerance)
+         least = max(scale, here%rounding/peak_tolerance)
       end if
       mine%left = min(mine%left + looks_of_phase, max(mine%left, further_looks))
       exceeds = .false.

@@ -233,7 +233,7 @@ contains
             measure_in_words(i, row(i), measures%duration, units))
       end do
       if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
-         'of moments and statistics certain within '//rounded(measures%extremes_tolerance)//' of themselves')
+         'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
       if (measures%rebounds == 0) call print_line(unit, heading, 'none')
       do i = 1, min(measures%rebounds, most_peaks)
          call print_line(unit, merge(heading, repeat(' ', label_width), i == 1), words_in(units, '{eta~y - d} = ') &

@@ -9,6 +9,7 @@ module response_groups
    use response_types, only: event_blow, event_names, response_t, run_measures_t
    use run_measures, only: row_of
    use section_groups, only: write_sections
+   use signal_peaks, only: peak_tolerance
    use statistic_groups, only: write_statistics
    use stress_groups, only: write_stress
    use surface_groups, only: names_of, write_surfaces
@@ -194,6 +195,7 @@ contains
       if (has_surfaces) call group%attribute('among_several_surfaces', 'impacts, contacts and total_contact are ' &
          //'sums over all, first_impact is the first, longest_contact, greatest_force and greatest_impulse are the ' &
          //'greatest; rebounds, peaks and quiet are of the stop from which the beam is released; each: /surfaces')
+      if (measures%extremes_tolerance > peak_tolerance) call group%attribute('tolerance', measures%extremes_tolerance)
       call group%put('duration', measures%duration, 'time', 'length of the run{, tau}')
       call write_measures_of_run(group, row_of(measures))
       call group%put('contact', [(i, i=1, size(measures%contact_start))], 'contact', is_scale=.true.)
