@@ -6,7 +6,7 @@ module exponential_differences
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: exponential_difference, find_differences
+   public :: exponential_difference, find_differences, square_of
 
    !> Further apart than this two points are taken by the difference of what is left without either.
    real(wp), parameter :: greatest_spread = 1.0_wp

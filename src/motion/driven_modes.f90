@@ -3,7 +3,7 @@
 !> start would be far greater than the motion.
 module driven_modes
    use damped_oscillators, only: oscillators_t
-   use exponential_differences, only: exponential_difference, find_differences
+   use exponential_differences, only: exponential_difference, find_differences, square_of
    use kinds, only: wp
    use load_courses, only: piece_t
    implicit none (type, external)
@@ -243,21 +243,21 @@ contains
       ! with less between them points are one
       real(wp), parameter :: least_apart = sqrt(tiny(1.0_wp))
       complex(wp) :: points(3)
-      real(wp) :: apart, greatest(3)
-      integer :: i, k
+      real(wp) :: apart(3), greatest(3), rate(3)
+      integer :: k
 
       bounds = huge(1.0_wp)
-      points(1) = cmplx(0.0_wp, mode%frequency, wp)
-      points(2:) = mode%own
-      do i = 1, 3
-         apart = abs(points(i) - points(modulo(i, 3) + 1))*abs(points(i) - points(modulo(i + 1, 3) + 1))
-         if (apart < least_apart) return
-         greatest(i) = 1.0_wp/apart
-         if (present(from)) greatest(i) = greatest(i)*exp(real(points(i), wp)*from)
-      end do
+      points = [cmplx(0.0_wp, mode%frequency, wp), mode%own]
+      apart = sqrt(square_of(points - cshift(points, 1)))
+      ! from the two others
+      apart = apart*cshift(apart, -1)
+      if (any(apart < least_apart)) return
+      greatest = 1.0_wp/apart
+      if (present(from)) greatest(2:) = greatest(2:)*exp(real(mode%own, wp)*from)
+      rate = sqrt(square_of(points))
       do k = merge(1, 0, mode%is_ramp), most
          bounds(k) = sum(greatest)
-         greatest = abs(points)*greatest
+         greatest = rate*greatest
       end do
    end function sums_of_exponentials
 
