@@ -130,7 +130,7 @@ contains
       integer, intent(in) :: cases
       integer :: least
 
-      integer, parameter :: fewest = 10, most = 250, parts_of_few = 32
+      integer, parameter :: fewest = 10, most = 500, parts_of_few = 20
       ! of a run of 20 tau and 16 degrees of freedom, a fraction of a millisecond
       real(wp), parameter :: cheap = 320.0_wp
       real(wp) :: cost
