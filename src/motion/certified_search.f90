@@ -41,6 +41,7 @@ module certified_search
       integer :: start_order = 0
    contains
       procedure(look_interface), deferred :: look
+      procedure :: glance
       procedure(evaluate_interface), deferred :: evaluate
    end type certified_signal_t
 
@@ -143,8 +144,21 @@ module certified_search
 
 contains
 
+   !> A look for who takes no step from it: `free` may be missing.
+   subroutine glance(self, t, order, here)
+      class(certified_signal_t), intent(in) :: self
+      !> Instant
+      real(wp), intent(in) :: t
+      !> Which derivative, 0: the signal itself
+      integer, intent(in) :: order
+      !> What is there
+      type(local_t), intent(out) :: here
+
+      call self%look(t, order, here)
+   end subroutine glance
+
    !> First zero of the signal in (0, limit].
-   subroutine first_zero(signal, limit, search, trail, most_looks)
+   subroutine first_zero(signal, limit, search, trail, most_looks, at_start)
       class(certified_signal_t), intent(in) :: signal
       !> Where the search ends
       real(wp), intent(in) :: limit
@@ -154,6 +168,8 @@ contains
       type(trail_t), intent(inout), optional :: trail
       !> How many it may take; default: as many as it needs
       integer(i8), intent(in), optional :: most_looks
+      !> What `look` tells of the signal itself at 0, where it is known
+      type(local_t), intent(in), optional :: at_start
 
       real(wp) :: t, before, step
       type(local_t) :: here
@@ -165,7 +181,7 @@ contains
       if (present(most_looks)) most = most_looks
       t = 0.0_wp
       before = 0.0_wp
-      call look_at_start(signal, order, here, search)
+      call look_at_start(signal, order, here, search, at_start)
       if (present(trail)) trail%count = 0
       search%ceiling = merge(here%signal, huge(1.0_wp), order == 0)
       do
@@ -255,7 +271,7 @@ contains
    end function highest
 
    !> From a zero the search marches on the derivative that is positive there: while it is, so is all below it.
-   subroutine look_at_start(signal, order, here, search)
+   subroutine look_at_start(signal, order, here, search, known)
       class(certified_signal_t), intent(in) :: signal
       !> Which derivative; 0: the signal itself
       integer, intent(out) :: order
@@ -263,12 +279,18 @@ contains
       type(local_t), intent(out) :: here
       !> Counts the looks
       type(search_t), intent(inout) :: search
+      !> Those of the signal itself
+      type(local_t), intent(in), optional :: known
 
       type(local_t) :: lower
 
       order = signal%start_order
       if (order == 1) order = 0
-      call signal%look(0.0_wp, order, here)
+      if (present(known) .and. order == 0) then
+         here = known
+      else
+         call signal%look(0.0_wp, order, here)
+      end if
       search%evaluations = 1_i8
       if (signal%start_order > 0) then
          here%signal = 0.0_wp

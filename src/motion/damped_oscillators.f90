@@ -191,7 +191,7 @@ contains
       !> exp(-decay t) of all oscillators, [padded]
       real(wp), contiguous, intent(out) :: factors(:)
 
-      integer :: first, i
+      integer :: first
 
       z = z0
       v = v0
@@ -204,10 +204,11 @@ contains
       if (oscillators%oscillating > 0) then
          call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, t, factors, oscillators%decay, &
             oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
-         do i = oscillators%oscillating + 1, padded(oscillators%oscillating)
-            z(i) = z0(i)
-            v(i) = v0(i)
-         end do
+         if (oscillators%oscillating >= first) then
+            ! the others of its last vector stay as they are
+            call restore(oscillators%oscillating - first + 1, z0(first:first + lanes - 1), z(first:first + lanes - 1))
+            call restore(oscillators%oscillating - first + 1, v0(first:first + lanes - 1), v(first:first + lanes - 1))
+         end if
       end if
       if (oscillators%oscillating < min(size(z), last)) then
          call creep((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, factors(first:), &
@@ -215,6 +216,21 @@ contains
             v(first:))
       end if
    end subroutine propagate_lanes
+
+   !> Put back what stands behind a place in a vector.
+   pure subroutine restore(last, before, now)
+      !> The place
+      integer, intent(in) :: last
+      real(wp), intent(in) :: before(lanes)
+      real(wp), intent(inout) :: now(lanes)
+
+      integer :: i
+
+      !$omp simd
+      do i = 1, lanes
+         now(i) = merge(now(i), before(i), i <= last)
+      end do
+   end subroutine restore
 
    !> What is left of exponentials after a time, in whole vectors.
    pure subroutine die_out(blocks, t, decay, factors)

@@ -38,7 +38,7 @@ contains
          is_certain = looks <= most_looks .and. trail%count < most_kept
          if (.not. is_certain) return
          associate (t => 0.5_wp*(trail%time(i) + trail%time(i + 1)))
-            call signal%look(t, 0, here)
+            call signal%glance(t, 0, here)
             call insert(trail, i + 1, t, here)
          end associate
          is_certain = here%value < level
@@ -68,7 +68,7 @@ contains
       to = trail%time(place + 1)
       time = from + (to - from)*top_between(to - from, trail%look(place), trail%look(place + 1))
       do k = 1, most_looks
-         call signal%look(time, 1, here)
+         call signal%glance(time, 1, here)
          if (here%value > 0.0_wp) from = time
          if (here%value <= 0.0_wp) to = time
          step = step_to_turn(here)
@@ -107,7 +107,7 @@ contains
          if (place == 0) return
          if (trail%look(place)%slope > 0.0_wp .and. trail%look(place + 1)%slope < 0.0_wp) return
          t = 0.5_wp*(trail%time(place) + trail%time(place + 1))
-         call signal%look(t, 0, here)
+         call signal%glance(t, 0, here)
          call insert(trail, place + 1, t, here)
       end do
       place = 0

@@ -1,11 +1,11 @@
 !> The phase in which the stop is open: the beam swings in its free modes until the gap is closed.
 module free_flight
-   use certified_search, only: first_zero, found_none, found_zero, search_t, trail_t, viewed_signal_t
+   use certified_search, only: first_zero, found_none, found_zero, most_kept, search_t, trail_t, viewed_signal_t
    use damped_oscillators, only: modal_energy, next_sample, propagate, sampler_t
    use history_list, only: eta_stop, eta_tip, velocity_stop
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
-   use modal_signal, only: make_modal_signal, modal_signal_t
+   use modal_signal, only: make_modal_signal, modal_signal_t, modal_state_t
    use motion_phases, only: contact_t, found_taken_back, measure_energy, motion_t, phase_t
    use phase_measures, only: keep_loud, measure_rise
    use response_types, only: quiet_level, response_t
@@ -21,6 +21,8 @@ module free_flight
       !> Distance of the stop point from the surface as it is, and from where it is unstressed
       type(modal_signal_t) :: gap
       type(modal_signal_t) :: eta
+      !> Where the search for the end looked last
+      type(modal_state_t) :: last
       !> What the search for the end has seen of the former
       type(trail_t) :: trail
       type(sampler_t) :: sampler
@@ -50,6 +52,7 @@ contains
       flight%stop => stop
       call make_modal_signal(beam%oscillators, -stop%surface, beam%stop_value, flight%gap)
       call make_modal_signal(beam%oscillators, -stop%surface, beam%stop_value, flight%eta)
+      allocate (flight%last%z(beam%count), flight%last%v(beam%count))
    end subroutine make_flight
 
    !> Take over the state of the motion.
@@ -62,6 +65,8 @@ contains
       self%gap%start_order = self%stop%start_order
       self%gap%surface = self%stop%depth
       self%gap%rate = self%stop%rate
+      self%gap%last => self%last
+      self%last%time = -1.0_wp
       if (self%stop%is_rigid) then
          self%eta%surface = self%stop%depth
          self%eta%rate = self%stop%rate
@@ -191,7 +196,12 @@ contains
 
       real(wp) :: lost
 
-      call self%go_to(self%search%time, motion%q, motion%v)
+      if (abs(self%last%time - self%search%time) > 0.0_wp) then
+         call self%go_to(self%search%time, motion%q, motion%v)
+      else
+         motion%q(:) = self%last%z
+         motion%v(:) = self%last%v
+      end if
       associate (ledger => motion%recorder%ledger, stop => self%stop)
          if (motion%recorder%asked%energy) then
             ledger%dissipated_beam = ledger%dissipated_beam + self%start_energy &
@@ -236,7 +246,7 @@ contains
       type(motion_t), intent(inout) :: motion
 
       real(wp) :: at_end
-      logical :: rises
+      logical :: is_low, rises
 
       associate (measurer => motion%measurer, stop => self%stop, length => self%search%time)
          if (.not. measurer%is_wanted) return
@@ -250,9 +260,9 @@ contains
             self%search%greatest - merge(0.0_wp, stop%depth, stop%is_rigid), rises, self%trail)
          if (rises) call end_episode(measurer%tally)
          ! over a surface that is still indented it may stay below; no deeper than at its start
-         if (rises .or. sum(self%beam%stop_value*self%gap%z) - stop%surface < -quiet_level) then
-            call keep_loud(measurer, self%eta, motion%tau, length)
-         end if
+         is_low = sum(self%beam%stop_value*self%gap%z) - stop%surface < -quiet_level
+         if (rises .or. is_low) call keep_loud(measurer, self%eta, motion%tau, length, is_low, &
+            last_above(self%trail, quiet_level))
          if (.not. stop%is_rigid) then
             measurer%lost_stop = measurer%lost_stop - stop%energy*expm1(-stop%energy_rate*length)
          end if
@@ -264,6 +274,21 @@ contains
          call measure_energy(self, at_end, motion)
       end associate
    end subroutine measure
+
+   !> When a signal was last seen above a level, 0: never.
+   pure function last_above(trail, level) result(time)
+      !> What was seen of it
+      type(trail_t), intent(in) :: trail
+      real(wp), intent(in) :: level
+      real(wp) :: time
+
+      integer :: k
+
+      time = 0.0_wp
+      do k = 1, min(trail%count, most_kept)
+         if (trail%look(k)%value > level) time = trail%time(k)
+      end do
+   end function last_above
 
    !> The stop point has come to the surface.
    subroutine follow(self, motion, response)

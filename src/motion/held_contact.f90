@@ -31,6 +31,8 @@ module held_contact
       type(pinned_beam_t) :: pinned
       !> What the stop gives the beam
       type(modal_signal_t) :: reaction
+      !> It at the start of a contact
+      type(local_t) :: at_start
       !> State in the pinned modes at the start of a contact and at its end, [pinned]
       real(wp), allocatable :: p(:), rate_p(:), p_end(:), rate_end(:)
       type(sampler_t) :: sampler
@@ -244,8 +246,6 @@ contains
       class(held_contact_t), target, intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      type(local_t) :: here
-
       associate (pinned => self%pinned, two_zeta => self%beam%oscillators%two_zeta)
          if (.not. pinned%made) then
             call make_pinned_beam(self%beam, 0.5_wp*two_zeta, self%shared, pinned)
@@ -268,8 +268,8 @@ contains
             self%reaction%v(first:) = self%rate_p(first:)
          end associate
          self%reaction%start_order = 0
-         call self%reaction%look(0.0_wp, 0, here)
-         if (here%value <= here%rounding) self%reaction%start_order = 1
+         call self%reaction%look(0.0_wp, 0, self%at_start)
+         if (self%at_start%value <= self%at_start%rounding) self%reaction%start_order = 1
          call self%sampler%restart()
          if (motion%recorder%asked%energy) self%start_energy = &
             sum(modal_energy(pinned%oscillators, self%p, self%rate_p))
@@ -281,7 +281,7 @@ contains
       class(held_contact_t), intent(inout) :: self
       real(wp), intent(in) :: limit
 
-      call self%reaction%find_zero(limit, self%search)
+      call self%reaction%find_zero(limit, self%search, at_start=self%at_start)
    end subroutine find_end
 
    !> Free modal state at a time in the contact.

@@ -14,7 +14,15 @@ module modal_signal
    use short_flights, only: find_short_flight
    implicit none (type, external)
    private
-   public :: modal_signal_t, make_modal_signal, add_more
+   public :: modal_signal_t, modal_state_t, make_modal_signal, add_more
+
+   !> The modes at an instant.
+   type :: modal_state_t
+      !> Negative: none
+      real(wp) :: time = -1.0_wp
+      !> [count]
+      real(wp), allocatable :: z(:), v(:)
+   end type modal_state_t
 
    !> s(t) = offset + sum c_i z_i(t) + surface exp(-rate t), the last a surface that relaxes or a node without mass.
    type, extends(viewed_signal_t) :: modal_signal_t
@@ -32,8 +40,11 @@ module modal_signal
       !> Indentation of the surface at t = 0, and the rate at which it relaxes
       real(wp) :: surface = 0.0_wp
       real(wp) :: rate = 0.0_wp
+      !> Gets the state at the instant that was evaluated last, where its arrays are there; null: nobody asks for it
+      type(modal_state_t), pointer :: last => null()
    contains
       procedure :: look
+      procedure :: glance
       procedure :: evaluate
       procedure :: view
       procedure :: find_zero
@@ -77,6 +88,11 @@ contains
          call state_of_exponentials(self, t, z, v)
       else
          call propagate(self%oscillators, t, self%z, self%v, z, v)
+         if (associated(self%last)) then
+            self%last%time = t
+            self%last%z(:) = z
+            self%last%v(:) = v
+         end if
       end if
       value = self%offset + sum(self%weight*z)
       slope = sum(self%weight*v)
@@ -126,7 +142,7 @@ contains
    end subroutine view
 
    !> First zero of the signal in (0, limit]; of a short hop by its series.
-   subroutine find_zero(self, limit, search, trail)
+   subroutine find_zero(self, limit, search, trail, at_start)
       class(modal_signal_t), intent(in) :: self
       !> Where the search ends
       real(wp), intent(in) :: limit
@@ -134,6 +150,8 @@ contains
       type(search_t), intent(out) :: search
       !> What was seen of it; of a short hop nothing
       type(trail_t), intent(inout), optional :: trail
+      !> What `look` tells of the signal at its start, where it is known
+      type(local_t), intent(in), optional :: at_start
 
       logical :: is_short
 
@@ -142,7 +160,7 @@ contains
          call self%find_short(limit, is_short, search)
          if (is_short) return
       end if
-      call first_zero(self, limit, search, trail)
+      call first_zero(self, limit, search, trail, at_start=at_start)
    end subroutine find_zero
 
    !> The end of a short hop, which rises from zero.
@@ -175,8 +193,21 @@ contains
       call self%look_among(t, order, here)
    end subroutine look
 
+   !> The same for who takes no step from there.
+   subroutine glance(self, t, order, here)
+      class(modal_signal_t), intent(in) :: self
+      !> Instant
+      real(wp), intent(in) :: t
+      !> Which derivative, 0: the signal itself
+      integer, intent(in) :: order
+      !> What is there
+      type(local_t), intent(out) :: here
+
+      call self%look_among(t, order, here, takes_step=.false.)
+   end subroutine glance
+
    !> The same for who adds something to it: only the step without a zero knows of that.
-   subroutine look_among(self, t, order, here, more, rest_of_more)
+   subroutine look_among(self, t, order, here, more, rest_of_more, takes_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
@@ -188,6 +219,8 @@ contains
       !> what it never falls
       real(wp), intent(in), optional :: more(:, :)
       real(wp), intent(in), optional :: rest_of_more(3)
+      !> False: how far there is no zero is not asked for
+      logical, intent(in), optional :: takes_step
 
       real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
@@ -231,6 +264,9 @@ contains
          surface = 0.0_wp
          if (abs(self%surface) > 0.0_wp) call add_surface(self, t, order, here, surface)
          if (present(more)) call add_more(more, rest_of_more, here)
+         if (present(takes_step)) then
+            if (.not. takes_step) return
+         end if
          if (order == 0 .and. here%floor > here%rounding) return
          if (order == 0 .and. falls_to_zero(here)) return
          if (surface < 0.0_wp) return

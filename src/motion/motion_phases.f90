@@ -230,12 +230,15 @@ contains
 
       associate (measurer => motion%measurer, tally => motion%measurer%tally)
          measurer%measures%final_energy = at_end
+         ! most phases neither are the last with it nor come after that
+         if (.not. tally%has_spent .and. excess_of(tally, at_end) > 0.0_wp) return
          excess = excess_of(tally, phase%energy_at(0.0_wp))
          ! the nodal reading of an impulse may have created some
          if (excess > 0.0_wp .and. tally%has_spent) call mark_energy(tally, .false., motion%tau)
          if (tally%has_spent .or. excess_of(tally, at_end) > 0.0_wp) return
+         ! down to the rounding error of the energy that is left
          bracket = bracket_t(high=phase%search%time, value_low=excess, value_high=excess_of(tally, at_end), &
-            least_length=4.0_wp*epsilon(1.0_wp))
+            least_value=2.0_wp*epsilon(1.0_wp)*abs(excess_of(tally, 0.0_wp)), least_length=4.0_wp*epsilon(1.0_wp))
          ! an impact before the phase may have spent it
          bracket%is_found = excess <= 0.0_wp
          if (.not. bracket%is_found) bracket%point = chord(bracket)

@@ -247,13 +247,20 @@ contains
       real(wp), contiguous, intent(inout) :: terms(:, :)
 
       real(wp) :: block(lanes, term_columns)
-      integer :: b, passed
+      integer :: b, i, k, passed
 
       do b = lanes*(oscillators%blended/lanes), size(slow) - lanes, lanes
          block = exponential_terms(oscillators%decay(b + 1:b + lanes), oscillators%spread(b + 1:b + lanes), &
             weight(b + 1:b + lanes), slow(b + 1:b + lanes), fast(b + 1:b + lanes))
-         passed = max(oscillators%blended - b, 0)
-         if (passed > 0) block(:passed, :) = terms(b + 1:b + passed, :)
+         passed = oscillators%blended - b
+         if (passed > 0) then
+            do k = 1, term_columns
+               !$omp simd
+               do i = 1, lanes
+                  block(i, k) = merge(terms(b + i, k), block(i, k), i <= passed)
+               end do
+            end do
+         end if
          terms(b + 1:b + lanes, :) = block
       end do
    end subroutine bound_exponentials

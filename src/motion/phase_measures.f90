@@ -30,6 +30,10 @@ module phase_measures
       real(wp) :: loud_start = 0.0_wp
       real(wp) :: loud_length = 0.0_wp
       class(viewed_signal_t), allocatable :: loud
+      !> It may be below as well as above
+      logical :: may_be_low = .true.
+      !> There, since the start of the phase, it was seen above; 0: it was not
+      real(wp) :: seen_above = 0.0_wp
    end type measurer_t
 
 contains
@@ -110,16 +114,24 @@ contains
    end subroutine measure_rise
 
    !> In this phase |eta_c| exceeds the quiet level.
-   subroutine keep_loud(measurer, eta, from, length)
+   subroutine keep_loud(measurer, eta, from, length, may_be_low, seen_above)
       type(measurer_t), intent(inout) :: measurer
       !> eta of the stop point
       class(viewed_signal_t), intent(in) :: eta
       !> Start and length of the phase
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
+      !> eta_c may come below the level downwards; default: it may
+      logical, intent(in), optional :: may_be_low
+      !> So late in the phase it was seen above the level; default: nothing was
+      real(wp), intent(in), optional :: seen_above
 
       measurer%loud_start = from
       measurer%loud_length = length
+      measurer%may_be_low = .true.
+      if (present(may_be_low)) measurer%may_be_low = may_be_low
+      measurer%seen_above = 0.0_wp
+      if (present(seen_above)) measurer%seen_above = seen_above
       if (allocated(measurer%loud)) deallocate (measurer%loud)
       allocate (measurer%loud, source=eta)
    end subroutine keep_loud
@@ -190,7 +202,10 @@ contains
       last = 0.0_wp
       is_loud = .false.
       if (allocated(measurer%loud)) then
-         call last_time_above(measurer%loud, measurer%loud_length, quiet_level, last, is_loud)
+         call last_time_above(measurer%loud, measurer%loud_length, quiet_level, last, is_loud, &
+            measurer%seen_above)
+      end if
+      if (allocated(measurer%loud) .and. measurer%may_be_low) then
          call measurer%loud%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
          call last_time_above(depth, measurer%loud_length, quiet_level, lower, is_low)
          last = max(last, lower)

@@ -194,7 +194,7 @@ contains
    end function raised
 
    !> When a signal was last above a level.
-   subroutine last_time_above(signal, length, level, time, stays_above)
+   subroutine last_time_above(signal, length, level, time, stays_above, from)
       !> The signal, without a surface that relaxes
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
@@ -204,24 +204,29 @@ contains
       real(wp), intent(out) :: time
       !> It is above at the end
       logical, intent(out) :: stays_above
+      !> What was before matters not; default: all does
+      real(wp), intent(in), optional :: from
 
       class(viewed_signal_t), allocatable :: part
       type(search_t) :: search
       real(wp) :: value, slope, t
-      logical :: is_above
+      logical :: is_above, is_at_level
 
-      call signal%evaluate(0.0_wp, value, slope)
-      is_above = value > level
-      time = 0.0_wp
       t = 0.0_wp
+      if (present(from)) t = from
+      call signal%evaluate(t, value, slope)
+      is_above = value > level
+      is_at_level = .false.
+      time = 0.0_wp
       do
          call signal%view(t, merge(1.0_wp, -1.0_wp, is_above), merge(-level, level, is_above), 0, part)
-         if (t > 0.0_wp) part%start_order = 1
+         if (is_at_level) part%start_order = 1
          call first_zero(part, length - t, search)
          if (search%outcome == found_none .or. search%outcome == found_never_left) exit
          t = t + search%time
          if (is_above) time = t
          is_above = .not. is_above
+         is_at_level = .true.
          if (.not. search%time > 0.0_wp) exit
       end do
       stays_above = is_above .and. search%outcome == found_none
