@@ -299,20 +299,22 @@ contains
       !> As `find_short_flight` has them
       real(wp), intent(out) :: added(most_derivatives, 2)
 
-      real(wp) :: part(0:3), power, swing
+      real(wp), dimension(4) :: part, power
+      real(wp) :: fourth, swing
       integer :: i, k
 
       added = 0.0_wp
       added(1, :) = [slope, abs(slope)]
       do i = 1, size(frequency)
          ! the real part of harmonic times powers of i
-         part = [real(harmonic(i), wp), -aimag(harmonic(i)), -real(harmonic(i), wp), aimag(harmonic(i))]
-         swing = abs(part(0)) + abs(part(1))
-         power = 1.0_wp
-         do k = 1, most_derivatives
-            power = power*frequency(i)
-            added(k, added_value) = added(k, added_value) + power*part(iand(k, 3))
-            added(k, added_bound) = added(k, added_bound) + power*swing
+         part = [-aimag(harmonic(i)), -real(harmonic(i), wp), aimag(harmonic(i)), real(harmonic(i), wp)]
+         swing = abs(part(1)) + abs(part(2))
+         fourth = frequency(i)**4
+         power = [frequency(i), frequency(i)**2, frequency(i)**3, fourth]
+         do k = 1, most_derivatives, 4
+            added(k:k + 3, added_value) = added(k:k + 3, added_value) + power*part
+            added(k:k + 3, added_bound) = added(k:k + 3, added_bound) + power*swing
+            power = power*fourth
          end do
       end do
    end subroutine differentiate

@@ -19,8 +19,8 @@ contains
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> State of the set's modes then, less what loads do
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
 
       complex(wp) :: turn(size(self%drive%frequency))
@@ -51,11 +51,11 @@ contains
       !> exp(i W t), [harmonics]
       complex(wp), intent(in) :: turn(:)
       !> State of all modes at that time
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
       real(wp), intent(inout) :: work
 
-      complex(wp) :: start, stop, part
+      real(wp) :: alone(size(z))
       type(piece_t) :: steady, turning
       logical :: has_driven, is_slow(size(modes)), is_steady, turns
       integer :: g, i
@@ -63,6 +63,8 @@ contains
       has_driven = size(self%set%drive%driven) > 0
       is_slow = .false.
       if (has_driven) is_slow = [(is_driven(self, modes(i), by_constant, 0), i=1, size(modes))]
+      alone = 0.0_wp
+      alone(modes) = 1.0_wp
       associate (set => self%set%drive, oscillators => self%set%held%oscillators)
          do g = 1, self%loads%count
             steady = self%drive%piece(g)
@@ -70,7 +72,9 @@ contains
             is_steady = abs(steady%constant) + abs(steady%slope) > 0.0_wp
             turning = piece_t(harmonic=self%drive%piece(g)%harmonic, frequency=self%drive%piece(g)%frequency)
             turns = swings(turning%harmonic)
-            part = (0.0_wp, 0.0_wp)
+            if (turns) work = work + work_of_harmonic(turning, turn(self%loads%harmonic(g)), alone*oscillators%square, &
+               alone, set%backward(:, g), self%z, self%v, z, v)
+            if (.not. (is_steady .or. has_driven)) cycle
             do i = 1, size(modes)
                associate (m => modes(i), load => set%load(modes(i), g), square => oscillators%square(modes(i)))
                   if (has_driven) then
@@ -84,17 +88,48 @@ contains
                      if (abs(steady%slope) > 0.0_wp) work = work + load*steady%slope*(time*z(m) + (v(m) - self%v(m) &
                         + (oscillators%two_zeta*square + oscillators%mass_rate(m))*(z(m) - self%z(m)))/square)
                   end if
-                  if (.not. turns) cycle
-                  start = cmplx(square*self%z(m), turning%frequency*self%v(m), wp)
-                  stop = cmplx(square*z(m), turning%frequency*v(m), wp)
-                  ! nothing of those that are driven
-                  part = part + set%backward(m, g)*(stop*turn(self%loads%harmonic(g)) - start)
                end associate
             end do
-            work = work + real(turning%harmonic*part, wp)
          end do
       end associate
    end subroutine add_modes
+
+   !> Of a harmonic load on modes that swing alone.
+   pure function work_of_harmonic(load, turn, square, alone, backward, z0, v0, z, v) result(work)
+      type(piece_t), intent(in) :: load
+      !> What it has turned to
+      complex(wp), intent(in) :: turn
+      !> W^2 and 1, of all other modes zeros, [modes]
+      real(wp), contiguous, intent(in) :: square(:)
+      real(wp), contiguous, intent(in) :: alone(:)
+      !> As `set_drive_t` has it: nothing of modes that are driven, [modes]
+      complex(wp), contiguous, intent(in) :: backward(:)
+      !> At the start, [modes]
+      real(wp), contiguous, intent(in) :: z0(:)
+      real(wp), contiguous, intent(in) :: v0(:)
+      !> And now
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      real(wp) :: work
+
+      real(wp) :: cosine, even, odd, real_part, sine, imaginary_part
+      integer :: i
+
+      cosine = real(turn, wp)
+      sine = aimag(turn)
+      real_part = 0.0_wp
+      imaginary_part = 0.0_wp
+      !$omp simd reduction(+:real_part, imaginary_part) private(even, odd)
+      do i = 1, size(z)
+         associate (p => square(i)*z(i), r => alone(i)*load%frequency*v(i))
+            even = p*cosine - r*sine - square(i)*z0(i)
+            odd = p*sine + r*cosine - alone(i)*load%frequency*v0(i)
+         end associate
+         real_part = real_part + (real(backward(i), wp)*even - aimag(backward(i))*odd)
+         imaginary_part = imaginary_part + (real(backward(i), wp)*odd + aimag(backward(i))*even)
+      end do
+      work = real(load%harmonic, wp)*real_part - aimag(load%harmonic)*imaginary_part
+   end function work_of_harmonic
 
    !> Is a harmonic there?
    elemental function swings(harmonic) result(does)

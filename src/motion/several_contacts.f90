@@ -19,7 +19,7 @@ module several_contacts
    use section_types, only: run_sections_t, section_state_t
    use several_events, only: follow_end
    use several_measures, only: measure_surfaces
-   use several_state, only: end_force, end_gap, find_load, free_state, move_alone, move_to, several_t, signal_of, &
+   use several_state, only: end_force, end_gap, free_state, move_alone, move_to, several_t, signal_of, &
       search_surface, take_over, whole_gap
    use statistic_types, only: block_sums_t
    use surface_states, only: energy_in, indent, surface_state_t
@@ -371,7 +371,6 @@ contains
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
       if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self, motion)
-      if (self%now%loads%count > 0) call find_load(self%now, motion%tau + self%search%time)
       call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
    end subroutine finish
 

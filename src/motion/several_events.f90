@@ -88,7 +88,6 @@ contains
 
       type(capture_t) :: captures(size(self%states))
 
-      if (self%loads%count > 0) call find_load(self, motion%tau)
       call settle(self, captures, motion, response)
       call check_dampers(self, motion, response)
    end subroutine resume
@@ -148,6 +147,7 @@ contains
 
       order = 1
       if (search%outcome == found_never_left) then
+         if (self%loads%count > 0) call find_load(self, motion%tau)
          associate (state => self%states(k))
             ! too low to be told from no flight: the stop point goes with the surface, if that is not faster
             surface_speed = 0.0_wp
@@ -397,6 +397,7 @@ contains
       integer :: a, k, order
 
       if (size(resting) == 0) return
+      if (self%loads%count > 0) call find_load(self, motion%tau)
       a = 0
       do k = 1, size(self%states)
          if (.not. (captures(k)%is_in .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed))) cycle

@@ -7,9 +7,10 @@ module short_flights
    private
    public :: find_short_flight, zero_of_series, most_derivatives, added_value, added_bound
 
-   !> So many terms are used, by the derivatives at the start, and bounds on that of one more.
+   !> So many terms are used, by the derivatives at the start, and bounds on that of one more; there is room for these
+   !> in whole fours.
    integer, parameter :: most_terms = 40
-   integer, parameter :: most_derivatives = most_terms + 1
+   integer, parameter :: most_derivatives = most_terms + 4
    integer :: place
    real(wp), parameter :: inverse_factorial(most_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
       most_derivatives)]
