@@ -23,11 +23,22 @@ contains
       real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
 
+      work = 0.0_wp
+      if (self%loads%count > 0 .and. time > 0.0_wp) work = work_in_phase(self, time, z, v)
+   end function work_of_loads
+
+   !> The same in a phase that loads drive.
+   function work_in_phase(self, time, z, v) result(work)
+      type(several_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      !> As above
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      real(wp) :: work
+
       complex(wp) :: turn(size(self%drive%frequency))
       integer :: i
 
-      work = 0.0_wp
-      if (self%loads%count == 0 .or. .not. time > 0.0_wp) return
       associate (set => self%set, frequency => self%drive%frequency)
          do i = 1, size(frequency)
             turn(i) = cmplx(cos(frequency(i)*time), sin(frequency(i)*time), wp)
@@ -40,7 +51,7 @@ contains
             call add_modes(self, [(i, i=1, size(z))], time, turn, z, v, work)
          end if
       end associate
-   end function work_of_loads
+   end function work_in_phase
 
    !> Of what swings alone in modes, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
    !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). Where that would cancel modes are driven from rest.
