@@ -42,6 +42,7 @@ contains
       complex(wp), intent(in) :: points(:)
       !> t
       real(wp), intent(in) :: time
+      !> As many as points
       complex(wp), intent(out) :: values(:)
 
       complex(wp), dimension(size(points)) :: power, x

@@ -115,13 +115,14 @@ contains
       end associate
    end function block_at
 
-   !> How many have begun at an instant; one more after their end.
+   !> How many have begun at an instant; one more from the end of the last on.
    pure integer function blocks_begun(blocks, tau)
       type(block_sums_t), intent(in) :: blocks
+      !> The instant
       real(wp), intent(in) :: tau
 
       associate (edge => blocks%edge, last => ubound(blocks%edge, 1))
-         ! edges round
+         ! their even spacing tells the place but for rounding
          blocks_begun = int(min(max((tau - edge(0))/width_of_blocks(blocks), 0.0_wp), real(last, wp)))
          do while (blocks_begun <= last)
             if (edge(blocks_begun) > tau) exit
@@ -134,7 +135,7 @@ contains
       end associate
    end function blocks_begun
 
-   !> They are evenly spaced.
+   !> Length of a block, tau: all have it but for rounding.
    pure function width_of_blocks(blocks) result(width)
       type(block_sums_t), intent(in) :: blocks
       real(wp) :: width

@@ -162,10 +162,12 @@ contains
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
+      !> Which it must exceed
       real(wp), intent(in) :: threshold
       logical, intent(out) :: does_exceed
       !> It is that at the end of the phase
       logical, intent(out) :: still_rises
+      !> The value and its time since the start of the phase
       real(wp), intent(out) :: peak
       real(wp), intent(out) :: time
 
