@@ -1,12 +1,11 @@
 !> A signal of what swings of itself, and of what loads do to it besides (docs/theory.md, section 18).
 module driven_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, first_zero, local_t, search_t, term_columns, &
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, found_none, local_t, search_t, term_columns, &
       term_curvature, term_rate, term_value, viewed_signal_t
    use driven_modes, only: bound_driven_mode, driven_mode_at, driven_mode_t
    use exponential_signal, only: exponential_signal_t
    use kinds, only: wp
    use modal_signal, only: add_more, modal_signal_t
-   use short_flights, only: added_bound, added_value, most_derivatives
    implicit none (type, external)
    private
    public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, start_of
@@ -34,11 +33,15 @@ module driven_signal
       real(wp) :: until = huge(1.0_wp)
    contains
       procedure :: look
+      procedure :: glance
       procedure :: evaluate
       procedure :: view
-      procedure :: find_zero
       procedure :: stands_off
    end type driven_signal_t
+
+   !> Which of the columns go with a derivative and those after it, and which bound them
+   integer, parameter :: value_columns(3) = [term_value, term_rate, term_curvature]
+   integer, parameter :: bound_columns(3) = [bound_value, bound_curvature, bound_jerk]
 
 contains
 
@@ -54,7 +57,7 @@ contains
       real(wp) :: added, added_slope
 
       call self%free%evaluate(t, value, slope)
-      call terms_at(self, t, added, added_slope)
+      call terms_at(self, t, turn_of(self%terms%frequency, self%from + t), added, added_slope)
       value = value + added
       slope = slope + added_slope
    end subroutine evaluate
@@ -69,33 +72,60 @@ contains
       !> What is there
       type(local_t), intent(out) :: here
 
-      real(wp) :: rows(size(self%terms%frequency) + self%terms%modes, term_columns)
-      real(wp) :: rest(3), magnitude, rounding, known, slope
+      call look_for(self, t, order, .true., here)
+   end subroutine look
 
-      call find_rows(self, t, order, rows, magnitude)
-      rest(:2) = rest_of(self, t, order)
-      rest(3) = min(rest(1), rest(1) + rest(2)*max(self%until - t, 0.0_wp))
+   !> The same for who takes no step from there.
+   subroutine glance(self, t, order, here)
+      class(driven_signal_t), intent(in) :: self
+      !> Instant
+      real(wp), intent(in) :: t
+      !> Which derivative, 0: the signal itself
+      integer, intent(in) :: order
+      !> What is there
+      type(local_t), intent(out) :: here
+
+      call look_for(self, t, order, .false., here)
+   end subroutine glance
+
+   !> Either.
+   subroutine look_for(self, t, order, takes_step, here)
+      class(driven_signal_t), intent(in) :: self
+      real(wp), intent(in) :: t
+      integer, intent(in) :: order
+      logical, intent(in) :: takes_step
+      type(local_t), intent(out) :: here
+
+      complex(wp) :: turn(size(self%terms%frequency))
+      real(wp) :: floor, known, magnitude, more(term_columns), rest(0:1), rounding, slope
+
+      turn = turn_of(self%terms%frequency, self%from + t)
+      rest = rest_of(self, t, order)
+      call find_swing(self, t, turn, order, more, magnitude)
+      more(term_value) = rest(0) + more(term_value)
+      more(term_rate) = rest(1) + more(term_rate)
+      floor = min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) - more(bound_value)
       select type (free => self%free)
       type is (modal_signal_t)
-         call free%look_among(t, order, here, rows, rest)
+         call free%look_among(t, order, here, more, floor, takes_step)
       class default
          call free%look(t, order, here)
          ! its own steps know nothing of the rest
          here%free = 0.0_wp
-         call add_more(rows, rest, here)
+         call add_more(more, floor, here)
       end select
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
-      here%rounding = here%rounding + rounding*(abs(rest(1)) + magnitude)
+      here%rounding = here%rounding + rounding*(abs(rest(0)) + magnitude)
       if (order == 0) then
          here%signal = here%value
          here%signal_rounding = here%rounding
       else
-         call terms_at(self, t, known, slope)
+         call terms_at(self, t, turn, known, slope)
          here%signal = here%signal + known
          here%signal_rounding = here%signal_rounding + rounding*(abs(known) + abs(self%factor) &
             *sum(abs(self%terms%harmonic)*self%terms%frequency**self%order))
       end if
-   end subroutine look
+   end subroutine look_for
 
    !> offset + factor times a derivative of the signal, from an instant on.
    subroutine view(self, from, factor, offset, order, part)
@@ -122,9 +152,11 @@ contains
    end subroutine view
 
    !> What is added, and its slope.
-   subroutine terms_at(self, t, value, slope)
+   subroutine terms_at(self, t, turn, value, slope)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
@@ -139,7 +171,7 @@ contains
       associate (terms => self%terms)
          do i = 1, size(terms%frequency)
             associate (w => terms%frequency(i))
-               term = turned(self%factor*terms%harmonic(i), w, time, self%order)
+               term = turned(self%factor*terms%harmonic(i)*turn(i), w, self%order)
                value = value + real(term, wp)
                slope = slope - w*aimag(term)
             end associate
@@ -169,52 +201,56 @@ contains
       end associate
    end function rest_of
 
-   !> A derivative of each harmonic and of each mode driven from rest, those after it, and bounds on them from now on.
-   subroutine find_rows(self, t, order, rows, magnitude)
+   !> A derivative of the sum of all harmonics and modes driven from rest, those after it, and bounds on them from now
+   !> on.
+   subroutine find_swing(self, t, turn, order, swing, magnitude)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
       integer, intent(in) :: order
       !> Columns as in `certified_search`
-      real(wp), intent(out) :: rows(:, :)
+      real(wp), intent(out) :: swing(term_columns)
       !> What the rounding error of that derivative is measured by
       real(wp), intent(out) :: magnitude
 
-      integer, parameter :: value_columns(3) = [term_value, term_rate, term_curvature]
       complex(wp) :: term
       real(wp), allocatable :: here(:), bounds(:)
-      real(wp) :: swing, time
-      integer :: first, i, k, row
+      real(wp) :: greatest, time
+      integer :: first, i
 
       first = order + self%order
       time = self%from + t
-      do i = 1, size(self%terms%frequency)
+      swing = 0.0_wp
+      do i = 1, size(turn)
          associate (w => self%terms%frequency(i))
-            term = turned(self%factor*self%terms%harmonic(i), w, time, first)
-            swing = size_of(self%factor*self%terms%harmonic(i))*w**first
-            rows(i, value_columns) = [real(term, wp), -w*aimag(term), -w**2*real(term, wp)]
-            rows(i, bound_value) = swing
-            rows(i, bound_curvature) = swing*w**2
-            rows(i, bound_jerk) = swing*w**3
+            term = turned(self%factor*self%terms%harmonic(i)*turn(i), w, first)
+            greatest = size_of(self%factor*self%terms%harmonic(i))*w**first
+            swing(term_value) = swing(term_value) + real(term, wp)
+            swing(term_rate) = swing(term_rate) - w*aimag(term)
+            swing(term_curvature) = swing(term_curvature) - w**2*real(term, wp)
+            swing(bound_value) = swing(bound_value) + greatest
+            swing(bound_curvature) = swing(bound_curvature) + greatest*w**2
+            swing(bound_jerk) = swing(bound_jerk) + greatest*w**3
          end associate
       end do
-      magnitude = sum(rows(:size(self%terms%frequency), bound_value))
+      magnitude = swing(bound_value)
       if (self%terms%modes == 0) return
       allocate (here(0:first + 5), bounds(0:first + 4))
       do i = 1, self%terms%modes
-         row = size(self%terms%frequency) + i
          associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
             mode => self%terms%mode(i))
             here(:) = driven_mode_at(mode, time, first + 5)
-            rows(row, value_columns) = [(share*here(first + k) + of_rate*here(first + k + 1), k=0, 2)]
+            swing(value_columns) = swing(value_columns) + share*here(first:first + 2) &
+               + of_rate*here(first + 1:first + 3)
             call bound_driven_mode(mode, time, bounds)
             magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
             call bound_driven_mode(mode, self%from + self%until, bounds, time, here)
-            rows(row, [bound_value, bound_curvature, bound_jerk]) = &
-               [(abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=0, 0), &
-               (abs(share)*bounds(first + k) + abs(of_rate)*bounds(first + k + 1), k=2, 3)]
+            swing(bound_columns) = swing(bound_columns) + abs(share)*bounds(first + [0, 2, 3]) &
+               + abs(of_rate)*bounds(first + [1, 3, 4])
          end associate
       end do
-   end subroutine find_rows
+   end subroutine find_swing
 
    !> Its magnitude, without care for overflow.
    elemental function size_of(harmonic) result(magnitude)
@@ -224,47 +260,32 @@ contains
       magnitude = sqrt(real(harmonic, wp)**2 + aimag(harmonic)**2)
    end function size_of
 
-   !> A derivative of harmonic exp(i w t).
-   elemental function turned(harmonic, w, time, order) result(term)
-      complex(wp), intent(in) :: harmonic
+   !> exp(i w t).
+   elemental function turn_of(w, time) result(turn)
       real(wp), intent(in) :: w
       real(wp), intent(in) :: time
+      complex(wp) :: turn
+
+      turn = cmplx(cos(w*time), sin(w*time), wp)
+   end function turn_of
+
+   !> A derivative of what turns with i w.
+   elemental function turned(turning, w, order) result(term)
+      complex(wp), intent(in) :: turning
+      real(wp), intent(in) :: w
       integer, intent(in) :: order
       complex(wp) :: term
 
       integer :: k
 
-      term = harmonic*cmplx(cos(w*time), sin(w*time), wp)
+      term = turning
       do k = 1, order
          term = w*cmplx(-aimag(term), real(term, wp), wp)
       end do
    end function turned
 
-   !> First zero of the signal in (0, limit]; of a short hop by its series.
-   subroutine find_zero(self, limit, search)
-      class(driven_signal_t), intent(in) :: self
-      !> Where the search ends
-      real(wp), intent(in) :: limit
-      !> What was found
-      type(search_t), intent(out) :: search
-
-      logical :: is_short
-
-      select type (free => self%free)
-      type is (modal_signal_t)
-         if (self%start_order == 1 .and. self%order == 0 .and. self%terms%modes == 0) then
-            associate (terms => self%terms)
-               call find_short_driven(free, self%factor*terms%slope, turned(self%factor*terms%harmonic, &
-                  terms%frequency, self%from, 0), terms%frequency, limit, is_short, search)
-            end associate
-            if (is_short) return
-         end if
-      end select
-      call first_zero(self, limit, search)
-   end subroutine find_zero
-
    !> The end of a short hop of modes and what loads add, which rise from zero together.
-   subroutine find_short_driven(modes, slope, harmonic, frequency, limit, is_short, search)
+   subroutine find_short_driven(modes, slope, harmonic, frequency, limit, search)
       type(modal_signal_t), intent(in) :: modes
       !> Of what is added, as in `driven_terms_t`
       real(wp), intent(in) :: slope
@@ -272,52 +293,22 @@ contains
       real(wp), intent(in) :: frequency(:)
       !> Where the search ends
       real(wp), intent(in) :: limit
-      !> It is certain
-      logical, intent(out) :: is_short
-      !> Gets it
+      !> As of `find_short_flight`
       type(search_t), intent(inout) :: search
 
       ! whose powers are numbers
       real(wp), parameter :: greatest_frequency = 1.0e5_wp
-      real(wp) :: added(most_derivatives, 2)
+      complex(wp) :: turning(size(harmonic))
 
-      is_short = .false.
+      search%outcome = found_none
       if (any(frequency > greatest_frequency)) return
       if (size(frequency) == 0 .and. abs(slope) <= 0.0_wp) then
-         call modes%find_short(limit, is_short, search)
+         call modes%find_short(limit, search)
       else
-         call differentiate(slope, harmonic, frequency, added)
-         call modes%find_short(limit, is_short, search, added)
+         turning = harmonic
+         call modes%find_short(limit, search, slope, turning, frequency)
       end if
    end subroutine find_short_driven
-
-   !> Derivatives of what is added, at the start, and bounds on them.
-   pure subroutine differentiate(slope, harmonic, frequency, added)
-      real(wp), intent(in) :: slope
-      complex(wp), intent(in) :: harmonic(:)
-      real(wp), intent(in) :: frequency(:)
-      !> As `find_short_flight` has them
-      real(wp), intent(out) :: added(most_derivatives, 2)
-
-      real(wp), dimension(4) :: part, power
-      real(wp) :: fourth, swing
-      integer :: i, k
-
-      added = 0.0_wp
-      added(1, :) = [slope, abs(slope)]
-      do i = 1, size(frequency)
-         ! the real part of harmonic times powers of i
-         part = [-aimag(harmonic(i)), -real(harmonic(i), wp), aimag(harmonic(i)), real(harmonic(i), wp)]
-         swing = abs(part(1)) + abs(part(2))
-         fourth = frequency(i)**4
-         power = [frequency(i), frequency(i)**2, frequency(i)**3, fourth]
-         do k = 1, most_derivatives, 4
-            added(k:k + 3, added_value) = added(k:k + 3, added_value) + power*part
-            added(k:k + 3, added_bound) = added(k:k + 3, added_bound) + power*swing
-            power = power*fourth
-         end do
-      end do
-   end subroutine differentiate
 
    !> Is the signal at its start far from zero, as its terms go?
    pure function stands_off(self) result(is)

@@ -91,7 +91,7 @@ contains
       real(wp) :: terms(size(self%exponent), term_columns)
       real(wp), dimension(padded(size(self%exponent))) :: decay, swing, real_part, imaginary_part, power, turned
       real(wp), dimension(size(self%exponent)) :: value, turned_value, speed, bound
-      real(wp) :: magnitude, size_of_signal, signal, rounding, rate, turned_rate
+      real(wp) :: magnitude, rest(term_columns), size_of_signal, signal, rounding, rate, turned_rate
       integer :: k, m, n
 
       n = size(self%exponent)
@@ -149,7 +149,9 @@ contains
          here%value = sum(terms(:, term_value))
          here%rounding = epsilon(1.0_wp)*rounding
       end if
-      here%free = free_step(terms, merge(self%offset, 0.0_wp, order == 0), 0.0_wp, here%value, here%slope)
+      rest = 0.0_wp
+      rest(term_value) = merge(self%offset, 0.0_wp, order == 0)
+      here%free = free_step(terms, rest, here%value, here%slope)
    end subroutine look
 
    !> offset + factor times a derivative of the signal, from an instant on.

@@ -1,7 +1,7 @@
 !> How far a sum of terms has no zero for certain, by more than the bound on its second derivative.
 module free_steps
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, step_without_zero, term_curvature, term_rate, &
-      term_value
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, step_without_zero, term_columns, &
+      term_curvature, term_rate, term_value
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -14,12 +14,11 @@ contains
    !> The modes above any number k come no further below zero than they are bounded to; those up to k are kept by their
    !> value, slope and a bound B on their second derivative. The best k is taken. From there a cubic may reach further:
    !> the second derivative falls no faster than a bound on the third.
-   pure function free_step(terms, rest, rest_slope, whole, whole_slope) result(step)
+   pure function free_step(terms, rest, whole, whole_slope) result(step)
       !> Terms of the sum with their bounds, [count, 6]
       real(wp), contiguous, intent(in) :: terms(:, :)
-      !> What is added to the terms, and its slope; it is convex
-      real(wp), intent(in) :: rest
-      real(wp), intent(in) :: rest_slope
+      !> What is added to the terms, in the same columns; the bounds are but on what of it is not convex
+      real(wp), intent(in) :: rest(term_columns)
       !> The sum and its slope
       real(wp), intent(in) :: whole
       real(wp), intent(in) :: whole_slope
@@ -31,9 +30,8 @@ contains
       integer :: best, k, n
 
       n = size(terms, 1)
-      sums = 0.0_wp
-      sums(1) = rest
-      sums(2) = rest_slope
+      sums(:5) = rest([term_value, term_rate, bound_curvature, term_curvature, bound_jerk])
+      sums(6) = 0.0_wp
       do k = 1, n
          sums(1) = sums(1) + terms(k, term_value)
          sums(2) = sums(2) + terms(k, term_rate)
@@ -49,7 +47,7 @@ contains
          sums(6) = sums(6) + terms(n + 1 - k, bound_value)
       end do
       ! what the order of summation leaves in doubt
-      doubt = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*sums(6) + abs(sums(1)) + 2.0_wp*abs(rest))
+      doubt = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*(sums(6) + rest(bound_value) + abs(rest(term_value))) + abs(sums(1)))
       !$omp simd
       do k = 1, n
          low(k) = values(k) - left(k) - doubt

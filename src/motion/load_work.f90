@@ -15,49 +15,36 @@ module load_work
 contains
 
    !> Work from the start of the phase to a time.
-   function work_of_loads(self, time, z, v) result(work)
+   function work_of_loads(self, time, turn, z, v) result(work)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
       !> State of the set's modes then, less what loads do
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
 
+      real(wp) :: alone(size(z))
+
       work = 0.0_wp
-      if (self%loads%count > 0 .and. time > 0.0_wp) work = work_in_phase(self, time, z, v)
+      if (self%loads%count == 0 .or. .not. time > 0.0_wp) return
+      work = work_on_drive(self, time, turn)
+      alone = 1.0_wp
+      if (size(self%set%pressed) > 0) then
+         work = work + work_on_terms(self, time)
+         alone = 0.0_wp
+         alone(self%set%joint%inactive) = 1.0_wp
+      end if
+      call add_modes(self, alone, time, turn, z, v, work)
    end function work_of_loads
-
-   !> The same in a phase that loads drive.
-   function work_in_phase(self, time, z, v) result(work)
-      type(several_t), intent(in) :: self
-      real(wp), intent(in) :: time
-      !> As above
-      real(wp), contiguous, intent(in) :: z(:)
-      real(wp), contiguous, intent(in) :: v(:)
-      real(wp) :: work
-
-      complex(wp) :: turn(size(self%drive%frequency))
-      integer :: i
-
-      associate (set => self%set, frequency => self%drive%frequency)
-         do i = 1, size(frequency)
-            turn(i) = cmplx(cos(frequency(i)*time), sin(frequency(i)*time), wp)
-         end do
-         work = work_on_drive(self, time, turn)
-         if (size(set%pressed) > 0) then
-            work = work + work_on_terms(self, time)
-            call add_modes(self, set%joint%inactive, time, turn, z, v, work)
-         else
-            call add_modes(self, [(i, i=1, size(z))], time, turn, z, v, work)
-         end if
-      end associate
-   end function work_in_phase
 
    !> Of what swings alone in modes, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
    !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). Where that would cancel modes are driven from rest.
-   pure subroutine add_modes(self, modes, time, turn, z, v, work)
+   pure subroutine add_modes(self, alone, time, turn, z, v, work)
       type(several_t), intent(in) :: self
-      integer, intent(in) :: modes(:)
+      !> 1: it does so, else 0, [modes]
+      real(wp), contiguous, intent(in) :: alone(:)
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
       complex(wp), intent(in) :: turn(:)
@@ -66,35 +53,32 @@ contains
       real(wp), contiguous, intent(in) :: v(:)
       real(wp), intent(inout) :: work
 
-      real(wp) :: alone(size(z))
       type(piece_t) :: steady, turning
-      logical :: has_driven, is_slow(size(modes)), is_steady, turns
-      integer :: g, i
+      logical :: has_driven, is_steady, turns
+      integer :: g, m
 
       has_driven = size(self%set%drive%driven) > 0
-      is_slow = .false.
-      if (has_driven) is_slow = [(is_driven(self, modes(i), by_constant, 0), i=1, size(modes))]
-      alone = 0.0_wp
-      alone(modes) = 1.0_wp
-      associate (set => self%set%drive, oscillators => self%set%held%oscillators)
+      associate (set => self%set%drive, oscillators => self%set%held%oscillators, piece => self%drive%piece)
          do g = 1, self%loads%count
-            steady = self%drive%piece(g)
-            steady%harmonic = 0.0_wp
-            is_steady = abs(steady%constant) + abs(steady%slope) > 0.0_wp
-            turning = piece_t(harmonic=self%drive%piece(g)%harmonic, frequency=self%drive%piece(g)%frequency)
-            turns = swings(turning%harmonic)
-            if (turns) work = work + work_of_harmonic(turning, turn(self%loads%harmonic(g)), alone*oscillators%square, &
-               alone, set%backward(:, g), self%z, self%v, z, v)
+            is_steady = abs(piece(g)%constant) + abs(piece(g)%slope) > 0.0_wp
+            turns = swings(piece(g)%harmonic)
+            if (turns) work = work + work_of_harmonic(piece(g), turn(self%loads%harmonic(g)), alone, &
+               oscillators%square, set%backward(:, g), self%z, self%v, z, v)
             if (.not. (is_steady .or. has_driven)) cycle
-            do i = 1, size(modes)
-               associate (m => modes(i), load => set%load(modes(i), g), square => oscillators%square(modes(i)))
-                  if (has_driven) then
-                     if (is_slow(i)) work = work + load*work_on_swing(make_driven_mode(oscillators, m), &
-                        [self%z(m), self%v(m)], steady, time)
-                     if (turns .and. is_driven(self, m, by_harmonic, g)) work = work &
+            steady = piece(g)
+            steady%harmonic = 0.0_wp
+            turning = piece_t(harmonic=piece(g)%harmonic, frequency=piece(g)%frequency)
+            do m = 1, size(z)
+               if (.not. alone(m) > 0.0_wp) cycle
+               associate (load => set%load(m, g), square => oscillators%square(m), &
+                  is_slow => has_driven .and. is_driven(self, m, by_constant, 0))
+                  if (is_slow) work = work + load*work_on_swing(make_driven_mode(oscillators, m), &
+                     [self%z(m), self%v(m)], steady, time)
+                  if (has_driven .and. turns) then
+                     if (is_driven(self, m, by_harmonic, g)) work = work &
                         + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], turning, time)
                   end if
-                  if (is_steady .and. .not. is_slow(i)) then
+                  if (is_steady .and. .not. is_slow) then
                      work = work + load*steady%constant*(z(m) - self%z(m))
                      if (abs(steady%slope) > 0.0_wp) work = work + load*steady%slope*(time*z(m) + (v(m) - self%v(m) &
                         + (oscillators%two_zeta*square + oscillators%mass_rate(m))*(z(m) - self%z(m)))/square)
@@ -106,13 +90,14 @@ contains
    end subroutine add_modes
 
    !> Of a harmonic load on modes that swing alone.
-   pure function work_of_harmonic(load, turn, square, alone, backward, z0, v0, z, v) result(work)
+   pure function work_of_harmonic(load, turn, alone, square, backward, z0, v0, z, v) result(work)
       type(piece_t), intent(in) :: load
       !> What it has turned to
       complex(wp), intent(in) :: turn
-      !> W^2 and 1, of all other modes zeros, [modes]
-      real(wp), contiguous, intent(in) :: square(:)
+      !> 1: the mode does so, else 0, [modes]
       real(wp), contiguous, intent(in) :: alone(:)
+      !> W^2, [modes]
+      real(wp), contiguous, intent(in) :: square(:)
       !> As `set_drive_t` has it: nothing of modes that are driven, [modes]
       complex(wp), contiguous, intent(in) :: backward(:)
       !> At the start, [modes]
@@ -132,9 +117,9 @@ contains
       imaginary_part = 0.0_wp
       !$omp simd reduction(+:real_part, imaginary_part) private(even, odd)
       do i = 1, size(z)
-         associate (p => square(i)*z(i), r => alone(i)*load%frequency*v(i))
-            even = p*cosine - r*sine - square(i)*z0(i)
-            odd = p*sine + r*cosine - alone(i)*load%frequency*v0(i)
+         associate (p => square(i)*z(i), r => load%frequency*v(i))
+            even = alone(i)*(p*cosine - r*sine - square(i)*z0(i))
+            odd = alone(i)*(p*sine + r*cosine - load%frequency*v0(i))
          end associate
          real_part = real_part + (real(backward(i), wp)*even - aimag(backward(i))*odd)
          imaginary_part = imaginary_part + (real(backward(i), wp)*odd + aimag(backward(i))*even)

@@ -4,12 +4,12 @@
 !> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, &
-      local_t, search_t, term_columns, term_curvature, term_rate, term_value, trail_t, viewed_signal_t
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_none, &
+      found_zero, local_t, search_t, term_columns, term_curvature, term_rate, term_value, trail_t, viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use free_steps, only: free_step
    use kinds, only: wp
-   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, free_step_among, &
+   use oscillator_terms, only: add_exponentials, bound_exponentials, bound_terms, differentiate, &
       split_exponentials
    use short_flights, only: find_short_flight
    implicit none (type, external)
@@ -153,31 +153,30 @@ contains
       !> What `look` tells of the signal at its start, where it is known
       type(local_t), intent(in), optional :: at_start
 
-      logical :: is_short
-
       if (present(trail)) trail%count = 0
       if (self%start_order == 1) then
-         call self%find_short(limit, is_short, search)
-         if (is_short) return
+         call self%find_short(limit, search)
+         if (search%outcome == found_zero) return
       end if
       call first_zero(self, limit, search, trail, at_start=at_start)
    end subroutine find_zero
 
    !> The end of a short hop, which rises from zero.
-   subroutine find_short(self, limit, is_short, search, added)
+   subroutine find_short(self, limit, search, slope, turning, frequency)
       class(modal_signal_t), intent(in) :: self
       !> Where the search ends
       real(wp), intent(in) :: limit
-      !> It is certain
-      logical, intent(out) :: is_short
-      !> Gets it
+      !> As of `find_short_flight`
       type(search_t), intent(inout) :: search
       !> What is added to the modes, as `find_short_flight` has it
-      real(wp), intent(in), optional :: added(:, :)
+      real(wp), intent(in), optional :: slope
+      complex(wp), intent(inout), optional :: turning(:)
+      real(wp), intent(in), optional :: frequency(:)
 
-      is_short = .false.
+      search%outcome = found_none
       if (abs(self%surface) > 0.0_wp) return
-      call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, is_short, search, added)
+      call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, search, slope, turning, &
+         frequency)
    end subroutine find_short
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
@@ -207,7 +206,7 @@ contains
    end subroutine glance
 
    !> The same for who adds something to it: only the step without a zero knows of that.
-   subroutine look_among(self, t, order, here, more, rest_of_more, takes_step)
+   subroutine look_among(self, t, order, here, more, floor_of_more, takes_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
@@ -215,16 +214,15 @@ contains
       integer, intent(in) :: order
       !> What is there
       type(local_t), intent(out) :: here
-      !> Further terms, columns as in `certified_search`, and what is added besides: its value, its slope, and below
-      !> what it never falls
-      real(wp), intent(in), optional :: more(:, :)
-      real(wp), intent(in), optional :: rest_of_more(3)
+      !> What is added, columns as in `certified_search`, and below what it never falls
+      real(wp), intent(in), optional :: more(term_columns)
+      real(wp), intent(in), optional :: floor_of_more
       !> False: how far there is no zero is not asked for
       logical, intent(in), optional :: takes_step
 
       real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
-      real(wp) :: magnitude, surface, signal, slope, rest
+      real(wp) :: magnitude, rest(term_columns), surface, signal, slope
       integer :: blocks, k, last
       logical :: separates
 
@@ -263,40 +261,37 @@ contains
          here%bound_jerk = sum(terms(:, bound_jerk))
          surface = 0.0_wp
          if (abs(self%surface) > 0.0_wp) call add_surface(self, t, order, here, surface)
-         if (present(more)) call add_more(more, rest_of_more, here)
+         if (present(more)) call add_more(more, floor_of_more, here)
          if (present(takes_step)) then
             if (.not. takes_step) return
          end if
          if (order == 0 .and. here%floor > here%rounding) return
          if (order == 0 .and. falls_to_zero(here)) return
          if (surface < 0.0_wp) return
-         rest = merge(self%offset, 0.0_wp, order == 0) + surface
-         if (present(more)) then
-            here%free = free_step_among(terms, more, rest + rest_of_more(1), rest_of_more(2) - self%rate*surface, &
-               here)
-         else
-            here%free = free_step(terms, rest, -self%rate*surface, here%value, here%slope)
-         end if
+         rest = 0.0_wp
+         if (present(more)) rest = more
+         rest(term_value) = merge(self%offset, 0.0_wp, order == 0) + surface + rest(term_value)
+         rest(term_rate) = rest(term_rate) - self%rate*surface
+         here%free = free_step(terms, rest, here%value, here%slope)
       end associate
    end subroutine look_among
 
-   !> What further terms add.
-   pure subroutine add_more(more, rest, here)
+   !> What is added to a signal.
+   pure subroutine add_more(more, floor, here)
       !> Columns as in `certified_search`
-      real(wp), intent(in) :: more(:, :)
-      !> What is added besides: its value, its slope, and below what it never falls
-      real(wp), intent(in) :: rest(3)
+      real(wp), intent(in) :: more(term_columns)
+      !> Below this it never falls
+      real(wp), intent(in) :: floor
       type(local_t), intent(inout) :: here
 
-      here%value = here%value + rest(1) + sum(more(:, term_value))
-      here%slope = here%slope + rest(2) + sum(more(:, term_rate))
-      here%curvature = here%curvature + sum(more(:, term_curvature))
-      here%bound = here%bound + sum(more(:, bound_curvature))
-      here%bound_both = here%bound_both + sum(more(:, bound_curvature))
-      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + sum(more(:, bound_jerk))
+      here%value = here%value + more(term_value)
+      here%slope = here%slope + more(term_rate)
+      here%curvature = here%curvature + more(term_curvature)
+      here%bound = here%bound + more(bound_curvature)
+      here%bound_both = here%bound_both + more(bound_curvature)
+      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + more(bound_jerk)
       ! where there is no floor the sum must not overflow
-      here%floor = max(here%floor, -0.25_wp*huge(1.0_wp)) + max(rest(3), -0.25_wp*huge(1.0_wp)) &
-         - sum(more(:, bound_value))
+      here%floor = max(here%floor, -0.25_wp*huge(1.0_wp)) + max(floor, -0.25_wp*huge(1.0_wp))
    end subroutine add_more
 
    !> What the surface adds.

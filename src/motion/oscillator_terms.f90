@@ -1,15 +1,13 @@
 !> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical
 !> damping are taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, local_t, term_columns, &
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, term_columns, &
       term_curvature, term_rate, term_value
    use damped_oscillators, only: die_out, lanes, oscillators_t
-   use free_steps, only: free_step
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: bound_terms, bound_exponentials, split_exponentials, differentiate, add_exponentials, &
-      free_step_among
+   public :: bound_terms, bound_exponentials, split_exponentials, differentiate, add_exponentials
 
 contains
 
@@ -292,23 +290,5 @@ contains
          terms(i, bound_jerk) = abs(slow_term)*decay(i) + abs(fast_term)*fast_rate
       end do
    end function exponential_terms
-
-   !> The step without a zero of a sum of modes with further terms before them.
-   pure function free_step_among(terms, more, rest, rest_slope, here) result(step)
-      real(wp), contiguous, intent(in) :: terms(:, :)
-      real(wp), intent(in) :: more(:, :)
-      !> What is added to all of them, and its slope
-      real(wp), intent(in) :: rest
-      real(wp), intent(in) :: rest_slope
-      !> The sum
-      type(local_t), intent(in) :: here
-      real(wp) :: step
-
-      real(wp) :: all_terms(size(more, 1) + size(terms, 1), term_columns)
-
-      all_terms(:size(more, 1), :) = more
-      all_terms(size(more, 1) + 1:, :) = terms
-      step = free_step(all_terms, rest, rest_slope, here%value, here%slope)
-   end function free_step_among
 
 end module oscillator_terms

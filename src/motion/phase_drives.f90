@@ -10,6 +10,7 @@ module phase_drives
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
+   use driven_signal, only: driven_signal_t
    use held_sets, only: free_beam_t, held_set_t
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
@@ -18,7 +19,7 @@ module phase_drives
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at
+   public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at, turn_at
    public :: answer_at, by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
@@ -73,6 +74,8 @@ module phase_drives
       !> of the harmonics and of a constant
       complex(wp), allocatable :: term_load(:, :)
       type(power_form_t) :: products
+      !> Gaps as signals, where no surface yields, [surfaces]; their state and terms are set by who looks at them
+      type(driven_signal_t), allocatable :: gap(:)
    end type set_drive_t
 
    !> The rows during a phase.
@@ -156,6 +159,11 @@ contains
          call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, answer)
          drive%harmonic(:, g) = answer
          drive%backward(:, g) = backward_of(held%oscillators, drive%load(:, g), loads%frequency(g), is_driven)
+      end do
+      if (size(pressed) > 0) return
+      allocate (drive%gap(surfaces))
+      do i = 1, surfaces
+         allocate (drive%gap(i)%free, source=held%gap(i))
       end do
    end subroutine make_set_drive
 
@@ -315,7 +323,7 @@ contains
       real(wp), intent(in) :: tau
       type(phase_drive_t), intent(inout) :: drive
 
-      integer :: g, m
+      integer :: g, i, m
 
       drive%tau = tau
       if (.not. allocated(drive%piece)) allocate (drive%piece(loads%count))
@@ -325,9 +333,9 @@ contains
       end do
       drive%until = minval(drive%piece%until)
       if (allocated(drive%slope)) then
-         associate (now => [set%at%rows, size(drive%frequency)])
-            if (any(shape(drive%harmonic) /= now)) deallocate (drive%constant, drive%slope, drive%harmonic)
-         end associate
+         if (size(drive%harmonic, 1) /= set%at%rows .or. size(drive%harmonic, 2) /= size(drive%frequency)) then
+            deallocate (drive%constant, drive%slope, drive%harmonic)
+         end if
       end if
       if (.not. allocated(drive%slope)) then
          allocate (drive%constant(set%at%rows), drive%slope(set%at%rows))
@@ -343,9 +351,13 @@ contains
                drive%constant(:) = drive%constant + set%lag(:, g)*piece%slope
                drive%slope(:) = drive%slope + set%constant(:, g)*piece%slope
             end if
+            m = loads%harmonic(g)
+            if (m == 0) cycle
+            !$omp simd
+            do i = 1, set%at%rows
+               drive%harmonic(i, m) = drive%harmonic(i, m) + piece%harmonic*set%harmonic(i, g)
+            end do
          end associate
-         m = loads%harmonic(g)
-         if (m > 0) drive%harmonic(:, m) = drive%harmonic(:, m) + drive%piece(g)%harmonic*set%harmonic(:, g)
       end do
       call start_modes(set, oscillators, drive)
    end subroutine start_drive
@@ -410,8 +422,18 @@ contains
       if (order > 0) values = rates
    end function drive_at
 
+   !> What each harmonic has turned by: exp(i W t).
+   pure function turn_at(drive, time) result(turn)
+      type(phase_drive_t), intent(in) :: drive
+      real(wp), intent(in) :: time
+      complex(wp) :: turn(size(drive%frequency))
+
+      turn = (1.0_wp, 0.0_wp)
+      if (time > 0.0_wp) turn = cmplx(cos(drive%frequency*time), sin(drive%frequency*time), wp)
+   end function turn_at
+
    !> Both.
-   pure subroutine find_rows_at(set, drive, first, last, time, rows, rates)
+   pure subroutine find_rows_at(set, drive, first, last, time, rows, rates, turn)
       type(set_drive_t), intent(in) :: set
       type(phase_drive_t), intent(in) :: drive
       !> Which rows
@@ -421,28 +443,25 @@ contains
       !> [last - first + 1]
       real(wp), contiguous, intent(out) :: rows(:)
       real(wp), contiguous, intent(out) :: rates(:)
+      !> What `turn_at` tells then, where it is known
+      complex(wp), intent(in), optional :: turn(:)
 
-      real(wp) :: cosine, even, here(0:2), odd, sine
+      complex(wp) :: turned(size(drive%frequency))
+      real(wp) :: here(0:2)
       integer :: i, m
 
-      rates = drive%slope(first:last)
-      rows = drive%constant(first:last) + rates*time
+      !$omp simd
+      do i = 1, size(rows)
+         rates(i) = drive%slope(first - 1 + i)
+         rows(i) = drive%constant(first - 1 + i) + rates(i)*time
+      end do
+      if (present(turn)) then
+         turned = turn
+      else
+         turned = turn_at(drive, time)
+      end if
       do m = 1, size(drive%frequency)
-         associate (w => drive%frequency(m))
-            cosine = 1.0_wp
-            sine = 0.0_wp
-            if (time > 0.0_wp) then
-               cosine = cos(w*time)
-               sine = sin(w*time)
-            end if
-            !$omp simd private(even, odd)
-            do i = 1, size(rows)
-               even = real(drive%harmonic(first + i - 1, m), wp)
-               odd = aimag(drive%harmonic(first + i - 1, m))
-               rows(i) = rows(i) + (even*cosine - odd*sine)
-               rates(i) = rates(i) - w*(even*sine + odd*cosine)
-            end do
-         end associate
+         call add_harmonic(drive%harmonic(first:last, m), drive%frequency(m), turned(m), rows, rates)
       end do
       do m = 1, size(drive%pair)
          here = driven_mode_at(drive%mode(m), time, 2)
@@ -452,5 +471,28 @@ contains
          end associate
       end do
    end subroutine find_rows_at
+
+   !> One that has turned.
+   pure subroutine add_harmonic(harmonic, frequency, turn, rows, rates)
+      complex(wp), contiguous, intent(in) :: harmonic(:)
+      real(wp), intent(in) :: frequency
+      complex(wp), intent(in) :: turn
+      !> As many
+      real(wp), contiguous, intent(inout) :: rows(:)
+      real(wp), contiguous, intent(inout) :: rates(:)
+
+      real(wp) :: cosine, even, odd, sine
+      integer :: i
+
+      cosine = real(turn, wp)
+      sine = aimag(turn)
+      !$omp simd private(even, odd)
+      do i = 1, size(harmonic)
+         even = real(harmonic(i), wp)
+         odd = aimag(harmonic(i))
+         rows(i) = rows(i) + (even*cosine - odd*sine)
+         rates(i) = rates(i) - frequency*(even*sine + odd*cosine)
+      end do
+   end subroutine add_harmonic
 
 end module phase_drives

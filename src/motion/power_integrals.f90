@@ -185,12 +185,20 @@ contains
       complex(wp), intent(in) :: power
       complex(wp) :: value
 
+      integer :: k
+      real(wp), parameter :: inverse_factorial(10) = 1.0_wp/[(gamma(real(k + 1, wp)), k=1, 10)]
       complex(wp) :: x
+      real(wp) :: angle
 
       x = s*t
-      if (abs(real(x, wp)) + abs(aimag(x)) < 0.1_wp) then
-         value = t*(1.0_wp + x/2.0_wp*(1.0_wp + x/3.0_wp*(1.0_wp + x/4.0_wp*(1.0_wp + x/5.0_wp*(1.0_wp + x/6.0_wp &
-            *(1.0_wp + x/7.0_wp*(1.0_wp + x/8.0_wp*(1.0_wp + x/9.0_wp*(1.0_wp + x/10.0_wp)))))))))
+      angle = abs(real(x, wp)) + abs(aimag(x))
+      if (angle < 0.1_wp) then
+         ! as many terms as there are digits in
+         value = (0.0_wp, 0.0_wp)
+         do k = merge(4, size(inverse_factorial), angle < 1.0e-3_wp), 1, -1
+            value = inverse_factorial(k) + x*value
+         end do
+         value = t*value
       else
          value = (power - 1.0_wp)/s
       end if

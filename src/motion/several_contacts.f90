@@ -11,7 +11,7 @@ module several_contacts
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
-   use phase_drives, only: find_rows_at
+   use phase_drives, only: find_rows_at, turn_at
    use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
@@ -19,8 +19,9 @@ module several_contacts
    use section_types, only: run_sections_t, section_state_t
    use several_events, only: follow_end
    use several_measures, only: measure_surfaces
-   use several_state, only: end_force, end_gap, free_state, move_alone, move_to, several_t, signal_of, &
-      search_surface, take_over, whole_gap
+   use several_searches, only: search_surface
+   use several_state, only: end_force, end_gap, free_state, move_alone, move_to, several_t, signal_of, take_over, &
+      whole_gap
    use statistic_types, only: block_sums_t
    use surface_states, only: energy_in, indent, surface_state_t
    use surface_statistics, only: take_phase
@@ -393,12 +394,13 @@ contains
       type(motion_t), intent(inout) :: motion
 
       real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%pressed)), work
-      complex(wp) :: term(self%now%set%joint%count)
+      complex(wp) :: term(self%now%set%joint%count), turn(size(self%now%drive%frequency))
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
          ledger => motion%recorder%ledger)
-         call move_to(now, time, self%z_end, self%v_end, state(:, 3:))
+         turn = turn_at(now%drive, time)
+         call move_to(now, time, self%z_end, self%v_end, turn, state(:, 3:))
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          if (keeps_losses(self, motion)) then
             state(:, :2) = reshape([self%z_end, self%v_end], [size(state, 1), 2])
@@ -406,7 +408,7 @@ contains
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%work = ledger%work + work
          else if (motion%measurer%is_wanted) then
-            ledger%work = ledger%work + work_of_loads(now, time, state(:, 3), state(:, 4))
+            ledger%work = ledger%work + work_of_loads(now, time, turn, state(:, 3), state(:, 4))
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
@@ -473,7 +475,7 @@ contains
       call measure_moments(self%moments, motion%tau, self%search%time)
       call measure_surfaces(self%now, self%search%time, self%searches, is_last, motion)
       if (self%now%loads%count > 0) then
-         motion%measurer%measures%final_energy = energy_of(self, self%z_end, self%v_end) &
+         if (is_last) motion%measurer%measures%final_energy = energy_of(self, self%z_end, self%v_end) &
             + sum(energy_in(self%now%states))
          return
       end if

@@ -13,7 +13,7 @@ module several_events
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, find_load, several_t
    use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
-   use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
+   use surface_values, only: along, event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    use tangent_columns, only: brake_columns, strike_columns
    implicit none (type, external)
    private
@@ -181,6 +181,7 @@ contains
       type(response_t), intent(inout) :: response
 
       logical :: reached(size(self%states))
+      real(wp) :: velocity
       integer :: k, next, round
 
       do k = 1, size(self%states)
@@ -191,10 +192,14 @@ contains
       do round = 1, most_rounds
          if (round == most_rounds) captures%is_in = captures%is_in .or. reached
          call solve_impact(self, reached, next, hop_tolerance, captures, motion, response)
+         if (count(reached) == 1) exit
          next = 0
          do k = 1, size(reached)
             if (.not. reached(k) .or. captures(k)%is_in .or. self%states(k)%is_closed) cycle
-            if (velocity_of(self, k, motion) < -speed_noise(self, k, motion)) next = k
+            velocity = velocity_of(self, k, motion)
+            if (velocity < 0.0_wp) then
+               if (velocity < -speed_noise(self, k, motion)) next = k
+            end if
          end do
          if (next == 0) exit
       end do
@@ -268,7 +273,7 @@ contains
          n = n + 1
          taking(n) = k
          do a = 1, n
-            mobility(a, n) = dot_product(self%beam%value(:, taking(a)), self%beam%value(:, k))
+            mobility(a, n) = along(self%beam%value(:, taking(a)), self%beam%value(:, k))
             mobility(n, a) = mobility(a, n)
          end do
          before(n) = 0.0_wp
@@ -294,9 +299,7 @@ contains
          impulse(:n) > 0.0_wp, motion%tangent)
       do a = 1, n
          k = taking(a)
-         event = event_of(self, k, event_impact, motion)
-         event%velocity_before = self%states(k)%surface%sign*before(a)
-         event%velocity_after = self%states(k)%surface%sign*after(a)
+         event = event_of(self, k, event_impact, motion, before(a), after(a))
          event%impulse = impulse(a)
          event%energy_change = 0.5_wp*impulse(a)*(before(a) + after(a))
          self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - event%energy_change
@@ -330,8 +333,8 @@ contains
       real(wp) :: leaves
 
       leaves = self%states(k)%surface%sign*event%velocity_after
-      other = event
       if (self%states(k)%is_closed) then
+         other = event
          if (event%impulse > 0.0_wp) then
             other%kind = event_blow
             call append_event(response, other)
@@ -348,6 +351,7 @@ contains
          if (.not. leaves > speed_noise(self, k, motion)) return
          ! what hits others lifts it
          if (captures(k)%impulse > 0.0_wp) then
+            other = event
             other%velocity_before = self%states(k)%surface%sign*captures(k)%velocity
             other%impulse = captures(k)%impulse
             other%energy_change = captures(k)%energy_change
@@ -442,9 +446,7 @@ contains
                state%start_order = 0
                ! with no impulse given and none to hold it there was no capture to speak of
                if (state%is_closed .or. abs(captures(k)%velocity) > 0.0_wp .or. captures(k)%impulse > 0.0_wp) then
-                  event = event_of(self, k, event_capture, motion)
-                  event%velocity_before = state%surface%sign*captures(k)%velocity
-                  event%velocity_after = 0.0_wp
+                  event = event_of(self, k, event_capture, motion, captures(k)%velocity, 0.0_wp)
                   event%impulse = captures(k)%impulse
                   event%energy_change = captures(k)%energy_change
                   call append_event(response, event)

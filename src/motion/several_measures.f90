@@ -2,7 +2,6 @@
 module several_measures
    use certified_search, only: first_zero, found_zero, search_t, viewed_signal_t
    use driven_modes, only: driven_mode_at, integral_of, integral_of_swing, make_driven_mode
-   use driven_signal, only: driven_terms_t
    use joint_modes, only: terms_at
    use kinds, only: wp
    use motion_phases, only: motion_t
@@ -11,7 +10,7 @@ module several_measures
    use power_integrals, only: integral
    use response_types, only: quiet_level, response_t
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
-   use several_state, only: end_force, force_terms, driven_terms, move_alone, several_t, signal_of, whole_gap
+   use several_state, only: end_force, force_terms, move_alone, several_t, signal_of, whole_gap
    use signal_peaks, only: exceeds
    implicit none (type, external)
    private
@@ -78,6 +77,9 @@ contains
          else if (.not. state%has_risen) then
             if (state%is_first_flight) then
                rises = exceeds(signal, length, quiet_level)
+            else if (self%trail_of == k) then
+               call measure_rise(measurer, signal, tau, length, .false., is_last, min(seen%greatest, &
+                  quiet_level), rises, self%trail)
             else
                call measure_rise(measurer, signal, tau, length, .false., is_last, min(seen%greatest, &
                   quiet_level), rises)
@@ -169,7 +171,7 @@ contains
       real(wp) :: impulse
 
       complex(wp), allocatable :: amplitude(:)
-      real(wp), allocatable :: z(:), v(:)
+      real(wp), dimension(size(self%z)) :: z, v
       real(wp) :: offset, part
       integer :: i, place
 
@@ -181,7 +183,6 @@ contains
          end associate
       else
          ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
-         allocate (z(size(self%z)), v(size(self%v)))
          call move_alone(self, time, z, v)
          associate (held => self%set%held, square => self%set%held%oscillators%square)
             place = findloc(held%held, k, dim=1)
@@ -207,21 +208,24 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: impulse
 
-      type(driven_terms_t) :: terms
       real(wp) :: here(0:1)
-      integer :: i
+      integer :: i, row
 
-      call driven_terms(self, k, end_force, terms)
-      impulse = (terms%constant + 0.5_wp*terms%slope*time)*time
-      do i = 1, size(terms%frequency)
-         associate (s => cmplx(0.0_wp, terms%frequency(i), wp))
-            impulse = impulse + real(terms%harmonic(i)*integral(s, time, exp(s*time)), wp)
-         end associate
-      end do
-      do i = 1, terms%modes
-         here = driven_mode_at(terms%mode(i), time, 1)
-         impulse = impulse + terms%share_of_rate(i)*here(0) + terms%share(i)*integral_of(terms%mode(i), time)
-      end do
+      associate (set => self%set%drive, drive => self%drive)
+         row = set%at%forces + k
+         impulse = (drive%constant(row) + 0.5_wp*drive%slope(row)*time)*time
+         do i = 1, size(drive%frequency)
+            associate (s => cmplx(0.0_wp, drive%frequency(i), wp))
+               impulse = impulse + real(drive%harmonic(row, i)*integral(s, time, exp(s*time)), wp)
+            end associate
+         end do
+         do i = 1, size(drive%pair)
+            here = driven_mode_at(drive%mode(i), time, 1)
+            associate (pair => set%driven(drive%pair(i)))
+               impulse = impulse + pair%row_of_rate(row)*here(0) + pair%row(row)*integral_of(drive%mode(i), time)
+            end associate
+         end do
+      end associate
    end function impulse_of_terms
 
    !> Could the point of a surface that is pressed sink below the quiet level? Terms only grow less.

@@ -2,10 +2,10 @@
 !> signals that end it (docs/theory.md, section 17).
 module several_state
    use applied_loads, only: applied_loads_t
-   use certified_search, only: first_zero, found_zero, search_t, viewed_signal_t
+   use certified_search, only: trail_t, viewed_signal_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
    use damped_oscillators, only: acceleration, propagate
-   use driven_signal, only: add_terms, driven_signal_t, driven_terms_t, find_short_driven, start_of
+   use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
    use held_sets, only: free_beam_t, into_held, out_of_held
@@ -20,8 +20,8 @@ module several_state
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: several_t, open_store, take_over, find_load, search_surface, signal_of, move_to, move_alone, free_state
-   public :: force_terms, driven_terms, ready_reaction
+   public :: several_t, open_store, take_over, find_load, signal_of, driven_terms, move_to, move_alone, free_state
+   public :: force_terms, ready_reaction
    public :: end_gap, end_force, end_home, end_pull, whole_gap, whole_tip
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
@@ -54,6 +54,9 @@ module several_state
       !> What was sought last in the phase as the force of a surface that is pressed, and which; 0: none
       class(viewed_signal_t), allocatable :: pressing
       integer :: pressing_at = 0
+      !> What the search that ends the phase saw of the gap of a rigid surface, and which; 0: none
+      type(trail_t) :: trail
+      integer :: trail_of = 0
       !> Of the surfaces but the pulled one, whose is that of the motion
       type(measurer_t), allocatable :: measurers(:)
    end type several_t
@@ -70,6 +73,7 @@ contains
 
       call open_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
       self%store => store
+      allocate (self%drive%frequency(0))
    end subroutine open_store
 
    !> Begin a phase with the set that is closed now.
@@ -89,6 +93,7 @@ contains
       integer :: k
 
       self%pressing_at = 0
+      self%trail_of = 0
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
       associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
@@ -97,10 +102,16 @@ contains
          end if
          if (.not. allocated(self%z)) allocate (self%z(held%count), self%v(held%count))
          call into_held(self%beam, held, q, v, self%z, self%v)
-         depth = self%states%depth
-         branch_force = self%states%branch_force
-         if (self%loads%count > 0) call begin_drive(self, tau, is_new, depth, branch_force)
+         if (self%loads%count > 0) call begin_drive(self, tau, is_new)
          if (size(pressed) > 0) then
+            depth = self%states%depth
+            branch_force = self%states%branch_force
+            if (self%loads%count > 0) then
+               associate (at => self%set%drive%at)
+                  depth = depth - drive_at(self%set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp, 0)
+                  branch_force = branch_force - drive_at(self%set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
+               end associate
+            end if
             if (allocated(self%amplitude)) deallocate (self%amplitude)
             allocate (self%amplitude(joint%count))
             call joint_amplitudes(held%oscillators%square, joint, -held%static_gap(pressed), &
@@ -133,14 +144,11 @@ contains
    end subroutine find_load
 
    !> What loads do from now on; the rest swings of itself.
-   subroutine begin_drive(self, tau, is_new, depth, branch_force)
+   subroutine begin_drive(self, tau, is_new)
       type(several_t), intent(inout) :: self
       real(wp), intent(in) :: tau
       !> The run has not used the set so far: its answers to loads are those of another run
       logical, intent(in) :: is_new
-      !> Of all surfaces, [surfaces]
-      real(wp), intent(inout) :: depth(:)
-      real(wp), intent(inout) :: branch_force(:)
 
       real(wp), dimension(size(self%z)) :: rows, rates
       type(impedance_t) :: spring(size(self%states))
@@ -157,14 +165,12 @@ contains
          if (size(set%pressed) > 0) call drive_terms(set%held, set%joint, set%pressed, spring, self%loads, is_new, &
             set%drive, self%drive)
          self%longest = self%drive%until - tau
-         associate (at => set%drive%at)
-            call find_rows_at(set%drive, self%drive, 1, at%gaps, 0.0_wp, rows, rates)
-            self%z(:) = self%z - rows
-            self%v(:) = self%v - rates
-            if (size(set%pressed) == 0) return
-            depth = depth - drive_at(set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp, 0)
-            branch_force = branch_force - drive_at(set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
-         end associate
+         call find_rows_at(set%drive, self%drive, 1, set%drive%at%gaps, 0.0_wp, rows, rates)
+         !$omp simd
+         do k = 1, size(rows)
+            self%z(k) = self%z(k) - rows(k)
+            self%v(k) = self%v(k) - rates(k)
+         end do
       end associate
    end subroutine begin_drive
 
@@ -185,77 +191,6 @@ contains
          reaction%v(first:) = v(first:)
       end associate
    end subroutine ready_reaction
-
-   !> When does a surface end the phase?
-   subroutine search_surface(self, k, limit, search, ended_by)
-      type(several_t), intent(inout) :: self
-      integer, intent(in) :: k
-      !> Where the search ends
-      real(wp), intent(in) :: limit
-      type(search_t), intent(out) :: search
-      !> One of the `end_` constants
-      integer, intent(out) :: ended_by
-
-      class(viewed_signal_t), allocatable :: signal
-      type(search_t) :: other
-      logical :: is_short
-
-      associate (state => self%states(k), held => self%set%held)
-         ended_by = end_gap
-         if (state%is_closed) ended_by = end_force
-         if (state%is_indented) ended_by = end_pull
-         if (ended_by == end_gap .and. size(self%set%pressed) == 0) then
-            held%gap(k)%z(:) = self%z
-            held%gap(k)%v(:) = self%v
-            held%gap(k)%surface = 0.0_wp
-            if (allocated(state%spring)) then
-               if (.not. state%follows) held%gap(k)%surface = state%depth
-               held%gap(k)%rate = min(state%spring%surface_rate, huge(1.0_wp))
-            end if
-            if (self%loads%count == 0) then
-               held%gap(k)%start_order = start_of(held%gap(k), state%start_order)
-               call held%gap(k)%find_zero(limit, search)
-               return
-            end if
-            if (state%start_order == 1 .and. size(self%drive%pair) == 0) then
-               associate (row => self%set%drive%at%gaps + k, drive => self%drive)
-                  call find_short_driven(held%gap(k), drive%slope(row), drive%harmonic(row, :), drive%frequency, &
-                     limit, is_short, search)
-               end associate
-               if (is_short) return
-            end if
-            allocate (signal, source=held%gap(k))
-            call add_drive(self, k, end_gap, signal)
-         else if (ended_by == end_force .and. size(self%set%pressed) == 0 .and. self%loads%count == 0) then
-            associate (force => held%force(findloc(held%held, k, dim=1)))
-               force%start_order = start_of(force, state%start_order)
-               call first_zero(force, limit, search)
-            end associate
-            return
-         else
-            call signal_of(self, k, ended_by, signal)
-         end if
-         signal%start_order = start_of(signal, state%start_order)
-         select type (signal)
-         type is (driven_signal_t)
-            call signal%find_zero(limit, search)
-         class default
-            call first_zero(signal, limit, search)
-         end select
-         if (ended_by == end_force) then
-            call move_alloc(signal, self%pressing)
-            self%pressing_at = k
-         end if
-         if (.not. state%is_indented) return
-         call signal_of(self, k, end_home, signal)
-         signal%start_order = start_of(signal, 0)
-         call first_zero(signal, min(limit, search%time), other)
-         if (other%outcome == found_zero) then
-            search = other
-            ended_by = end_home
-         end if
-      end associate
-   end subroutine search_surface
 
    !> What ends the phase at a surface, as a signal.
    subroutine signal_of(self, k, kind, signal)
@@ -292,7 +227,7 @@ contains
       type(several_t), intent(in) :: self
       integer, intent(in) :: k
       integer, intent(in) :: kind
-      type(driven_terms_t), intent(out) :: terms
+      type(driven_terms_t), intent(inout) :: terms
 
       real(wp) :: factor, of_rate
       integer :: i, row
@@ -309,14 +244,14 @@ contains
          if (kind == whole_tip) row = set%at%tip + 1
          terms%constant = factor*drive%constant(row) + of_rate*drive%slope(row)
          terms%slope = factor*drive%slope(row)
-         allocate (terms%frequency, source=drive%frequency)
-         allocate (terms%harmonic, source=cmplx(factor, of_rate*drive%frequency, wp)*drive%harmonic(row, :))
+         terms%frequency = drive%frequency
+         terms%harmonic = cmplx(factor, of_rate*drive%frequency, wp)*drive%harmonic(row, :)
          terms%modes = size(drive%pair)
          if (terms%modes == 0) return
-         allocate (terms%mode, source=drive%mode)
-         allocate (terms%share, source=[(factor*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))])
-         allocate (terms%share_of_rate, source=[(factor*set%driven(drive%pair(i))%row_of_rate(row) &
-            + of_rate*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))])
+         terms%mode = drive%mode
+         terms%share = [(factor*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))]
+         terms%share_of_rate = [(factor*set%driven(drive%pair(i))%row_of_rate(row) &
+            + of_rate*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))]
       end associate
    end subroutine driven_terms
 
@@ -429,23 +364,29 @@ contains
    end subroutine force_terms
 
    !> State of the set's modes at a time in the phase.
-   pure subroutine move_to(self, time, z, v, alone)
+   pure subroutine move_to(self, time, z, v, turn, alone)
       type(several_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
+      !> What `turn_at` tells then, where it is known
+      complex(wp), intent(in), optional :: turn(:)
       !> The same less what loads do, [modes, 2]
       real(wp), contiguous, intent(out), optional :: alone(:, :)
 
       real(wp), dimension(size(z)) :: rows, rates
+      integer :: i
 
       call move_alone(self, time, z, v)
       if (present(alone)) alone(:, 1) = z
       if (present(alone)) alone(:, 2) = v
       if (self%loads%count == 0) return
-      call find_rows_at(self%set%drive, self%drive, 1, size(z), time, rows, rates)
-      z = z + rows
-      v = v + rates
+      call find_rows_at(self%set%drive, self%drive, 1, size(z), time, rows, rates, turn)
+      !$omp simd
+      do i = 1, size(z)
+         z(i) = z(i) + rows(i)
+         v(i) = v(i) + rates(i)
+      end do
    end subroutine move_to
 
    !> The same less what loads do.

@@ -1,29 +1,26 @@
 !> Hops so short that the modes hardly turn: their end by the Taylor series of s(t)/t about the start.
 module short_flights
-   use certified_search, only: found_zero, search_t, step_without_zero
+   use certified_search, only: found_none, found_zero, search_t, step_without_zero
    use damped_oscillators, only: lanes, oscillators_t
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: find_short_flight, zero_of_series, most_derivatives, added_value, added_bound
+   public :: find_short_flight, zero_of_series
 
-   !> So many terms are used, by the derivatives at the start, and bounds on that of one more; there is room for these
-   !> in whole fours.
+   !> So many terms are used, by the derivatives at the start, and bounds on that of one more.
    integer, parameter :: most_terms = 40
-   integer, parameter :: most_derivatives = most_terms + 4
+   integer, parameter :: most_derivatives = most_terms + 1
    integer :: place
    real(wp), parameter :: inverse_factorial(most_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
       most_derivatives)]
    !> The angle up to which it takes so many terms, if no mode turns or dies out by more.
    real(wp), parameter :: greatest_angles(3:most_terms) = [((0.2_wp*epsilon(1.0_wp)*gamma(real(place + 1, wp))) &
       **(1.0_wp/real(place, wp)), place=3, most_terms)]
-   integer, parameter :: added_value = 1
-   integer, parameter :: added_bound = 2
 
 contains
 
    !> The end of a short flight, certain since the remainder is bounded by the swing of the first derivative left out.
-   subroutine find_short_flight(oscillators, weight, z, v, limit, is_short, search, added)
+   subroutine find_short_flight(oscillators, weight, z, v, limit, search, slope, turning, frequency)
       type(oscillators_t), intent(in) :: oscillators
       !> Of the modes in the signal, which rises from zero, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
@@ -32,12 +29,13 @@ contains
       real(wp), intent(in) :: v(:)
       !> Where the search ends
       real(wp), intent(in) :: limit
-      !> The first zero is certain to be the one returned
-      logical, intent(out) :: is_short
-      !> Gets it, and how far the signal reaches before
+      !> Gets the first zero, and how far the signal reaches before, if it is certain; else its outcome is `found_none`
       type(search_t), intent(inout) :: search
-      !> Derivatives of what else is in the signal: at the start and bounds on them, [`most_derivatives`, 2]
-      real(wp), intent(in), optional :: added(:, :)
+      !> What else is in the signal: its slope, and what turns with i W, [harmonics]; as often differentiated as was
+      !> needed on return. All of them or none.
+      real(wp), intent(in), optional :: slope
+      complex(wp), intent(inout), optional :: turning(:)
+      real(wp), intent(in), optional :: frequency(:)
 
       ! the series is used up to this multiple of the zero that its first terms tell, if no mode turns or dies out by
       ! more than an angle
@@ -48,9 +46,10 @@ contains
       ! weighted sums of the derivatives, lane by lane; s^(k)/k!
       real(wp) :: total(lanes, most_derivatives), coefficient(most_derivatives)
       real(wp) :: rate, reach, remainder, share, step
-      integer :: k, terms
+      integer :: terms
+      logical :: is_short
 
-      is_short = .false.
+      search%outcome = found_none
       associate (n => oscillators%count, square => oscillators%lane_square, two_zeta => oscillators%two_zeta)
          if (any(oscillators%mass_rate > 0.0_wp)) return
          low(n + 1:) = 0.0_wp
@@ -61,17 +60,17 @@ contains
          if (oscillators%oscillating < n) rate = oscillators%decay(n) + 2.0_wp*oscillators%spread(n)
          if (rate > greatest_rate) return
          call add_derivatives(size(weight)/lanes, 1, 3, square, two_zeta, weight, low, high, total)
-         call divide(1, 3)
+         call divide(total, 1, 3, coefficient, slope, turning, frequency)
          if (.not. (coefficient(1) > 0.0_wp .and. coefficient(2) < 0.0_wp)) return
          reach = margin*early_zero(coefficient(:3))
          if (reach >= limit .or. reach*rate > greatest_angle) return
          terms = min(3 + count(greatest_angles < reach*rate), most_terms)
          call add_derivatives(size(weight)/lanes, 4, terms + 1, square, two_zeta, weight, low, high, total)
-         call divide(4, terms + 1)
+         call divide(total, 4, terms + 1, coefficient, slope, turning, frequency)
          ! bounded as in `bound_terms`; squares of the derivatives alone could overflow
          share = inverse_factorial(terms + 1)*reach**terms
          remainder = sum(abs(weight)*sqrt((share*low)**2 + (share*high)**2*oscillators%inverse_square))
-         if (present(added)) remainder = remainder + share*added(terms + 1, added_bound)
+         if (present(turning)) remainder = remainder + share*sum(abs(real(turning, wp)) + abs(aimag(turning)))
       end associate
       if (.not. remainder <= epsilon(1.0_wp)*coefficient(1)) return
       call zero_of_series(coefficient(:terms), reach, is_short, step)
@@ -81,21 +80,40 @@ contains
       search%time = step
       call height_of_series(coefficient(:terms), step, search%greatest, search%ceiling)
       search%ceiling = search%ceiling + remainder*step
-
-   contains
-
-      !> Coefficients from derivatives.
-      subroutine divide(from, to)
-         integer, intent(in) :: from
-         integer, intent(in) :: to
-
-         do k = from, to
-            coefficient(k) = sum(total(:, k))
-         end do
-         if (present(added)) coefficient(from:to) = coefficient(from:to) + added(from:to, added_value)
-         coefficient(from:to) = coefficient(from:to)*inverse_factorial(from:to)
-      end subroutine divide
    end subroutine find_short_flight
+
+   !> Coefficients from derivatives.
+   pure subroutine divide(total, from, to, coefficient, slope, turning, frequency)
+      !> The modes' weighted sums, lane by lane
+      real(wp), intent(in) :: total(lanes, most_derivatives)
+      !> The first and the last of them
+      integer, intent(in) :: from
+      integer, intent(in) :: to
+      real(wp), intent(inout) :: coefficient(most_derivatives)
+      !> What is added, as above, differentiated as often as the last before these
+      real(wp), intent(in), optional :: slope
+      complex(wp), intent(inout), optional :: turning(:)
+      real(wp), intent(in), optional :: frequency(:)
+
+      complex(wp) :: now
+      integer :: k, m
+
+      do k = from, to
+         coefficient(k) = sum(total(:, k))
+      end do
+      if (present(turning)) then
+         if (from == 1) coefficient(1) = coefficient(1) + slope
+         do m = 1, size(turning)
+            now = turning(m)
+            do k = from, to
+               now = cmplx(-frequency(m)*aimag(now), frequency(m)*real(now, wp), wp)
+               coefficient(k) = coefficient(k) + real(now, wp)
+            end do
+            turning(m) = now
+         end do
+      end if
+      coefficient(from:to) = coefficient(from:to)*inverse_factorial(from:to)
+   end subroutine divide
 
    !> About where c_1 + c_2 t + c_3 t^2 + ... has its first zero, as if the terms from the second on were those of a
    !> geometric series: what pulls back dies out.

@@ -4,7 +4,7 @@ module surface_changes
    use motion_phases, only: motion_t
    use response_types, only: append_event, event_contact, event_release, event_separation, event_t, response_t
    use several_state, only: several_t
-   use surface_values, only: event_of, force_of
+   use surface_values, only: event_of, force_of, velocity_of
    implicit none (type, external)
    private
    public :: let_go, open_surface, start_flight, close_surface, check_dampers
@@ -18,11 +18,11 @@ contains
       type(motion_t), intent(in) :: motion
       type(response_t), intent(inout) :: response
 
-      associate (state => self%states(k))
+      associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%is_rigid) then
             call open_surface(self, k, 3, motion, response)
          else
-            call append_event(response, event_of(self, k, event_separation, motion))
+            call append_event(response, event_of(self, k, event_separation, motion, velocity, velocity))
             call start_flight(self, k, 1, 0.0_wp)
             state%is_indented = state%follows .and. state%depth > 0.0_wp
          end if
@@ -72,14 +72,14 @@ contains
       type(motion_t), intent(in) :: motion
       type(response_t), intent(inout) :: response
 
-      associate (state => self%states(k))
+      associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%follows .and. .not. state%is_indented) state%depth = 0.0_wp
          state%is_closed = .true.
          state%is_indented = .false.
          state%start_order = order
          if (state%follows .and. force_of(self, k, motion) > 0.0_wp) state%start_order = 0
+         call append_event(response, event_of(self, k, event_contact, motion, velocity, velocity))
       end associate
-      call append_event(response, event_of(self, k, event_contact, motion))
    end subroutine close_surface
 
    !> Impulses make the forces of dampers jump: is each spring with a damper pressed now, or left?

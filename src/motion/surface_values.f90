@@ -6,33 +6,53 @@ module surface_values
    use several_state, only: several_t
    implicit none (type, external)
    private
-   public :: event_of, gap_of, velocity_of, noise_of, speed_noise, force_of, yielding_forces, pull_of
+   public :: along, event_of, gap_of, velocity_of, noise_of, speed_noise, force_of, yielding_forces, pull_of
 
 contains
 
    !> An event at the present state: displacement and velocity of the stop point up from the surface.
-   function event_of(self, k, kind, motion) result(event)
+   pure function event_of(self, k, kind, motion, before, after) result(event)
       type(several_t), intent(in) :: self
       integer, intent(in) :: k
       integer, intent(in) :: kind
       type(motion_t), intent(in) :: motion
+      !> Velocities away from the surface
+      real(wp), intent(in) :: before
+      real(wp), intent(in) :: after
       type(event_t) :: event
 
-      event = event_t(tau=motion%tau, kind=kind, eta=self%states(k)%surface%sign*gap_of(self, k, motion%q), &
-         velocity_before=self%states(k)%surface%sign*velocity_of(self, k, motion), &
-         surface=self%states(k)%surface%number)
-      event%velocity_after = event%velocity_before
+      associate (surface => self%states(k)%surface)
+         event = event_t(tau=motion%tau, kind=kind, eta=surface%sign*gap_of(self, k, motion%q), &
+            velocity_before=surface%sign*before, velocity_after=surface%sign*after, surface=surface%number)
+      end associate
    end function event_of
 
    !> Distance from a surface where it is home.
    pure function gap_of(self, k, q) result(gap)
       type(several_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp), intent(in) :: q(:)
+      real(wp), contiguous, intent(in) :: q(:)
       real(wp) :: gap
 
-      gap = sum(self%beam%value(:, k)*q) - self%beam%height(k)
+      gap = along(self%beam%value(:, k), q) - self%beam%height(k)
    end function gap_of
+
+   !> Displacement or velocity of a point, or the mobility between two.
+   pure function along(shape, state) result(value)
+      !> The modes there, [modes]
+      real(wp), contiguous, intent(in) :: shape(:)
+      !> State in the modes, or the modes at the other point, [modes]
+      real(wp), contiguous, intent(in) :: state(:)
+      real(wp) :: value
+
+      integer :: i
+
+      value = 0.0_wp
+      !$omp simd reduction(+:value)
+      do i = 1, size(shape)
+         value = value + shape(i)*state(i)
+      end do
+   end function along
 
    !> Away from the surface.
    pure function velocity_of(self, k, motion) result(velocity)
@@ -41,7 +61,7 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp) :: velocity
 
-      velocity = sum(self%beam%value(:, k)*motion%v)
+      velocity = along(self%beam%value(:, k), motion%v)
    end function velocity_of
 
    !> Rounding error of a gap at an instant that is rounded itself.
