@@ -66,7 +66,7 @@ module lapack_interfaces
          integer, intent(out) :: info
       end subroutine dgeev
       !> C = alpha op(A) op(B) + beta C
-      subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
+      pure subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
          import :: wp
          implicit none (type, external)
          character, intent(in) :: transa, transb

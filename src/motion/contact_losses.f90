@@ -7,8 +7,8 @@ module contact_losses
    use damped_oscillators, only: propagate
    use kinds, only: wp
    use modal_beam, only: modal_beam_t
-   use power_integrals, only: bilinear_form, find_span, integral, integrate_form, place_pair, power_form_t, span_t, &
-      taken_by
+   use power_integrals, only: bilinear_form, find_pair, find_span, integral, make_power_form, place_pair, &
+      power_form_t, span_t, taken_by
    implicit none (type, external)
    private
    public :: contact_losses_t, make_contact_losses, losses_until, losses_of_step
@@ -37,34 +37,22 @@ contains
 
       complex(wp), allocatable :: rate(:, :)
       real(wp) :: factor
-      integer :: m, n
+      integer :: m
 
       if (.not. losses%has_stop) then
          factor = 0.0_wp
          associate (spring => modes%spring)
             if (spring%branch_stiffness > 0.0_wp) factor = spring%relaxation_rate/spring%branch_stiffness
          end associate
-         allocate (losses%stop%plain(modes%count, modes%count), losses%stop%conjugate(modes%count, modes%count))
-         do n = 1, modes%count
-            losses%stop%plain(:, n) = factor*modes%branch_value*modes%branch_value(n)
-            losses%stop%conjugate(:, n) = factor*modes%branch_value*conjg(modes%branch_value(n))
-         end do
-         call integrate_form(modes%exponent, losses%stop)
+         call make_power_form(modes%exponent, reshape(sqrt(factor)*modes%branch_value, [1, modes%count]), losses%stop)
          losses%has_stop = .true.
       end if
       if (losses%has_beam .or. .not. with_beam) return
       allocate (rate(beam%count, modes%count))
-      allocate (losses%beam%plain(modes%count, modes%count), losses%beam%conjugate(modes%count, modes%count))
       do m = 1, modes%count
          rate(:, m) = sqrt(modes%two_zeta*beam%oscillators%square)*modes%exponent(m)*modes%shape(:, m)
       end do
-      do n = 1, modes%count
-         do m = 1, modes%count
-            losses%beam%plain(m, n) = sum(rate(:, m)*rate(:, n))
-            losses%beam%conjugate(m, n) = sum(rate(:, m)*conjg(rate(:, n)))
-         end do
-      end do
-      call integrate_form(modes%exponent, losses%beam)
+      call make_power_form(modes%exponent, rate, losses%beam)
       losses%has_beam = .true.
       losses%step = 0.0_wp
    end subroutine make_contact_losses
@@ -140,7 +128,7 @@ contains
       !> [2 count, 2 count]
       real(wp), allocatable, intent(out) :: matrix(:, :)
 
-      complex(wp) :: factor(modes%count), u, v
+      complex(wp) :: conjugate, factor(modes%count), plain, u, v
       integer :: m, n
 
       factor = exp(modes%exponent*step)
@@ -148,8 +136,9 @@ contains
          allocate (matrix(2*k, 2*k))
          do n = 1, k
             do m = 1, k
-               u = 0.5_wp*form%plain(m, n)*integral(s(m) + s(n), step, factor(m)*factor(n))
-               v = 0.5_wp*form%conjugate(m, n)*integral(s(m) + conjg(s(n)), step, factor(m)*conjg(factor(n)))
+               call find_pair(form, m, n, plain, conjugate)
+               u = 0.5_wp*plain*integral(s(m) + s(n), step, factor(m)*factor(n))
+               v = 0.5_wp*conjugate*integral(s(m) + conjg(s(n)), step, factor(m)*conjg(factor(n)))
                call place_pair(m, n, k, u, v, matrix)
             end do
          end do

@@ -9,7 +9,7 @@ module contact_sets
    use kept_contacts, only: contact_store_t
    use kinds, only: wp
    use phase_drives, only: set_drive_t
-   use power_integrals, only: find_span, integrate_form, power_form_t, span_t, taken_by
+   use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
    use sorting, only: ascending_order
    use yielding_stop, only: holds, impedance_t
@@ -346,14 +346,11 @@ contains
       type(contact_set_t), intent(inout) :: set
 
       complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
-      integer :: j, m, n
+      integer :: j, m
 
       if (allocated(set%losses) .or. size(set%pressed) == 0) return
       associate (joint => set%joint, k => set%joint%count)
          allocate (set%losses(1 + size(set%pressed)))
-         do j = 1, size(set%losses)
-            allocate (set%losses(j)%plain(k, k), set%losses(j)%conjugate(k, k))
-         end do
          allocate (rate(set%held%count, k), stop_rate(size(set%pressed), k))
          do m = 1, k
             rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + joint%mass_rate) &
@@ -368,18 +365,9 @@ contains
                end associate
             end do
          end do
-         do n = 1, k
-            do m = 1, k
-               set%losses(1)%plain(m, n) = sum(rate(:, m)*rate(:, n))
-               set%losses(1)%conjugate(m, n) = sum(rate(:, m)*conjg(rate(:, n)))
-            end do
-            do j = 1, size(set%pressed)
-               set%losses(1 + j)%plain(:, n) = stop_rate(j, :)*stop_rate(j, n)
-               set%losses(1 + j)%conjugate(:, n) = stop_rate(j, :)*conjg(stop_rate(j, n))
-            end do
-         end do
-         do j = 1, size(set%losses)
-            call integrate_form(joint%exponent, set%losses(j))
+         call make_power_form(joint%exponent, rate, set%losses(1))
+         do j = 1, size(set%pressed)
+            call make_power_form(joint%exponent, stop_rate(j:j, :), set%losses(1 + j))
          end do
       end associate
    end subroutine ready_for_losses

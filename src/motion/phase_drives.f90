@@ -15,7 +15,7 @@ module phase_drives
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
    use point_forces, only: find_point_forces
-   use power_integrals, only: integrate_form, power_form_t
+   use power_integrals, only: make_power_form, power_form_t
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
@@ -202,9 +202,8 @@ contains
          drive%term_load(m, :) = matmul(shape(:, m), drive%load)
       end do
       all = size(exponent) + size(frequency) + 1
-      drive%products = power_form_t()
-      allocate (drive%products%plain(all, all), drive%products%conjugate(all, all), source=(1.0_wp, 0.0_wp))
-      call integrate_form([exponent, cmplx(0.0_wp, frequency, wp), (0.0_wp, 0.0_wp)], drive%products)
+      call make_power_form([exponent, cmplx(0.0_wp, frequency, wp), (0.0_wp, 0.0_wp)], &
+         reshape([((1.0_wp, 0.0_wp), m=1, all)], [1, all]), drive%products)
    end subroutine ready_for_terms
 
    !> With which modes does a harmonic load resonate?

@@ -3,17 +3,18 @@ module power_integrals
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: powers_less_one
    use kinds, only: wp
+   use lapack_interfaces, only: dgemm
    implicit none (type, external)
    private
-   public :: power_form_t, span_t, integrate_form, find_span, taken_by, bilinear_form, place_pair, integral
+   public :: power_form_t, span_t, make_power_form, find_span, taken_by, bilinear_form, find_pair, place_pair, integral
 
    !> Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2 of terms A_m that go with exp(s_m t).
    type :: power_form_t
       !> s, [count], with -Re s and Im s filled up with zeros to whole vectors
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: decay(:), swing(:)
-      !> Per pair, [count, count]
-      complex(wp), allocatable :: plain(:, :), conjugate(:, :)
+      !> Sums of products of the real parts of the rates, then of the imaginary ones, [2 count, 2 count]
+      real(wp), allocatable :: product(:, :)
       !> Its integral: x^T matrix x with x the real parts of all A_m, then the imaginary ones, [2 count, 2 count], but
       !> for A_m conj(A_m), which decays as slowly as it may: the factors of the integral of |A_m|^2, [count]
       real(wp), allocatable :: matrix(:, :), steady(:)
@@ -34,43 +35,114 @@ module power_integrals
 
    !> A sum of two exponents smaller than this share of them loses digits.
    real(wp), parameter :: nearness = 0.02_wp
+   !> And the square of a sum below this is none.
+   real(wp), parameter :: least = tiny(1.0_wp)
 
 contains
 
-   !> What a power takes between two instants is the difference of a quadratic form of the terms.
-   pure subroutine integrate_form(exponent, form)
+   !> A power is the sum of squares of Re sum rate_im A_m over i. What it takes between two instants is the difference
+   !> of a quadratic form of the terms.
+   pure subroutine make_power_form(exponent, rate, form)
       !> s, Re s <= 0 <= Im s
       complex(wp), intent(in) :: exponent(:)
-      !> Has its pairs; gets the integral
-      type(power_form_t), intent(inout) :: form
+      !> [squares, count]
+      complex(wp), intent(in) :: rate(:, :)
+      type(power_form_t), intent(out) :: form
 
-      complex(wp) :: u, v
-      logical :: is_close(size(exponent), size(exponent))
+      complex(wp) :: conjugate, plain
+      real(wp), allocatable :: parts(:, :)
+      integer, allocatable :: near(:)
+      real(wp) :: apart(size(exponent))
       integer :: m, n
 
-      associate (k => size(exponent), s => exponent)
+      associate (k => size(exponent), squares => size(rate, 1))
          allocate (form%exponent, source=exponent)
          allocate (form%decay(padded(k)), form%swing(padded(k)), source=0.0_wp)
-         form%decay(:k) = -real(s, wp)
-         form%swing(:k) = aimag(s)
-         allocate (form%matrix(2*k, 2*k), form%steady(k))
+         form%decay(:k) = -real(exponent, wp)
+         form%swing(:k) = aimag(exponent)
+         allocate (parts(squares, 2*k))
+         parts(:, :k) = real(rate, wp)
+         parts(:, k + 1:) = aimag(rate)
+         allocate (form%product(2*k, 2*k), form%matrix(2*k, 2*k), form%steady(k), form%close(2, 0))
+         call dgemm('T', 'N', 2*k, 2*k, squares, 1.0_wp, parts, squares, parts, squares, 0.0_wp, form%product, 2*k)
          do n = 1, k
-            do m = 1, k
-               is_close(m, n) = m /= n .and. abs(s(m) + conjg(s(n))) < nearness*min(abs(s(m)), abs(s(n)))
-               u = 0.0_wp
-               if (abs(s(m) + s(n)) > 0.0_wp) u = 0.5_wp*form%plain(m, n)/(s(m) + s(n))
-               v = 0.0_wp
-               if (m /= n .and. .not. is_close(m, n)) v = 0.5_wp*form%conjugate(m, n)/(s(m) + conjg(s(n)))
-               call place_pair(m, n, k, u, v, form%matrix)
-            end do
-            form%steady(n) = 0.5_wp*real(form%conjugate(n, n), wp)
-            if (abs(s(n)) <= 0.0_wp) form%steady(n) = form%steady(n) + 0.5_wp*real(form%plain(n, n), wp)
+            call integrate_pairs(n, form%decay(:k), form%swing(:k), form%product(:, n), form%product(:, k + n), &
+               form%matrix(:, n), form%matrix(:, k + n), apart)
+            call find_pair(form, n, n, plain, conjugate)
+            form%steady(n) = 0.5_wp*real(conjugate, wp)
+            if (abs(exponent(n))**2 <= least) form%steady(n) = form%steady(n) + 0.5_wp*real(plain, wp)
+            if (count(apart <= least) == 1) cycle
+            near = pack([(m, m=1, k)], apart <= least .and. [(m /= n, m=1, k)])
+            form%close = reshape([form%close, [([near(m), n], m=1, size(near))]], [2, size(form%close, 2) + size(near)])
          end do
-         allocate (form%close(2, count(is_close)))
-         form%close(1, :) = pack(spread([(m, m=1, k)], 2, k), is_close)
-         form%close(2, :) = pack(spread([(n, n=1, k)], 1, k), is_close)
       end associate
-   end subroutine integrate_form
+   end subroutine make_power_form
+
+   !> The columns of the matrix for a term.
+   pure subroutine integrate_pairs(n, decay, swing, low, high, low_integral, high_integral, apart)
+      !> Which one
+      integer, intent(in) :: n
+      !> -Re s, Im s, [count]
+      real(wp), contiguous, intent(in) :: decay(:)
+      real(wp), contiguous, intent(in) :: swing(:)
+      !> Products with its real and with its imaginary part, [2 count]
+      real(wp), contiguous, intent(in) :: low(:)
+      real(wp), contiguous, intent(in) :: high(:)
+      !> What is there in the matrix, [2 count]
+      real(wp), contiguous, intent(inout) :: low_integral(:)
+      real(wp), contiguous, intent(inout) :: high_integral(:)
+      !> |s_m + conj(s_n)|^2, 0 for itself and where they nearly are each other's conjugate, [count]
+      real(wp), contiguous, intent(out) :: apart(:)
+
+      real(wp) :: both, even, least_apart, minus, odd, over_minus, over_plus, plus, square, u, v, x, y
+      integer :: k, m
+
+      k = size(decay)
+      least_apart = nearness**2*(decay(n)**2 + swing(n)**2)
+      !$omp simd private(minus, square)
+      do m = 1, k
+         apart(m) = (decay(m) + decay(n))**2 + (swing(m) - swing(n))**2
+         square = nearness**2*(decay(m)**2 + swing(m)**2)
+         apart(m) = merge(0.0_wp, apart(m), apart(m) <= square .and. apart(m) <= least_apart)
+      end do
+      apart(n) = 0.0_wp
+      !$omp simd private(both, even, minus, odd, over_minus, over_plus, plus, square, u, v, x, y)
+      do m = 1, k
+         both = decay(m) + decay(n)
+         plus = swing(m) + swing(n)
+         minus = swing(m) - swing(n)
+         ! 1/(s_m + s_n) = -(both + i plus) over_plus, 1/(s_m + conj(s_n)) = -(both + i minus) over_minus
+         square = both**2 + plus**2
+         over_plus = merge(0.5_wp, 0.0_wp, square > least)/max(square, least)
+         over_minus = merge(0.5_wp, 0.0_wp, apart(m) > least)/max(apart(m), least)
+         even = low(m) - high(k + m)
+         odd = high(m) + low(k + m)
+         u = over_plus*(plus*odd - both*even)
+         x = over_plus*(both*odd + plus*even)
+         even = low(m) + high(k + m)
+         odd = low(k + m) - high(m)
+         v = over_minus*(minus*odd - both*even)
+         y = over_minus*(both*odd + minus*even)
+         low_integral(m) = u + v
+         high_integral(k + m) = v - u
+         high_integral(m) = x - y
+         low_integral(k + m) = x + y
+      end do
+   end subroutine integrate_pairs
+
+   !> Sums of products of the rates of a pair: its plain and its conjugate share.
+   pure subroutine find_pair(form, m, n, plain, conjugate)
+      type(power_form_t), intent(in) :: form
+      integer, intent(in) :: m
+      integer, intent(in) :: n
+      complex(wp), intent(out) :: plain
+      complex(wp), intent(out) :: conjugate
+
+      associate (k => size(form%exponent), p => form%product)
+         plain = cmplx(p(m, n) - p(k + m, k + n), p(m, k + n) + p(k + m, n), wp)
+         conjugate = cmplx(p(m, n) + p(k + m, k + n), p(k + m, n) - p(m, k + n), wp)
+      end associate
+   end subroutine find_pair
 
    !> The pair m, n of Re sum (u_mn A_m A_n + v_mn A_m conj(A_n)) in the matrix of real and imaginary parts.
    pure subroutine place_pair(m, n, k, u, v, matrix)
@@ -127,14 +199,15 @@ contains
       type(span_t), intent(in) :: span
       real(wp) :: energy
 
-      complex(wp) :: s
+      complex(wp) :: conjugate, plain, s
       integer :: i
 
       energy = bilinear_form(size(span%sums), form%matrix, span%changes, span%sums) + sum(form%steady*span%steady)
       do i = 1, size(form%close, 2)
          associate (m => form%close(1, i), n => form%close(2, i))
             s = form%exponent(m) + conjg(form%exponent(n))
-            energy = energy + 0.5_wp*real(form%conjugate(m, n)*span%amplitude(m)*conjg(span%amplitude(n)) &
+            call find_pair(form, m, n, plain, conjugate)
+            energy = energy + 0.5_wp*real(conjugate*span%amplitude(m)*conjg(span%amplitude(n)) &
                *integral(s, span%time, exp(s*span%time)), wp)
          end associate
       end do
