@@ -8,7 +8,7 @@ module driven_signal
    use modal_signal, only: add_more, modal_signal_t
    implicit none (type, external)
    private
-   public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, start_of
+   public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, start_of, turn_of
 
    !> constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
    type :: driven_terms_t
@@ -260,8 +260,9 @@ contains
       magnitude = sqrt(real(harmonic, wp)**2 + aimag(harmonic)**2)
    end function size_of
 
-   !> exp(i w t).
+   !> What a harmonic has turned by: exp(i w t).
    elemental function turn_of(w, time) result(turn)
+      !> Circular frequency
       real(wp), intent(in) :: w
       real(wp), intent(in) :: time
       complex(wp) :: turn

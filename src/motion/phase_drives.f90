@@ -10,7 +10,7 @@ module phase_drives
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
-   use driven_signal, only: driven_signal_t
+   use driven_signal, only: driven_signal_t, turn_of
    use held_sets, only: free_beam_t, held_set_t
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
@@ -19,7 +19,7 @@ module phase_drives
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at, turn_at
+   public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at
    public :: answer_at, by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
@@ -421,16 +421,6 @@ contains
       if (order > 0) values = rates
    end function drive_at
 
-   !> What each harmonic has turned by: exp(i W t).
-   pure function turn_at(drive, time) result(turn)
-      type(phase_drive_t), intent(in) :: drive
-      real(wp), intent(in) :: time
-      complex(wp) :: turn(size(drive%frequency))
-
-      turn = (1.0_wp, 0.0_wp)
-      if (time > 0.0_wp) turn = cmplx(cos(drive%frequency*time), sin(drive%frequency*time), wp)
-   end function turn_at
-
    !> Both.
    pure subroutine find_rows_at(set, drive, first, last, time, rows, rates, turn)
       type(set_drive_t), intent(in) :: set
@@ -442,7 +432,7 @@ contains
       !> [last - first + 1]
       real(wp), contiguous, intent(out) :: rows(:)
       real(wp), contiguous, intent(out) :: rates(:)
-      !> What `turn_at` tells then, where it is known
+      !> exp(i W t), where it is known, [harmonics]
       complex(wp), intent(in), optional :: turn(:)
 
       complex(wp) :: turned(size(drive%frequency))
@@ -457,7 +447,7 @@ contains
       if (present(turn)) then
          turned = turn
       else
-         turned = turn_at(drive, time)
+         turned = turn_of(drive%frequency, time)
       end if
       do m = 1, size(drive%frequency)
          call add_harmonic(drive%harmonic(first:last, m), drive%frequency(m), turned(m), rows, rates)

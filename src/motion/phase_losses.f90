@@ -3,9 +3,10 @@
 module phase_losses
    use contact_sets, only: losses_in
    use damped_oscillators, only: modal_energy
+   use driven_signal, only: turn_of
    use kinds, only: wp
    use load_work, only: loss_in_stop, work_of_loads
-   use phase_drives, only: drive_at, turn_at
+   use phase_drives, only: drive_at
    use several_state, only: several_t
    use surface_states, only: energy_in, indent, recover, surface_state_t
    implicit none (type, external)
@@ -50,7 +51,7 @@ contains
       type(surface_state_t) :: surface
       integer :: place
 
-      work = work_of_loads(self, time, turn_at(self%drive, time), state(:, 3), state(:, 4))
+      work = work_of_loads(self, time, turn_of(self%drive%frequency, time), state(:, 3), state(:, 4))
       associate (set => self%set)
          if (size(set%pressed) > 0 .and. self%loads%count == 0) then
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)

@@ -8,7 +8,8 @@ module power_integrals
    private
    public :: power_form_t, span_t, make_power_form, find_span, taken_by, bilinear_form, find_pair, place_pair, integral
 
-   !> Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2 of terms A_m that go with exp(s_m t).
+   !> Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2 of terms A_m that go with exp(s_m t); `find_pair` tells both of
+   !> a pair.
    type :: power_form_t
       !> s, [count], with -Re s and Im s filled up with zeros to whole vectors
       complex(wp), allocatable :: exponent(:)
@@ -45,8 +46,9 @@ contains
    pure subroutine make_power_form(exponent, rate, form)
       !> s, Re s <= 0 <= Im s
       complex(wp), intent(in) :: exponent(:)
-      !> [squares, count]
+      !> Of what is squared, per unit of each term, [squares, count]
       complex(wp), intent(in) :: rate(:, :)
+      !> With its integral
       type(power_form_t), intent(out) :: form
 
       complex(wp) :: conjugate, plain

@@ -5,13 +5,14 @@ module several_contacts
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use contact_sets, only: moved_by, ready_for_losses
    use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
+   use driven_signal, only: turn_of
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use joint_modes, only: terms_at
    use kinds, only: wp
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
-   use phase_drives, only: find_rows_at, turn_at
+   use phase_drives, only: find_rows_at
    use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
@@ -399,7 +400,7 @@ contains
 
       associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
          ledger => motion%recorder%ledger)
-         turn = turn_at(now%drive, time)
+         turn = turn_of(now%drive%frequency, time)
          call move_to(now, time, self%z_end, self%v_end, turn, state(:, 3:))
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          if (keeps_losses(self, motion)) then

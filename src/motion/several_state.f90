@@ -369,7 +369,7 @@ contains
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
-      !> What `turn_at` tells then, where it is known
+      !> exp(i W t), where it is known, [harmonics]
       complex(wp), intent(in), optional :: turn(:)
       !> The same less what loads do, [modes, 2]
       real(wp), contiguous, intent(out), optional :: alone(:, :)
