@@ -1,6 +1,7 @@
 !> A file of two columns, times and values: what goes on in time as it was measured.
 module load_table
    use kinds, only: wp
+   use namelist_tokens, only: normalise_lines
    use namelist_values, only: read_real
    use number_text, only: to_text
    use printable_text, only: excerpt
@@ -9,8 +10,8 @@ module load_table
    private
    public :: read_load_table
 
-   !> Between a time and a value: blanks, a tab, a comma, a semicolon; and what a line end of other systems leaves.
-   character(*), parameter :: separators = ' ,;'//achar(9)//achar(13)
+   !> Between a time and a value: blanks, a tab, a comma, a semicolon
+   character(*), parameter :: separators = ' ,;'//achar(9)
 
 contains
 
@@ -23,15 +24,16 @@ contains
       !> What is wrong, with file and line; unallocated: nothing
       character(:), allocatable, intent(out) :: problem
 
-      character(:), allocatable :: text, reason
+      character(:), allocatable :: raw, text, reason
       real(wp), allocatable :: numbers(:, :)
       integer :: first, last, line, rows
 
-      call load_text(file, text, problem)
+      call load_text(file, raw, problem)
       if (allocated(problem)) then
          problem = file//': '//problem
          return
       end if
+      call normalise_lines(raw, text)
       allocate (numbers(2, 1 + occurrences(new_line('a'), text)))
       first = 1
       line = 0

@@ -9,8 +9,6 @@ module namelist_tokens
    character(1), parameter :: newline = achar(10)
    character(1), parameter :: carriage_return = achar(13)
    character(1), parameter :: tab = achar(9)
-   !> First bytes of a UTF-8 file as some editors write it
-   character(3), parameter :: byte_order_mark = char(239)//char(187)//char(191)
    character(*), parameter :: blanks = ' '//tab//newline
    !> What ends a word; a tab, blank or newline does too
    character(*), parameter :: word_end = blanks//',/!=''"'
@@ -250,22 +248,18 @@ contains
          .and. verify(text, letters//capitals//digits//'_') == 0
    end function is_name
 
-   !> One newline at the end of each line, whatever system it comes from; no byte order mark.
+   !> One newline at the end of each line, whatever system it comes from.
    pure subroutine normalise_lines(raw, text)
       character(*), intent(in) :: raw
       !> Its lines
       character(:), allocatable, intent(out) :: text
 
-      integer :: i, first, length
+      integer :: i, length
 
-      first = 1
-      if (len(raw) >= 3) then
-         if (raw(1:3) == byte_order_mark) first = 4
-      end if
       allocate (character(len(raw) + 1) :: text)
       length = 0
-      do i = first, len(raw)
-         if (raw(i:i) == newline .and. i > first) then
+      do i = 1, len(raw)
+         if (raw(i:i) == newline .and. i > 1) then
             if (raw(i - 1:i - 1) == carriage_return) cycle
          end if
          length = length + 1

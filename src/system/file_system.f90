@@ -2,11 +2,12 @@
 module file_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
    use failures, only: fail, failure_t, status_run_failed
+   use number_text, only: to_text
    implicit none (type, external)
    private
    public :: make_folder, make_new_folder, remove_empty_folder, folder_entries, remove_entries, entry_length
    public :: kind_of, kind_nothing, kind_file, kind_folder, kind_link
-   public :: load_file, replace_file, move_file, partial_name, final_name, reason
+   public :: load_file, load_bytes, replace_file, move_file, partial_name, final_name, reason
    public :: is_terminal, standard_error_descriptor
 
    !> File descriptor of standard error.
@@ -93,10 +94,11 @@ module file_system
          integer(c_int) :: kind
       end function impactbeam_kind_of
 
-      function impactbeam_read_bytes(path, bytes, count) bind(c) result(code)
+      function impactbeam_read_bytes(path, follows_links, bytes, count) bind(c) result(code)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)
          character(kind=c_char), intent(in) :: path(*)
+         integer(c_int), value :: follows_links
          character(kind=c_char), intent(inout), optional :: bytes(*)
          integer(c_size_t), intent(inout) :: count
          integer(c_int) :: code
@@ -287,23 +289,48 @@ contains
       call impactbeam_close_folder(folder)
    end subroutine remove_entries
 
-   !> The bytes of a file; a link is not followed.
+   !> The bytes of a file that the program wrote; a link is not followed.
    subroutine load_file(path, bytes, error)
       character(*), intent(in) :: path
       !> What it holds
-      character(kind=c_char), allocatable, target, intent(out) :: bytes(:)
+      character(kind=c_char), allocatable, intent(out) :: bytes(:)
       !> Why it could not be read
       type(failure_t), allocatable, intent(out) :: error
 
-      integer(c_int) :: code
+      character(:), allocatable :: problem
+
+      call load_bytes(path, .false., huge(0), bytes, problem)
+      if (allocated(problem)) call fail(error, status_run_failed, "cannot read '"//trim(path)//"': "//problem)
+   end subroutine load_file
+
+   !> The bytes of a regular file; nothing else is read, and nothing is waited for.
+   subroutine load_bytes(path, follows_links, longest, bytes, problem)
+      character(*), intent(in) :: path
+      !> A link stands for the file that it leads to
+      logical, intent(in) :: follows_links
+      !> Most bytes that are read
+      integer, intent(in) :: longest
+      !> What the file holds
+      character(kind=c_char), allocatable, intent(out) :: bytes(:)
+      !> Why it could not be read; unallocated: it was
+      character(:), allocatable, intent(out) :: problem
+
+      integer(c_int) :: code, follows
       integer(c_size_t) :: count
 
+      follows = merge(1_c_int, 0_c_int, follows_links)
       count = 0_c_size_t
-      code = impactbeam_read_bytes(trim(path)//c_null_char, count=count)
+      code = impactbeam_read_bytes(trim(path)//c_null_char, follows, count=count)
+      if (code == 0 .and. count > int(longest, c_size_t)) then
+         problem = 'it is too long: at most '//to_text(longest)//' bytes are read'
+         count = 0_c_size_t
+      end if
       allocate (bytes(count))
-      if (code == 0 .and. count > 0_c_size_t) code = impactbeam_read_bytes(trim(path)//c_null_char, bytes, count)
-      if (code /= 0) call fail(error, status_run_failed, "cannot read '"//trim(path)//"': "//reason(code))
-   end subroutine load_file
+      if (code == 0 .and. count > 0_c_size_t) then
+         code = impactbeam_read_bytes(trim(path)//c_null_char, follows, bytes, count)
+      end if
+      if (code /= 0) problem = reason(code)
+   end subroutine load_bytes
 
    !> The name under which a process writes a file before it is complete: hidden, and no result by its ending.
    pure function partial_name(name, process) result(partial)

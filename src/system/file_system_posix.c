@@ -15,6 +15,9 @@
 void impactbeam_note_unfinished(const char *path);
 int impactbeam_write_all(int descriptor, const char *bytes, size_t count);
 
+/* No errno: what has the name is not a regular file. */
+enum { is_no_file = -1 };
+
 /* Make a folder and those above it; one that is there already is no error, a file in its place is. */
 int impactbeam_make_folder(const char *path)
 {
@@ -55,13 +58,13 @@ int impactbeam_kind_of(const char *path)
    return S_ISLNK(status.st_mode) ? 3 : 4;
 }
 
-/* The size of a file, and its bytes; a link, or what is no file, is not read. */
-int impactbeam_read_bytes(const char *path, char *bytes, size_t *count)
+/* The size of a file, and its bytes. Only a regular file is read: a pipe would be waited for, a device has no end. */
+int impactbeam_read_bytes(const char *path, int follows_links, char *bytes, size_t *count)
 {
    struct stat status;
-   const int file = open(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
+   const int file = open(path, O_RDONLY | O_NONBLOCK | (follows_links ? 0 : O_NOFOLLOW));
    if (file < 0) return errno;
-   int code = fstat(file, &status) != 0 ? errno : S_ISREG(status.st_mode) ? 0 : EINVAL;
+   int code = fstat(file, &status) != 0 ? errno : S_ISREG(status.st_mode) ? 0 : is_no_file;
    if (code == 0 && bytes == NULL) *count = (size_t)status.st_size;
    size_t done = 0;
    while (code == 0 && bytes != NULL && done < *count) {
@@ -151,8 +154,8 @@ int impactbeam_remove_empty_folder(const char *path)
    return rmdir(path) == 0 ? 0 : errno;
 }
 
-/* The words for an errno, cut to fit. */
+/* The words for an errno or for is_no_file, cut to fit. */
 void impactbeam_describe(int code, char *text, size_t size)
 {
-   snprintf(text, size, "%s", strerror(code));
+   snprintf(text, size, "%s", code == is_no_file ? "not a regular file but a folder, a pipe or a device" : strerror(code));
 }

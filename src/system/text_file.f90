@@ -1,0 +1,59 @@
+!> A whole text file in one string.
+module text_file
+   use, intrinsic :: iso_c_binding, only: c_char
+   use file_system, only: load_bytes
+   implicit none (type, external)
+   private
+   public :: load_text
+
+   !> Longest file that is read, bytes: far beyond any scene.
+   integer, parameter :: longest_file = 2**25
+   !> First bytes of a UTF-8 file as some editors write it
+   character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
+
+contains
+
+   !> Read a regular file, or one that a link leads to, without the mark of UTF-8 at its beginning.
+   subroutine load_text(file, text, problem)
+      character(*), intent(in) :: file
+      !> What is in it
+      character(:), allocatable, intent(out) :: text
+      !> What went wrong; unallocated: nothing
+      character(:), allocatable, intent(out) :: problem
+
+      character(kind=c_char), allocatable :: bytes(:)
+      integer :: i
+      logical :: is_there, is_directory
+
+      if (len_trim(file) == 0) then
+         problem = 'no file name'
+         return
+      end if
+      inquire (file=trim(file)//'/.', exist=is_directory)
+      inquire (file=file, exist=is_there)
+      if (is_directory) then
+         problem = 'is a directory, not a text file'
+         return
+      else if (.not. is_there) then
+         problem = 'no such file'
+         return
+      end if
+
+      call load_bytes(file, .true., longest_file, bytes, problem)
+      if (allocated(problem)) then
+         problem = 'cannot be read: '//problem
+         return
+      end if
+      allocate (character(size(bytes)) :: text)
+      do i = 1, size(bytes)
+         text(i:i) = bytes(i)
+      end do
+      if (index(text, byte_order_mark) == 1) text = text(len(byte_order_mark) + 1:)
+      if (len(text) == 0) then
+         problem = 'the file is empty'
+      else if (index(text, achar(0)) > 0) then
+         problem = 'is not a text file'
+      end if
+   end subroutine load_text
+
+end module text_file
