@@ -1,8 +1,9 @@
 !> What the user typed after the program's name.
 module command_line
    use failures, only: fail, failure_t, status_bad_input
+   use program_identity, only: program_name
    use scene_templates, only: template_kinds
-   use table_files, only: table_formats
+   use table_texts, only: table_formats
    implicit none (type, external)
    private
    public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
@@ -65,10 +66,13 @@ contains
       !> Set when they mean nothing
       type(failure_t), allocatable, intent(out) :: error
 
+      !> Options with a value so far, each between blanks
+      character(:), allocatable :: options
       logical :: is_scene(size(arguments)), only_files
       integer :: i
 
       command%folder = 'results'
+      options = ' '
       is_scene = .false.
       only_files = .false.
       i = 0
@@ -92,7 +96,7 @@ contains
             else if (word == '--help' .or. word == '-h') then
                command%wants_help = .true.
             else if (any(with_value == word(:scan(word//'=', '=') - 1))) then
-               call take_value(arguments, i, command, error)
+               call take_value(arguments, i, options, command, error)
                if (allocated(error)) return
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
@@ -107,19 +111,47 @@ contains
       end if
       allocate (command%scenes(count(is_scene)))
       command%scenes(:) = pack(arguments, is_scene)
-      if (size(command%scenes) == 0 .and. .not. (command%wants_help .or. command%wants_version &
-         .or. command%wants_names .or. allocated(command%template))) then
+      if (command%wants_help .or. command%wants_version) return
+      if (command%wants_names .or. allocated(command%template)) then
+         call refuse_company(arguments, command, error)
+      else if (size(command%scenes) == 0) then
          call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
       end if
    end subroutine parse_arguments
 
+   !> An option that prints a list or a scene runs nothing: words that it would ignore are refused.
+   pure subroutine refuse_company(arguments, command, error)
+      !> The words
+      type(argument_t), intent(in) :: arguments(:)
+      !> What they mean
+      type(command_line_t), intent(in) :: command
+      !> Set when there are other words
+      type(failure_t), allocatable, intent(inout) :: error
+
+      character(:), allocatable :: option
+      integer :: i
+      logical :: is_value
+
+      option = trim(merge('--new  ', '--names', allocated(command%template)))
+      is_value = .false.
+      do i = 1, size(arguments)
+         associate (word => arguments(i)%text)
+            if (.not. is_value .and. word /= option .and. index(word, option//'=') /= 1) call fail(error, &
+               status_bad_input, option//" prints and runs nothing: '"//word//"' has no place beside it")
+            is_value = word == '--new' .and. .not. is_value
+         end associate
+      end do
+   end subroutine refuse_company
+
    !> An option with its value, as '--out DIR' or '--out=DIR'.
-   pure subroutine take_value(arguments, i, command, error)
+   pure subroutine take_value(arguments, i, options, command, error)
       !> The words, and the place of the option, then of its value
       type(argument_t), intent(in) :: arguments(:)
       integer, intent(inout) :: i
+      !> Those given before, each between blanks; then this one too
+      character(:), allocatable, intent(inout) :: options
       type(command_line_t), intent(inout) :: command
-      !> Set when the value is missing or wrong
+      !> Set when the value is missing or wrong, or the option was given before
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: option, value, word
@@ -139,6 +171,8 @@ contains
          end if
          value = arguments(i)%text
       end if
+      if (index(options, ' '//option//' ') > 0) call fail(error, status_bad_input, option//' is given twice')
+      options = options//option//' '
       select case (option)
       case ('--threads')
          call read_threads(value, command%threads, error)
@@ -211,7 +245,11 @@ contains
       character(:), allocatable :: text
 
       character, parameter :: next = new_line('a')
+      character(:), allocatable :: format_line
 
+      format_line = ''
+      if (name == program_name) format_line = &
+         '  --format F  also measures, sweep, frequencies as csv or json, beside that file'//next
       text = 'usage: '//name//' SCENE.nml... [options]'//next//next// &
          purpose//next// &
          'Each scene is a Fortran namelist file, and leaves DIR/<name>.h5 and a table.'//next// &
@@ -219,7 +257,7 @@ contains
          '  --out DIR   folder of the results (default: results)'//next// &
          '  --check     read and check the scenes and the memory they need, no more'//next// &
          '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//next// &
-         '  --format F  also measures, sweep, frequencies as csv or json, beside that file'//next// &
+         format_line// &
          '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
          '  --quiet     no tables'//next// &
          '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//next// &

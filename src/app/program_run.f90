@@ -9,7 +9,7 @@ module program_run
    use file_system, only: make_folder
    use memory_needs, only: check_need, need_t
    use process, only: open_text, prepare_process, print_text, text_of, work_on_usual_stack
-   use program_identity, only: name_of_program, program_version
+   use program_identity, only: name_of_program, program_motion, program_version
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
    use scene_checks, only: check_scene, misfits_of
@@ -116,6 +116,8 @@ contains
       status = 0
       call get_arguments(arguments)
       call parse_arguments(arguments, command, error)
+      if (allocated(command%format) .and. program%number /= program_motion) call fail(error, status_bad_input, &
+         '--format: '//name_of_program(program%number)//' has no tables for other programs; its results file has all')
       if (allocated(error)) then
          command%wants_help = size(arguments) == 0
          if (command%wants_help) call print_answers(program, command, unprinted)
@@ -138,10 +140,7 @@ contains
          if (command%check_only) then
             call say_good(scenes(i), command%quiet, error)
          else
-            call run_scene(program, scenes(i), command%folder, command%threads, command%quiet, error)
-            if (allocated(command%format) .and. is_first_rank() .and. .not. allocated(error)) then
-               call write_table_files(command%folder, results_name(scenes(i)), command%format, error)
-            end if
+            call run_scene(program, scenes(i), command%folder, command%threads, command%quiet, error, command%format)
          end if
          if (allocated(error)) call report(program, scenes(i)%file//': '//error%message, error%status, status)
       end do
@@ -214,8 +213,8 @@ contains
       end do
    end subroutine ask_for_estimates
 
-   !> Compute a scene, write its file, print its tables.
-   subroutine run_scene(program, scene, folder, threads, quiet, error)
+   !> Compute a scene, write its file and tables for other programs, print its tables.
+   subroutine run_scene(program, scene, folder, threads, quiet, error, format)
       type(program_t), intent(in) :: program
       type(scene_t), intent(in) :: scene
       !> Folder of the results
@@ -224,8 +223,10 @@ contains
       integer, intent(in) :: threads
       !> No table
       logical, intent(in) :: quiet
-      !> Set when the run fails, its file cannot be written or its table not be printed
+      !> Set when the run fails, its files cannot be written or its table not be printed
       type(failure_t), allocatable, intent(out) :: error
+      !> Of tables for other programs; absent: none
+      character(*), intent(in), optional :: format
 
       type(claim_t) :: claim
       type(job_t) :: job
@@ -251,6 +252,9 @@ contains
          call fail(error, trouble, '')
       else
          call program%run(scene, job, error)
+      end if
+      if (is_first_rank() .and. .not. allocated(error)) then
+         call write_table_files(folder, results_name(scene), error, format)
       end if
       call release_results(claim)
       if (has_unit) call text_of(job%unit, text, error)

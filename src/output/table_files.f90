@@ -1,65 +1,48 @@
 !> Tables of a results file as texts for other programs: measures, sweeps, their best cases and frequencies, each a
-!> file of comma-separated values, or all in one of JSON. They are read back from the results file.
+!> file of comma-separated values, or all in one of JSON. They are read back from the results file, and follow it: a run
+!> writes those of earlier runs of its scene anew.
 module table_files
-   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char
    use failures, only: fail, failure_t, status_run_failed
-   use file_system, only: kind_file, kind_nothing, kind_of, load_file, replace_file
+   use file_system, only: kind_file, kind_nothing, kind_of, load_file, remove_entries, replace_file
    use hdf5_loading, only: hdf5_source_t, member_t
    use kinds, only: i8, wp
    use number_text, only: to_text
-   use program_identity, only: program_name, program_version
    use results_claim, only: refuse_foreign
+   use table_texts, only: beginning_of, column_t, growing_t, table_formats, table_t, values_of, write_csv, write_json
    implicit none (type, external)
    private
-   public :: table_formats, write_table_files
+   public :: write_table_files
 
-   character(*), parameter :: table_formats(2) = [character(4) :: 'csv', 'json']
-   character(*), parameter :: first_of_json = '{"program": "'//program_name//'"'
-   character, parameter :: next = new_line('a')
-   integer, parameter :: longest_text = 200
+   !> Of each that has rows, the ending of its file
+   character(*), parameter :: table_names(4) = [character(11) :: 'measures', 'sweep', 'best', 'frequencies']
    !> Of one table: some hundred megabytes of text
    integer(i8), parameter :: most_values = 20000000_i8
 
-   type :: column_t
-      character(:), allocatable :: name
-      !> '1' for a number without
-      character(:), allocatable :: units
-      logical :: is_integer = .false.
-      real(wp), allocatable :: numbers(:)
-      !> Instead of numbers
-      character(longest_text), allocatable :: texts(:)
-   end type column_t
-
-   type :: table_t
-      character(:), allocatable :: name
-      type(column_t), allocatable :: columns(:)
-   end type table_t
-
-   !> Text that grows.
-   type :: growing_t
-      character(:), allocatable :: text
-      integer(i8) :: length = 0_i8
-   end type growing_t
-
 contains
 
-   !> Write what a results file has of tables beside it, each file whole or not at all.
-   subroutine write_table_files(folder, name, format, error)
+   !> Write what a results file has of tables beside it, each file whole or not at all, in the format that is wanted and
+   !> in those in which a run before wrote them.
+   subroutine write_table_files(folder, name, error, format)
       character(*), intent(in) :: folder
       !> Of the results file, with its ending .h5
       character(*), intent(in) :: name
-      !> One of `table_formats`
-      character(*), intent(in) :: format
       !> Why they could not be written
       type(failure_t), allocatable, intent(inout) :: error
+      !> One of `table_formats`; absent: those that are there
+      character(*), intent(in), optional :: format
 
       type(hdf5_source_t) :: file
       type(table_t), allocatable :: tables(:)
       character(:), allocatable :: stem
-      type(growing_t) :: text
       integer :: i
+      logical :: is_wanted(size(table_formats))
 
+      stem = name(:len(name) - len('.h5'))
+      call remove_tables(folder, stem, is_wanted)
+      if (present(format)) is_wanted = is_wanted .or. table_formats == format
+      if (.not. any(is_wanted)) return
       call file%open_file(folder//'/'//name)
       call read_tables(file, tables)
       if (.not. file%is_sound()) then
@@ -69,50 +52,102 @@ contains
             to_text(int(most_values))//' numbers in a table: too many for --format; read them from it')
       end if
       call file%close_source()
-      if (allocated(error)) return
-      stem = name(:len(name) - len('.h5'))
-      if (format == 'json') then
-         call write_json(tables, text)
-         call write_whole(folder, stem//'.json', text, first_of_json, error)
-         return
-      end if
-      do i = 1, size(tables)
-         call write_csv(tables(i), text)
-         call write_whole(folder, stem//'_'//tables(i)%name//'.csv', text, heading(tables(i)%columns(1)), error)
-         if (allocated(error)) return
+      do i = 1, size(table_formats)
+         if (is_wanted(i)) call write_format(folder, stem, tables, trim(table_formats(i)), error)
       end do
    end subroutine write_table_files
 
-   !> Write a text in place of what an earlier run wrote, which begins alike.
-   subroutine write_whole(folder, name, text, beginning, error)
+   !> Write all tables in a format.
+   subroutine write_format(folder, stem, tables, format, error)
+      character(*), intent(in) :: folder
+      !> Name of the scene
+      character(*), intent(in) :: stem
+      type(table_t), intent(in) :: tables(:)
+      !> One of `table_formats`
+      character(*), intent(in) :: format
+      !> Why they could not be written; then nothing is
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(growing_t) :: text
+      integer :: i
+
+      if (format == 'json' .and. .not. allocated(error)) then
+         call write_json(tables, stem, text)
+         call write_whole(folder, stem//'.json', text, error)
+         return
+      end if
+      do i = 1, size(tables)
+         if (allocated(error)) return
+         call write_csv(tables(i), stem, text)
+         call write_whole(folder, csv_name(stem, tables(i)%name), text, error)
+      end do
+   end subroutine write_format
+
+   !> Name of a table's file.
+   pure function csv_name(stem, table) result(name)
+      !> Name of the scene
+      character(*), intent(in) :: stem
+      !> One of `table_names`
+      character(*), intent(in) :: table
+      character(:), allocatable :: name
+
+      name = stem//'_'//trim(table)//'.csv'
+   end function csv_name
+
+   !> Remove the tables that the program wrote for a scene; other files of these names stay.
+   subroutine remove_tables(folder, stem, were_there)
+      character(*), intent(in) :: folder
+      !> Name of the scene
+      character(*), intent(in) :: stem
+      !> In which of `table_formats` there were any
+      logical, intent(out) :: were_there(size(table_formats))
+
+      integer :: i
+
+      were_there = .false.
+      call remove_own(stem//'.json', 2)
+      do i = 1, size(table_names)
+         call remove_own(csv_name(stem, table_names(i)), 1)
+      end do
+
+   contains
+
+      subroutine remove_own(name, format)
+         character(*), intent(in) :: name
+         !> Which of `table_formats`
+         integer, intent(in) :: format
+
+         character(kind=c_char), allocatable :: bytes(:)
+         character(:), allocatable :: beginning
+         type(failure_t), allocatable :: unreadable
+         integer :: k
+
+         if (kind_of(folder//'/'//name) /= kind_file) return
+         call load_file(folder//'/'//name, bytes, unreadable)
+         beginning = beginning_of(table_formats(format), stem)
+         if (size(bytes) < len(beginning)) return
+         if (any(bytes(:len(beginning)) /= [(beginning(k:k), k=1, len(beginning))])) return
+         were_there(format) = .true.
+         ! the folder may be a link
+         call remove_entries(folder//'/.', [name])
+      end subroutine remove_own
+
+   end subroutine remove_tables
+
+   !> Write a text where nothing is.
+   subroutine write_whole(folder, name, text, error)
       character(*), intent(in) :: folder
       character(*), intent(in) :: name
       type(growing_t), intent(in) :: text
-      character(*), intent(in) :: beginning
       type(failure_t), allocatable, intent(inout) :: error
 
-      character(kind=c_char), allocatable :: bytes(:)
-      character(:), allocatable :: path
-      integer :: i
       integer(i8) :: k
 
-      path = folder//'/'//name
-      select case (kind_of(path))
-      case (kind_nothing)
-      case (kind_file)
-         call load_file(path, bytes, error)
-         if (allocated(error)) return
-         if (size(bytes) < len(beginning)) then
-            call refuse_foreign(path, 'a table', error)
-         else if (any(bytes(:len(beginning)) /= [(beginning(i:i), i=1, len(beginning))])) then
-            call refuse_foreign(path, 'a table', error)
-         end if
-      case default
-         call refuse_foreign(path, 'a table', error)
-      end select
-      if (allocated(error)) return
-      bytes = [(text%text(k:k), k=1_i8, text%length)]
-      call replace_file(folder, name, bytes, error)
+      if (kind_of(folder//'/'//name) /= kind_nothing) then
+         call refuse_foreign(folder//'/'//name, 'a table of this scene', error)
+      else
+         call replace_file(folder, name, [(text%text(k:k), k=1_i8, text%length)], error)
+      end if
    end subroutine write_whole
 
    !> All tables of a file.
@@ -285,144 +320,5 @@ contains
          table%columns(i) = column
       end do
    end subroutine read_frequencies
-
-   !> Name and unit of a column.
-   pure function heading(column) result(text)
-      type(column_t), intent(in) :: column
-      character(:), allocatable :: text
-
-      text = column%name
-      if (column%units /= '1') text = text//' ('//column%units//')'
-   end function heading
-
-   !> Comma-separated values after a line of names; what is not a number is empty.
-   pure subroutine write_csv(table, text)
-      type(table_t), intent(in) :: table
-      type(growing_t), intent(out) :: text
-
-      integer :: i, k
-
-      do k = 1, size(table%columns)
-         call add(text, quoted(heading(table%columns(k)), '""')//merge(next, ',', k == size(table%columns)))
-      end do
-      do i = 1, rows_of(table)
-         do k = 1, size(table%columns)
-            call add(text, value_text(table%columns(k), i, '""', '')//merge(next, ',', k == size(table%columns)))
-         end do
-      end do
-   end subroutine write_csv
-
-   !> All tables in one object; what is not a number is null.
-   pure subroutine write_json(tables, text)
-      type(table_t), intent(in) :: tables(:)
-      type(growing_t), intent(out) :: text
-
-      integer :: i, k, t
-
-      call add(text, first_of_json//', "version": "'//program_version//'", "tables": {')
-      do t = 1, size(tables)
-         call add(text, trim(merge(',', ' ', t > 1))//next//'  "'//tables(t)%name//'": {')
-         do k = 1, size(tables(t)%columns)
-            associate (column => tables(t)%columns(k))
-               call add(text, trim(merge(',', ' ', k > 1))//next//'    "'//column%name//'": {"units": "'// &
-                  column%units//'", "values": [')
-               do i = 1, rows_of(tables(t))
-                  if (i > 1) call add(text, ', ')
-                  call add(text, value_text(column, i, '\"', 'null'))
-               end do
-               call add(text, ']}')
-            end associate
-         end do
-         call add(text, next//'  }')
-      end do
-      call add(text, next//'}}'//next)
-   end subroutine write_json
-
-   !> How many there are in a table.
-   pure function values_of(table) result(count)
-      type(table_t), intent(in) :: table
-      integer(i8) :: count
-
-      count = int(rows_of(table), i8)*size(table%columns, kind=i8)
-   end function values_of
-
-   pure integer function rows_of(table)
-      type(table_t), intent(in) :: table
-
-      associate (first => table%columns(1))
-         if (allocated(first%texts)) then
-            rows_of = size(first%texts)
-         else
-            rows_of = size(first%numbers)
-         end if
-      end associate
-   end function rows_of
-
-   !> One value as it stands in a file.
-   pure function value_text(column, row, quote, none) result(text)
-      type(column_t), intent(in) :: column
-      integer, intent(in) :: row
-      !> What a quotation mark becomes within a text
-      character(*), intent(in) :: quote
-      !> What stands for no number
-      character(*), intent(in) :: none
-      character(:), allocatable :: text
-
-      if (allocated(column%texts)) then
-         text = '"'//escaped(trim(column%texts(row)), quote)//'"'
-      else if (.not. ieee_is_finite(column%numbers(row))) then
-         text = none
-      else if (column%is_integer) then
-         text = to_text(nint(column%numbers(row)))
-      else
-         text = to_text(column%numbers(row))
-      end if
-   end function value_text
-
-   !> In quotation marks if it has a comma.
-   pure function quoted(word, quote) result(text)
-      character(*), intent(in) :: word
-      character(*), intent(in) :: quote
-      character(:), allocatable :: text
-
-      text = word
-      if (index(word, ',') > 0) text = '"'//escaped(word, quote)//'"'
-   end function quoted
-
-   pure function escaped(word, quote) result(text)
-      character(*), intent(in) :: word
-      character(*), intent(in) :: quote
-      character(:), allocatable :: text
-
-      integer :: i
-
-      text = ''
-      do i = 1, len(word)
-         if (word(i:i) == '"') then
-            text = text//quote
-         else
-            text = text//word(i:i)
-         end if
-      end do
-   end function escaped
-
-   !> Append, without a copy of all each time.
-   pure subroutine add(growing, words)
-      type(growing_t), intent(inout) :: growing
-      character(*), intent(in) :: words
-
-      character(:), allocatable :: longer
-      integer(i8) :: length
-
-      if (.not. allocated(growing%text)) allocate (character(4096) :: growing%text)
-      length = growing%length + len(words, kind=i8)
-      if (length > len(growing%text, kind=i8)) then
-         allocate (character(2_i8*length) :: longer)
-         longer(:growing%length) = growing%text(:growing%length)
-         call move_alloc(longer, growing%text)
-      end if
-      growing%text(growing%length + 1_i8:length) = words
-      growing%length = length
-   end subroutine add
 
 end module table_files

@@ -1,0 +1,215 @@
+!> Tables as texts: comma-separated values, or JSON. Each says of which scene it is.
+module table_texts
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use kinds, only: i8, wp
+   use number_text, only: to_text
+   use program_identity, only: program_name, program_version
+   implicit none (type, external)
+   private
+   public :: column_t, growing_t, table_t, table_formats, beginning_of, values_of, write_csv, write_json
+
+   character(*), parameter :: table_formats(2) = [character(4) :: 'csv', 'json']
+   character, parameter :: next = new_line('a')
+   integer, parameter :: longest_text = 200
+
+   type :: column_t
+      character(:), allocatable :: name
+      !> '1' for a number without
+      character(:), allocatable :: units
+      logical :: is_integer = .false.
+      real(wp), allocatable :: numbers(:)
+      !> Instead of numbers
+      character(longest_text), allocatable :: texts(:)
+   end type column_t
+
+   type :: table_t
+      character(:), allocatable :: name
+      type(column_t), allocatable :: columns(:)
+   end type table_t
+
+   !> Text that grows.
+   type :: growing_t
+      character(:), allocatable :: text
+      integer(i8) :: length = 0_i8
+   end type growing_t
+
+contains
+
+   !> What a table of a scene begins with, by which it is known as one that the program wrote for this scene.
+   pure function beginning_of(format, stem) result(text)
+      !> One of `table_formats`
+      character(*), intent(in) :: format
+      !> Name of the scene
+      character(*), intent(in) :: stem
+      character(:), allocatable :: text
+
+      if (format == 'json') then
+         text = '{"program": "'//program_name//'", "scene": "'//escaped(stem, '\"')//'", "version": "'
+      else
+         text = '# '//program_name//', scene '//stem//', version '
+      end if
+   end function beginning_of
+
+   !> The date and the time of day here, after ISO 8601.
+   function date_of_today() result(text)
+      character(25) :: text
+
+      character(8) :: date
+      character(10) :: time
+      character(5) :: zone
+
+      call date_and_time(date, time, zone)
+      text = date(:4)//'-'//date(5:6)//'-'//date(7:)//'T'//time(:2)//':'//time(3:4)//':'//time(5:6)// &
+         zone(:3)//':'//zone(4:)
+   end function date_of_today
+
+   !> Name and unit of a column.
+   pure function heading(column) result(text)
+      type(column_t), intent(in) :: column
+      character(:), allocatable :: text
+
+      text = column%name
+      if (column%units /= '1') text = text//' ('//column%units//')'
+   end function heading
+
+   !> Comma-separated values after a comment that says what they are of, and a line of names; what is not a number is
+   !> empty.
+   subroutine write_csv(table, stem, text)
+      type(table_t), intent(in) :: table
+      !> Name of the scene
+      character(*), intent(in) :: stem
+      type(growing_t), intent(out) :: text
+
+      integer :: i, k
+
+      call add(text, beginning_of('csv', stem)//program_version//', '//date_of_today()//next)
+      do k = 1, size(table%columns)
+         call add(text, quoted(heading(table%columns(k)), '""')//merge(next, ',', k == size(table%columns)))
+      end do
+      do i = 1, rows_of(table)
+         do k = 1, size(table%columns)
+            call add(text, value_text(table%columns(k), i, '""', '')//merge(next, ',', k == size(table%columns)))
+         end do
+      end do
+   end subroutine write_csv
+
+   !> All tables in one object; what is not a number is null.
+   subroutine write_json(tables, stem, text)
+      type(table_t), intent(in) :: tables(:)
+      !> Name of the scene
+      character(*), intent(in) :: stem
+      type(growing_t), intent(out) :: text
+
+      integer :: i, k, t
+
+      call add(text, beginning_of('json', stem)//program_version//'", "date": "'//date_of_today()//'", "tables": {')
+      do t = 1, size(tables)
+         call add(text, trim(merge(',', ' ', t > 1))//next//'  "'//tables(t)%name//'": {')
+         do k = 1, size(tables(t)%columns)
+            associate (column => tables(t)%columns(k))
+               call add(text, trim(merge(',', ' ', k > 1))//next//'    "'//column%name//'": {"units": "'// &
+                  column%units//'", "values": [')
+               do i = 1, rows_of(tables(t))
+                  if (i > 1) call add(text, ', ')
+                  call add(text, value_text(column, i, '\"', 'null'))
+               end do
+               call add(text, ']}')
+            end associate
+         end do
+         call add(text, next//'  }')
+      end do
+      call add(text, next//'}}'//next)
+   end subroutine write_json
+
+   !> How many there are in a table.
+   pure function values_of(table) result(count)
+      type(table_t), intent(in) :: table
+      integer(i8) :: count
+
+      count = int(rows_of(table), i8)*size(table%columns, kind=i8)
+   end function values_of
+
+   pure integer function rows_of(table)
+      type(table_t), intent(in) :: table
+
+      associate (first => table%columns(1))
+         if (allocated(first%texts)) then
+            rows_of = size(first%texts)
+         else
+            rows_of = size(first%numbers)
+         end if
+      end associate
+   end function rows_of
+
+   !> One value as it stands in a file.
+   pure function value_text(column, row, quote, none) result(text)
+      type(column_t), intent(in) :: column
+      integer, intent(in) :: row
+      !> What a quotation mark becomes within a text
+      character(*), intent(in) :: quote
+      !> What stands for no number
+      character(*), intent(in) :: none
+      character(:), allocatable :: text
+
+      if (allocated(column%texts)) then
+         text = '"'//escaped(trim(column%texts(row)), quote)//'"'
+      else if (.not. ieee_is_finite(column%numbers(row))) then
+         text = none
+      else if (column%is_integer) then
+         text = to_text(nint(column%numbers(row)))
+      else
+         text = to_text(column%numbers(row))
+      end if
+   end function value_text
+
+   !> In quotation marks if it has a comma.
+   pure function quoted(word, quote) result(text)
+      character(*), intent(in) :: word
+      character(*), intent(in) :: quote
+      character(:), allocatable :: text
+
+      text = word
+      if (index(word, ',') > 0) text = '"'//escaped(word, quote)//'"'
+   end function quoted
+
+   !> A text between quotation marks.
+   pure function escaped(word, quote) result(text)
+      character(*), intent(in) :: word
+      !> What a quotation mark becomes; where a backslash leads it, one doubles
+      character(*), intent(in) :: quote
+      character(:), allocatable :: text
+
+      integer :: i
+
+      text = ''
+      do i = 1, len(word)
+         if (word(i:i) == '"') then
+            text = text//quote
+         else if (word(i:i) == '\' .and. quote(1:1) == '\') then
+            text = text//'\\'
+         else
+            text = text//word(i:i)
+         end if
+      end do
+   end function escaped
+
+   !> Append, without a copy of all each time.
+   pure subroutine add(growing, words)
+      type(growing_t), intent(inout) :: growing
+      character(*), intent(in) :: words
+
+      character(:), allocatable :: longer
+      integer(i8) :: length
+
+      if (.not. allocated(growing%text)) allocate (character(4096) :: growing%text)
+      length = growing%length + len(words, kind=i8)
+      if (length > len(growing%text, kind=i8)) then
+         allocate (character(2_i8*length) :: longer)
+         longer(:growing%length) = growing%text(:growing%length)
+         call move_alloc(longer, growing%text)
+      end if
+      growing%text(growing%length + 1_i8:length) = words
+      growing%length = length
+   end subroutine add
+
+end module table_texts
