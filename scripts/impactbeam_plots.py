@@ -1,14 +1,22 @@
 """What the plotting scripts share: opening results files, the style of the pictures, saving them."""
 
+import importlib.util
 import re
 import sys
 from pathlib import Path
 
+# What the scripts need, by its package of Debian. They import this module before any of it.
+PACKAGES = {"h5py": "python3-h5py", "matplotlib": "python3-matplotlib", "numpy": "python3-numpy", "PIL": "python3-pil"}
+
 try:
     import h5py
     import matplotlib
+    import numpy
+    import PIL
 except ImportError as error:
-    sys.exit(f"{Path(sys.argv[0]).name}: {error}; on Debian: apt-get install python3-h5py python3-matplotlib")
+    MISSING = [package for name, package in PACKAGES.items() if importlib.util.find_spec(name) is None]
+    sys.exit(f"{Path(sys.argv[0]).name}: {' '.join(str(error).split())}; on Debian: apt-get install "
+             + " ".join(MISSING or PACKAGES.values()))
 
 matplotlib.use("Agg")
 

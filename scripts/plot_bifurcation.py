@@ -9,10 +9,10 @@ Plots what the results files hold and computes nothing.
 import argparse
 from pathlib import Path
 
+import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 
-import impactbeam_plots as plots
 
 THERE, BACK, LINEAR = plots.COLOURS[2], plots.COLOURS[1], plots.COLOURS[5]
 LABELS = {"displacement": "displacement in sections", "velocity": "velocity in sections"}

@@ -7,10 +7,10 @@ Plots what the results files hold and computes nothing.
 import argparse
 from pathlib import Path
 
+import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
 
-import impactbeam_plots as plots
 
 
 def column_labels(group):

@@ -9,10 +9,10 @@ Plots what the results files hold and computes nothing.
 import argparse
 from pathlib import Path
 
+import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 
-import impactbeam_plots as plots
 
 MARKS = {"fold": ("o", "fold"), "period_doubling": ("s", "period doubling"), "neimark_sacker": ("D", "torus"),
          "grazing": ("x", "grazing"), "lost": ("|", "lost")}

@@ -13,13 +13,12 @@ animation; tables give their errors, statements their verdicts; all cases togeth
 import argparse
 from pathlib import Path
 
+import impactbeam_plots as plots
 import matplotlib.patches as patches
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
 import numpy
 from PIL import Image
-
-import impactbeam_plots as plots
 import plot_frequencies
 import plot_scene
 from plot_response import set_ticks, shade_contacts

@@ -8,11 +8,11 @@ import argparse
 from pathlib import Path
 from typing import NamedTuple
 
+import impactbeam_plots as plots
 import matplotlib.patches as patches
 import matplotlib.pyplot as plt
 import matplotlib.ticker as ticker
 
-import impactbeam_plots as plots
 
 # Dataset, label without units, label in units
 PANELS = {

@@ -8,6 +8,7 @@ and the film need shapes in the file: &output shape_times or shape_step.
 import argparse
 from pathlib import Path
 
+import impactbeam_plots as plots
 import matplotlib.axis as axis
 import matplotlib.colors as colors
 import matplotlib.patches as patches
@@ -16,7 +17,6 @@ import matplotlib.spines as spines
 import numpy
 from PIL import Image
 
-import impactbeam_plots as plots
 
 BEAM = "#c3d3e8"
 EDGE = "#1f5fa8"

@@ -8,10 +8,10 @@ Plots what the results files hold and computes nothing.
 import argparse
 from pathlib import Path
 
+import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 
-import impactbeam_plots as plots
 
 # Dataset and label
 BARS = {"mean_force": "mean force", "rms_force": "RMS force", "contact_share": "share of time in contact",

@@ -6,12 +6,12 @@ others. Reads a results file of a scene with &sweep; computes nothing."""
 import argparse
 from pathlib import Path
 
+import impactbeam_plots as plots
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
-import impactbeam_plots as plots
 
 SYMBOLS = {
     "elements": "elements $n$",

@@ -4,7 +4,7 @@ module cases_resolve
    use lost_units, only: refuse_lost_units
    use name_parameters, only: chosen_parameter
    use name_table, only: table_t
-   use number_text, only: to_text
+   use number_text, only: rounded
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -61,8 +61,8 @@ contains
       if (scene%beam%has_section) then
          call input%complain('section', '', 'says all of the section: a taper of &beam is not varied beside it')
       else if (any(abs(scene%cases%values) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
-         call input%complain('cases', 'values', 'a taper must be at most twice mean_height_ratio = ' &
-            //to_text(scene%scales%height_ratio)//' in size (a full wedge)')
+         call input%complain('cases', 'values', 'a taper must be at most '//rounded(2.0_wp*scene%scales%height_ratio) &
+            //' in size, twice the mean height over the length (a full wedge)')
       end if
    end subroutine check_taper
 

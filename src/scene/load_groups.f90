@@ -209,7 +209,7 @@ contains
       call table%bind(physical%gravity, name_t('gravity', 'gravity, length over time squared', physical_range, &
          instead_of='gravity_ratio', quantity='acceleration'))
       call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
-         //'gravity'), base_names)
+         //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), base_names)
       call table%bind(base%course%kind, name_t('kind', 'how it goes on in time'), course_names)
       call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &

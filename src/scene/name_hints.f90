@@ -3,10 +3,12 @@ module name_hints
    use name_table, only: table_t
    use near_names, only: edit_distance, nearest_name
    use number_text, only: to_text
+   use program_identity, only: program_name
    use run_settings, only: name_length
+   use value_rules, only: one_of
    implicit none (type, external)
    private
-   public :: group_hint, item_hint
+   public :: group_hint, item_hint, choice_hint
 
    !> A line can hold no more names.
    integer, parameter :: most_listed = 40
@@ -82,6 +84,29 @@ contains
             //'; --names prints all'
       end if
    end function item_hint
+
+   !> What a user may write who chose a word that is none of those there are; of many the nearest.
+   pure function choice_hint(word, words) result(hint)
+      !> What the user wrote
+      character(*), intent(in) :: word
+      !> What may be chosen
+      character(*), intent(in) :: words(:)
+      character(:), allocatable :: hint
+
+      !> Characters: beyond them nobody reads a list in a message
+      integer, parameter :: longest_list = 300
+      integer :: nearest
+
+      hint = one_of(words)//', in quotes'
+      if (len(hint) <= longest_list) return
+      nearest = nearest_name(word, words)
+      if (nearest > 0) then
+         hint = 'did you mean '//one_of(words(nearest:nearest))//'?'
+      else
+         hint = 'near are '//one_of(nearest_of(word, words))
+      end if
+      hint = 'one of '//to_text(size(words))//' names, which '//program_name//' --names lists; '//hint
+   end function choice_hint
 
    !> The least wrong of many names.
    pure function nearest_of(name, names) result(nearest)

@@ -2,7 +2,7 @@
 module scene_beam
    use body_groups, only: physical_beam_t
    use kinds, only: wp
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_section_table, shape_taper
    use section_shapes, only: area_of_shape, inertia_of_shape, mean_of_profile
@@ -36,7 +36,7 @@ contains
          call resolve_taper(input, physical, beam)
       case (shape_height_table)
          call check_stations(input, 'beam', 'station', beam%length, beam%station)
-         call check_column(input, 'beam', 'height', beam%station, beam%height, smallest_height)
+         call check_column(input, 'beam', 'height', size(beam%station), beam%height, smallest_height, .true.)
       case (shape_section_table)
          if (.not. allocated(beam%station) .and. size(beam%area) == 1 .and. size(beam%inertia) == 1) then
             beam%station = [0.0_wp, beam%length]
@@ -47,8 +47,8 @@ contains
             return
          end if
          call check_stations(input, 'beam', 'station', beam%length, beam%station)
-         call check_column(input, 'beam', 'area', beam%station, beam%area, smallest_area)
-         call check_column(input, 'beam', 'inertia', beam%station, beam%inertia, smallest_inertia)
+         call check_column(input, 'beam', 'area', size(beam%station), beam%area, smallest_area, .true.)
+         call check_column(input, 'beam', 'inertia', size(beam%station), beam%inertia, smallest_inertia, .true.)
       end select
    end subroutine resolve_beam
 
@@ -67,8 +67,8 @@ contains
          if (.not. input%has('beam', 'height_tip')) beam%height_tip = beam%height_root
       else
          if (abs(physical%taper) > 2.0_wp*physical%mean_height_ratio) then
-            call input%complain('beam', 'taper', 'must be at most twice mean_height_ratio = ' &
-               //to_text(physical%mean_height_ratio)//' in size (a full wedge)')
+            call input%complain('beam', 'taper', 'must be at most '//rounded(2.0_wp*physical%mean_height_ratio) &
+               //' in size, twice mean_height_ratio (a full wedge)')
             return
          end if
          beam%height_root = beam%length*(physical%mean_height_ratio + 0.5_wp*physical%taper)
@@ -76,7 +76,7 @@ contains
       end if
       if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
          call input%complain('beam', trim(merge('height_root', 'taper      ', has_root)), &
-            'the height at the clamp must not vanish beside that at the tip')
+            'the height at the clamp must be at least '//to_text(smallest_tip)//' of that at the tip')
       else if (beam%height_tip > 0.0_wp .and. beam%height_tip < smallest_tip*beam%height_root) then
          call input%complain('beam', trim(merge('height_tip', 'taper     ', has_root)), &
             'the height at the tip must be 0 or at least '//to_text(smallest_tip)//' of that at the clamp')
@@ -126,34 +126,48 @@ contains
       station(count) = length
       do i = 2, count
          if (station(i) - station(i - 1) > tolerance*length) cycle
-         call input%complain(group, name, 'must be ascending; '//to_text(station(i))//' follows ' &
-            //to_text(station(i - 1)))
+         if (station(i) > station(i - 1)) then
+            call input%complain(group, name, 'must be more than '//to_text(tolerance)//' of the length apart; ' &
+               //to_text(station(i))//' follows '//to_text(station(i - 1)))
+         else
+            call input%complain(group, name, 'must be ascending; '//to_text(station(i))//' follows ' &
+               //to_text(station(i - 1)))
+         end if
          return
       end do
    end subroutine check_stations
 
-   !> As many values as stations, none zero except at the tip.
-   subroutine check_column(input, group, name, station, column, smallest)
+   !> As many values as stations, none zero except, where that may be, at the tip.
+   subroutine check_column(input, group, name, stations, column, smallest, may_vanish)
       type(scene_input_t), intent(inout) :: input
       character(*), intent(in) :: group
       character(*), intent(in) :: name
-      real(wp), intent(in) :: station(:)
+      !> How many there are
+      integer, intent(in) :: stations
       !> Values at them
       real(wp), intent(in) :: column(:)
       !> Least value but for 0
       real(wp), intent(in) :: smallest
+      !> The last value may be 0
+      logical, intent(in) :: may_vanish
 
-      integer :: count
+      character(:), allocatable :: place
+      integer :: i
 
-      count = size(column)
-      if (count /= size(station)) then
-         call input%complain(group, name, 'needs as many values as station, '//to_text(size(station))//'; ' &
-            //to_text(count)//' given')
-      else if (any(column(:count - 1) < smallest) &
-         .or. (column(count) > 0.0_wp .and. column(count) < smallest)) then
-         call input%complain(group, name, 'must be at least '//to_text(smallest) &
-            //' everywhere; only at the tip may it be 0')
-      end if
+      if (size(column) /= stations) call input%complain(group, name, 'needs as many values as station, ' &
+         //to_text(stations)//'; '//to_text(size(column))//' given')
+      do i = 1, size(column)
+         if (column(i) >= smallest .or. (may_vanish .and. i == size(column) .and. column(i) <= 0.0_wp)) cycle
+         place = ''
+         if (size(column) > 1) place = ' at every station'
+         if (may_vanish) place = place//'; at the tip 0 is allowed'
+         if (column(i) > 0.0_wp) then
+            call input%complain(group, name, 'must be at least '//to_text(smallest)//place)
+         else
+            call input%complain(group, name, 'must be above 0'//place)
+         end if
+         return
+      end do
    end subroutine check_column
 
    !> Area and second moment of area of the uniform beam of mean section: of mean height, or, where

@@ -95,6 +95,9 @@ module scene_groups
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
    type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
 
+   character(*), parameter :: unit_of_displacement = 'unit of displacement D, length; without a pull by default the ' &
+      //'greatest distance of a stop that is given in units, else the mean height'
+
 contains
 
    !> Every name of every group.
@@ -125,8 +128,8 @@ contains
          call table%open(group_t('scene', program_any))
          call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
             range_t(1, name_length), default='name of the scene file'))
-         call table%bind(physical%displacement_scale, name_t('displacement_scale', 'unit of displacement D, length', &
-            length_range, default='see &start', is_optional=.true.))
+         call table%bind(physical%displacement_scale, name_t('displacement_scale', unit_of_displacement, length_range, &
+            default='of a pull initial_height above the surface', is_optional=.true.))
          call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
             default='the name'))
          call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &

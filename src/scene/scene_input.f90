@@ -2,7 +2,7 @@
 !> one that stands first is kept.
 module scene_input
    use kinds, only: i8, wp
-   use name_hints, only: group_hint, item_hint
+   use name_hints, only: choice_hint, group_hint, item_hint
    use name_parameters, only: chosen_parameter
    use name_table, only: is_among, most_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
@@ -14,7 +14,7 @@ module scene_input
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_any
    use run_settings, only: name_length
-   use value_rules, only: contains_value, one_of, range_t, range_text
+   use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
    public :: scene_input_t
@@ -226,7 +226,7 @@ contains
          end do
          if (.not. input%namelist%values(i)%is_quoted) place = 0
          if (place == 0 .or. len(word) == 0) then
-            call input%reject(item, i, 'must be '//one_of(entry%words)//', in quotes')
+            call input%reject(item, i, 'must be '//choice_hint(word, entry%words))
             return
          else if (any(chosen == place) .or. input%namelist%values(i)%repeat > 1) then
             call input%reject(item, i, 'given twice')

@@ -133,7 +133,7 @@ contains
       end if
       if (scene%has_bases) then
          do k = 1, size(scene%bases)
-            call check_base(input, k, scene%bases(k)%base_settings_t)
+            call check_base(input, k, physical%bases(k)%course%start_time, scene%bases(k)%base_settings_t)
             associate (unit => merge(1.0_wp, scene%scales%omega1**2, scene%bases(k)%quantity == base_displacement))
                call take_ratio(input, table, 'base', 'amplitude', &
                   over(physical%bases(k)%course%amplitude, unit*scene%scales%displacement), &
@@ -202,10 +202,12 @@ contains
    end subroutine resolve_force
 
    !> A base that moves.
-   subroutine check_base(input, which, base)
+   subroutine check_base(input, which, start_time, base)
       type(scene_input_t), intent(inout) :: input
       !> Which &base
       integer, intent(in) :: which
+      !> Instant at which it sets in, in time
+      real(wp), intent(in) :: start_time
       type(base_settings_t), intent(in) :: base
 
       character(*), parameter :: amplitudes(2) = [character(15) :: 'amplitude_ratio', 'amplitude']
@@ -225,8 +227,7 @@ contains
             which)
       end if
       ! its velocity would jump
-      if (base%course%kind == course_harmonic .and. base%course%start > 0.0_wp .or. &
-         input%has('base', 'start_time', which)) then
+      if (base%course%kind == course_harmonic .and. max(base%course%start, start_time) > 0.0_wp) then
          call input%complain('base', 'start start_time', 'does not go with a harmonic displacement, which goes on ' &
             //'from tau = 0', which)
       end if

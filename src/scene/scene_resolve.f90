@@ -27,7 +27,7 @@ module scene_resolve
    use section_shapes, only: is_uniform, profile_stepped
    use sweep_resolve, only: resolve_sweep
    use unit_ratios, only: check_units, take_ratio
-   use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text
+   use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text, spread_problem
    implicit none (type, external)
    private
    public :: resolve_scene
@@ -200,7 +200,8 @@ contains
       scales%beam_mass = beam%density*area*beam%length
       scales%omega1 = lambda1**2*sqrt(scales%bending_stiffness/(beam%density*area))/beam%length**2
       if (.not. contains_value(height_ratio_range, scales%height_ratio)) then
-         call input%complain('beam', 'length', 'mean height over length would be ' &
+         call input%complain(trim(merge('section', 'beam   ', beam%has_section .and. .not. input%has_group('beam'))), &
+            'length height_root mean_height_ratio height area inertia', 'mean height over length would be ' &
             //to_text(scales%height_ratio)//': must be '//range_text(height_ratio_range))
       end if
    end subroutine find_scales
@@ -380,10 +381,9 @@ contains
       real(wp) :: decades
 
       decades = real(elements - 1, wp)*abs(log10(ratio))
-      if (decades <= log10(limit)) return
-      call input%complain(group, name, 'with '//to_text(elements)//' elements and ratio '//to_text(ratio) &
-         //' the longest element is 1e'//to_text(nint(decades))//' times the shortest: must be at most ' &
-         //to_text(limit))
+      if (decades > log10(limit)) call input%complain(group, name, 'with '//to_text(elements)//' elements and ratio ' &
+         //to_text(ratio)//' '//spread_problem(decades, limit)//'; this ratio goes with at most ' &
+         //to_text(1 + int(log10(limit)/abs(log10(ratio))))//' elements')
    end subroutine check_spread
 
    !> &output against what is asked for.

@@ -5,7 +5,7 @@ module scene_section
    use scene_beam, only: check_column, check_stations
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_taper
-   use section_shapes, only: is_uniform, profile_cubic, profile_linear, profile_stepped, section_settings_t, &
+   use section_shapes, only: profile_cubic, profile_linear, profile_stepped, section_settings_t, &
       shape_general, shape_names, shape_rectangle, shape_round, shape_tube, spline_curvature
    implicit none (type, external)
    private
@@ -35,10 +35,13 @@ contains
       if (input%has_problem()) return
       associate (section => beam%section)
          if (section%shape == shape_rectangle .and. .not. allocated(section%width)) section%width = [beam%width]
+         if (allocated(section%station)) call check_section_stations(input, beam%length, section)
+         if (input%has_problem()) return
+         call check_dimensions(input, section)
+         if (input%has_problem()) return
          call find_dimensions(input, section)
          if (input%has_problem()) return
-         call fit_to_stations(input, beam%length, section)
-         if (input%has_problem()) return
+         if (allocated(section%station)) call fit_to_stations(section)
          if (section%profile == profile_cubic .and. allocated(section%station)) call check_spline(input, section)
          if (section%shape == shape_tube) then
             if (any(2.0_wp*section%second > section%first*(1.0_wp + epsilon(1.0_wp)))) call input%complain('section', &
@@ -105,45 +108,77 @@ contains
 
    end subroutine find_dimensions
 
-   !> As many dimensions as stations, or one, none zero but at the tip.
-   subroutine fit_to_stations(input, length, section)
+   !> Where the dimensions of a table stand.
+   subroutine check_section_stations(input, length, section)
       type(scene_input_t), intent(inout) :: input
       real(wp), intent(in) :: length
       type(section_settings_t), intent(inout) :: section
 
-      integer :: stations
-
-      if (.not. allocated(section%station)) then
-         if (.not. is_uniform(section)) then
-            call input%complain('section', names_of(section%shape), 'needs station where it has more than one value')
-         else if (any([section%first, section%second] < smallest)) then
-            call input%complain('section', names_of(section%shape), 'must be at least '//to_text(smallest))
-         end if
-         if (allocated(section%outer_fibre) .and. .not. input%has_problem()) then
-            if (size(section%outer_fibre) > 1) call input%complain('section', 'outer_fibre', &
-               'needs station where it has more than one value')
-         end if
-         return
-      end if
-      stations = size(section%station)
       if (section%profile == profile_stepped) then
          call check_steps(input, length, section%station)
       else
          call check_stations(input, 'section', 'station', length, section%station)
       end if
-      if (input%has_problem()) return
-      section%first = spread_to(section%first, stations)
-      section%second = spread_to(section%second, stations)
-      call check_column(input, 'section', names_of(section%shape), section%station, section%first, smallest)
-      call check_column(input, 'section', names_of(section%shape), section%station, section%second, smallest)
-      if (section%profile /= profile_linear .and. .not. input%has_problem()) then
-         if (any([section%first(stations), section%second(stations)] < smallest)) call input%complain('section', &
-            names_of(section%shape), &
-            'must be at least '//to_text(smallest)//'; 0 at the tip goes with a linear profile')
-      end if
-      if (.not. allocated(section%outer_fibre)) return
-      section%outer_fibre = spread_to(section%outer_fibre, stations)
-      call check_column(input, 'section', 'outer_fibre', section%station, section%outer_fibre, smallest)
+   end subroutine check_section_stations
+
+   !> Of each dimension that is given one value or as many as stations, none zero but at the tip of a linear profile.
+   subroutine check_dimensions(input, section)
+      type(scene_input_t), intent(inout) :: input
+      type(section_settings_t), intent(in) :: section
+
+      select case (section%shape)
+      case (shape_rectangle)
+         call check('width', section%width)
+         call check('height', section%height)
+      case (shape_round)
+         call check('diameter', section%diameter)
+      case (shape_tube)
+         call check('outer_diameter', section%outer_diameter)
+         call check('wall', section%wall)
+         call check('inner_diameter', section%inner_diameter, may_be_zero=.true.)
+      case (shape_general)
+         call check('area', section%area)
+         call check('inertia', section%inertia)
+         call check('outer_fibre', section%outer_fibre)
+      end select
+
+   contains
+
+      subroutine check(name, values, may_be_zero)
+         character(*), intent(in) :: name
+         !> Unallocated: not given
+         real(wp), allocatable, intent(in) :: values(:)
+         !> Everywhere; absent: no
+         logical, intent(in), optional :: may_be_zero
+
+         real(wp) :: least
+         logical :: is_table
+
+         if (.not. allocated(values)) return
+         least = smallest
+         if (present(may_be_zero)) least = 0.0_wp
+         is_table = allocated(section%station)
+         if (size(values) == 1) then
+            call check_column(input, 'section', name, 1, values, least, .false.)
+         else if (is_table) then
+            call check_column(input, 'section', name, size(section%station), values, least, &
+               section%profile == profile_linear)
+         else
+            call input%complain('section', name, 'needs station where it has more than one value')
+         end if
+      end subroutine check
+
+   end subroutine check_dimensions
+
+   !> As many dimensions as stations.
+   pure subroutine fit_to_stations(section)
+      type(section_settings_t), intent(inout) :: section
+
+      associate (stations => size(section%station))
+         section%first = spread_to(section%first, stations)
+         section%second = spread_to(section%second, stations)
+         if (allocated(section%outer_fibre)) section%outer_fibre = spread_to(section%outer_fibre, stations)
+      end associate
    end subroutine fit_to_stations
 
    !> Names of the dimensions of a shape, with blanks between them.

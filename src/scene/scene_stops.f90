@@ -3,7 +3,7 @@
 module scene_stops
    use kinds, only: wp
    use name_table, only: table_t
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use run_settings, only: impulse_nodal, law_restitution, law_spring_damper, law_three_element, side_above, &
       side_below, side_both, stop_settings_t
    use scene_input, only: scene_input_t
@@ -121,9 +121,8 @@ contains
             call input%complain('stop', height_name(stops(k)), "must be smaller in size than the beam's length, " &
                //to_text(scales%length), k)
          else if (abs(height) > preload_range%most*scales%displacement) then
-            call input%complain('stop', height_name(stops(k)), trim(merge('clearance_ratio', 'preload        ', &
-               stops(k)%side == side_both))//' would be '//to_text(height/scales%displacement)//': must be ' &
-               //range_text(preload_range), k)
+            call input%complain('stop', height_name(stops(k)), 'must be at most '//to_text(preload_range%most) &
+               //' times the unit of displacement, '//rounded(scales%displacement)//', in size', k)
          else if (abs(height) > 0.0_wp) then
             stops(k)%preload = height/scales%displacement
          else

@@ -12,7 +12,7 @@ module sweep_resolve
    use sweep_groups, only: most_cases
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
       swept_t, values_given
-   use value_rules, only: largest_spread, most_numbers
+   use value_rules, only: largest_spread, most_numbers, spread_problem
    implicit none (type, external)
    private
    public :: resolve_sweep
@@ -209,8 +209,7 @@ contains
          return
       end do
       if (decades > log10(largest_spread)) call input%complain('sweep', 'elements', 'with '//to_text(nint(elements)) &
-         //' elements and the ratios given the longest element is 1e'//to_text(nint(decades)) &
-         //' times the shortest: must be at most '//to_text(largest_spread))
+         //' elements and the ratios given '//spread_problem(decades, largest_spread))
    end subroutine check_beams
 
    !> No run is shorter than a step.

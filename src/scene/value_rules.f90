@@ -4,7 +4,7 @@ module value_rules
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: range_t, contains_value, range_text, one_of, largest_spread, most_numbers
+   public :: range_t, contains_value, range_text, one_of, spread_problem, largest_spread, most_numbers
    public :: physical_range, length_range, place_range, stiffness_range
 
    !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
@@ -62,6 +62,25 @@ contains
          text = 'from '//to_text(range%least)//' to '//to_text(range%most)
       end if
    end function range_text
+
+   !> What is wrong where the longest element is 10**decades times the shortest, more than a limit. The number is
+   !> rounded up, so that it is more than the limit in print too.
+   pure function spread_problem(decades, limit) result(text)
+      real(wp), intent(in) :: decades
+      real(wp), intent(in) :: limit
+      character(:), allocatable :: text
+
+      integer :: tenths, exponent
+
+      exponent = floor(decades)
+      tenths = ceiling(10.0_wp**(1.0_wp + decades - real(exponent, wp)))
+      if (tenths > 99) exponent = exponent + 1
+      if (tenths > 99) tenths = 10
+      text = to_text(tenths/10)
+      if (modulo(tenths, 10) > 0) text = text//'.'//to_text(modulo(tenths, 10))
+      text = 'the longest element is '//text//'e'//to_text(exponent)//' times the shortest: must be at most ' &
+         //to_text(limit)
+   end function spread_problem
 
    !> Such as 'exact' or 'newmark'.
    pure function one_of(words) result(text)
