@@ -13,7 +13,8 @@ module block_statistics
    use student, only: student_quantile
    implicit none (type, external)
    private
-   public :: open_blocks, blocks_begun, width_of_blocks, take_events, take_contact, finish_blocks, finish_statistics
+   public :: open_blocks, blocks_begun, width_of_blocks, take_events, take_contact, take_flight, finish_blocks, &
+      finish_statistics
 
    !> How a statistic follows from sums.
    type :: form_t
@@ -74,6 +75,7 @@ contains
          blocks%edge = [(asked%start + (end - asked%start)*real(i, wp)/real(asked%blocks, wp), i=0, asked%blocks)]
          blocks%edge(asked%blocks) = end
          blocks%rest = asked%rest
+         blocks%hop_tolerance = settings%response%hop_tolerance
          blocks%threshold = asked%threshold/settings%height_ratio
          blocks%classes = asked%classes
       end associate
@@ -145,7 +147,8 @@ contains
       end associate
    end function width_of_blocks
 
-   !> Impacts begin with events, and their impulses are those of them.
+   !> Impacts begin with events, and their impulses are those of all events: that of a capture which takes back a low
+   !> flight pulls.
    subroutine take_events(blocks, response)
       type(block_sums_t), intent(inout) :: blocks
       !> All events after those that were seen are new
@@ -157,10 +160,10 @@ contains
          associate (event => response%events(i), surface => blocks%surface(response%events(i)%surface))
             block = block_at(blocks, event%tau)
             if (any(event%kind == [event_impact, event_capture, event_contact])) then
-               call meet(surface, event%tau, blocks%rest, abs(event%velocity_before), block > 0)
+               call meet(blocks, surface, event%tau, abs(event%velocity_before), block > 0)
             end if
-            if (.not. event%impulse > 0.0_wp) cycle
-            if (surface%count == 0) call meet(surface, event%tau, blocks%rest, 0.0_wp, .false.)
+            if (.not. abs(event%impulse) > 0.0_wp) cycle
+            if (surface%count == 0) call begin_impact(surface, event%tau, 0.0_wp, .false.)
             associate (impact => surface%impacts(surface%count))
                impact%until = event%tau
                if (block == 0) cycle
@@ -172,38 +175,62 @@ contains
       blocks%seen = response%event_count
    end subroutine take_events
 
-   !> The beam is on a surface: with a new impact, if the last one is over.
-   pure subroutine meet(surface, tau, rest, velocity, is_within)
+   !> The beam arrives at a surface. That begins an impact if since the last one it has risen above the hop tolerance
+   !> and more than `rest` has passed, so that no rounding of instants decides. Where the run starts on the surface, it
+   !> is an impact that counts if its velocity exceeds the hop tolerance.
+   pure subroutine meet(blocks, surface, tau, velocity, is_within)
+      type(block_sums_t), intent(in) :: blocks
+      !> One of theirs
       type(surface_sums_t), intent(inout) :: surface
       real(wp), intent(in) :: tau
-      !> Length of a pause that ends an impact
-      real(wp), intent(in) :: rest
       real(wp), intent(in) :: velocity
       !> It is within the blocks
       logical, intent(in) :: is_within
 
+      logical :: has_flown
+
+      has_flown = surface%has_flown
+      surface%has_flown = .false.
+      if (surface%count > 0) then
+         if (.not. has_flown .or. tau - surface%impacts(surface%count)%until <= blocks%rest) return
+      end if
+      call begin_impact(surface, tau, velocity, &
+         is_within .and. velocity > merge(0.0_wp, blocks%hop_tolerance, has_flown))
+   end subroutine meet
+
+   !> One more impact.
+   pure subroutine begin_impact(surface, tau, velocity, counts)
+      type(surface_sums_t), intent(inout) :: surface
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: velocity
+      logical, intent(in) :: counts
+
       type(impact_t), allocatable :: larger(:)
 
-      if (surface%count > 0) then
-         if (tau - surface%impacts(surface%count)%until <= rest) return
-      end if
       if (surface%count == size(surface%impacts)) then
          allocate (larger(2*surface%count))
          larger(:surface%count) = surface%impacts
          call move_alloc(larger, surface%impacts)
       end if
       surface%count = surface%count + 1
-      surface%impacts(surface%count) = impact_t(tau=tau, until=tau, velocity=velocity, &
-         counts=is_within .and. velocity > 0.0_wp)
-   end subroutine meet
+      surface%impacts(surface%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
+   end subroutine begin_impact
+
+   !> The beam was away from a surface by so much.
+   elemental subroutine take_flight(surface, height, hop_tolerance)
+      type(surface_sums_t), intent(inout) :: surface
+      !> Greatest distance from the surface where it is home
+      real(wp), intent(in) :: height
+      real(wp), intent(in) :: hop_tolerance
+
+      surface%has_flown = surface%has_flown .or. height > hop_tolerance
+   end subroutine take_flight
 
    !> A contact, or a part of one within a block.
-   pure subroutine take_contact(surface, from, to, rest, block, integrals, greatest)
+   pure subroutine take_contact(surface, from, to, block, integrals, greatest)
       type(surface_sums_t), intent(inout) :: surface
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
-      !> Length of a pause that ends an impact
-      real(wp), intent(in) :: rest
       !> 0: none
       integer, intent(in) :: block
       !> Of the force and of its square
@@ -211,7 +238,7 @@ contains
       !> Force
       real(wp), intent(in) :: greatest
 
-      call meet(surface, from, rest, 0.0_wp, .false.)
+      if (surface%count == 0) call begin_impact(surface, from, 0.0_wp, .false.)
       associate (impact => surface%impacts(surface%count))
          impact%until = to
          if (block == 0) return

@@ -9,8 +9,7 @@ module newmark_several_impacts
    use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_open, several_run_t
    use newmark_several_steps, only: eliminate
    use number_text, only: to_text
-   use response_types, only: event_capture, event_impact, event_release, event_t, response_t
-   use run_measures, only: take_impulse
+   use response_types, only: event_blow, event_capture, event_impact, event_release, event_t, response_t
    implicit none (type, external)
    private
    public :: strike
@@ -102,7 +101,8 @@ contains
             associate (met => run%surfaces(members(k)))
                state%beam%velocity(met%dof) = 0.0_wp
                if (met%status == is_held) then
-                  if (run%keeps_measures) call take_impulse(met%measurer%tally, instant_of(run), impulse(k))
+                  call keep_blow(run, members(k), impulse(k), response)
+                  if (allocated(run%error)) return
                   cycle
                end if
                met%is_stopped = .true.
@@ -193,7 +193,7 @@ contains
          rate_after = gap_rate_at(run, k, state)
          if (met%status == is_held .or. met%is_stopped) then
             if (impulse > 0.0_wp) then
-               if (run%keeps_measures) call take_impulse(met%measurer%tally, instant_of(run), impulse)
+               call keep_blow(run, k, impulse, response)
             else if (rate_after > 0.0_wp) then
                ! the others throw the beam off
                event = event_here(run, k, event_release)
@@ -222,5 +222,22 @@ contains
          call keep_event(run, k, event, response)
       end associate
    end subroutine after_impulse
+
+
+   !> What a surface on which the stop point is at rest gives the beam as others are hit.
+   pure subroutine keep_blow(run, k, impulse, response)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+      real(wp), intent(in) :: impulse
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      type(event_t) :: event
+
+      event = event_here(run, k, event_blow)
+      event%impulse = impulse
+      call keep_event(run, k, event, response)
+   end subroutine keep_blow
 
 end module newmark_several_impacts

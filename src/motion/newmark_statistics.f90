@@ -1,7 +1,7 @@
 !> What a Newmark step among several surfaces adds to the statistics of a run: displacements go as cubics between the
 !> ends of the step, forces on straight lines (docs/theory.md, section 20).
 module newmark_statistics
-   use block_statistics, only: blocks_begun, open_blocks, take_contact
+   use block_statistics, only: blocks_begun, open_blocks, take_contact, take_flight
    use kinds, only: wp
    use newmark_several_run, only: is_held, is_in_contact, several_run_t
    use run_settings, only: run_settings_t
@@ -31,6 +31,7 @@ contains
       if (run%pulled > 0) pulled = run%surfaces(run%pulled)%surface%number
       allocate (run%blocks)
       call open_blocks(settings, yields, pulled, run%blocks)
+      run%blocks%hop_tolerance = run%hop_height
    end subroutine open_statistics
 
    !> The step just accepted, which is cut where a block ends.
@@ -41,6 +42,7 @@ contains
       real(wp), intent(in) :: from
       real(wp), intent(in) :: step
 
+      type(piece_t) :: piece
       real(wp) :: begin, end
       integer :: block, k, last
 
@@ -53,10 +55,17 @@ contains
       end do
       do k = 1, size(run%surfaces)
          associate (met => run%surfaces(k))
-            if (.not. (met%status == is_held .or. met%status == is_in_contact)) cycle
-            ! contact lasts, and no impact begins, whatever counts of it
-            call take_contact(run%blocks%surface(met%surface%number), from, from + step, run%blocks%rest, 0, &
-               [0.0_wp, 0.0_wp], 0.0_wp)
+            associate (surface => run%blocks%surface(met%surface%number), sign => met%surface%sign)
+               if (met%status == is_held .or. met%status == is_in_contact) then
+                  ! contact lasts, and no impact begins, whatever counts of it
+                  call take_contact(surface, from, from + step, 0, [0.0_wp, 0.0_wp], 0.0_wp)
+               else if (.not. surface%has_flown) then
+                  piece = motion_of(run, from, step, met%dof)
+                  piece%eta = sign*piece%eta - met%surface%height
+                  piece%rate = sign*piece%rate
+                  call take_flight(surface, greatest_in(piece), run%blocks%hop_tolerance)
+               end if
+            end associate
          end associate
       end do
    end subroutine take_step
@@ -76,14 +85,14 @@ contains
       integer :: k
 
       length = (end - begin)*step
-      piece = motion_of(run%stepper%tip_dof)
+      piece = part_of(motion_of(run, from, step, run%stepper%tip_dof), begin, end)
       associate (sums => run%blocks%tip%sums(:, block))
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + integrals_of(piece)
          call extend(piece, sums(low_tip), sums(top_tip))
       end associate
       do k = 1, size(run%surfaces)
          associate (met => run%surfaces(k), surface => run%blocks%surface(run%surfaces(k)%surface%number))
-            piece = motion_of(met%dof)
+            piece = part_of(motion_of(run, from, step, met%dof), begin, end)
             associate (sums => surface%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + integrals_of(piece)
@@ -94,24 +103,26 @@ contains
                force = old + [begin, end]*(new - old)
             end associate
             integrals = length*[0.5_wp*sum(force), (sum(force**2) + product(force))/3.0_wp]
-            call take_contact(surface, from + begin*step, from + end*step, run%blocks%rest, block, integrals, &
+            call take_contact(surface, from + begin*step, from + end*step, block, integrals, &
                maxval(force))
          end associate
       end do
-
-   contains
-
-      !> How a degree of freedom goes.
-      pure function motion_of(dof) result(piece)
-         integer, intent(in) :: dof
-         type(piece_t) :: piece
-
-         associate (old => run%states(3 - run%now)%beam, new => run%states(run%now)%beam)
-            piece = part_of(piece_t(from, step, [old%displacement(dof), new%displacement(dof)], &
-               [old%velocity(dof), new%velocity(dof)]), begin, end)
-         end associate
-      end function motion_of
    end subroutine take_part
+
+   !> How a degree of freedom goes through the step.
+   pure function motion_of(run, from, step, dof) result(piece)
+      type(several_run_t), intent(in) :: run
+      !> Beginning and length of the step
+      real(wp), intent(in) :: from
+      real(wp), intent(in) :: step
+      integer, intent(in) :: dof
+      type(piece_t) :: piece
+
+      associate (old => run%states(3 - run%now)%beam, new => run%states(run%now)%beam)
+         piece = piece_t(from, step, [old%displacement(dof), new%displacement(dof)], &
+            [old%velocity(dof), new%velocity(dof)])
+      end associate
+   end function motion_of
 
    !> Of a cubic and its square, with weights of Hermite's shapes.
    pure function integrals_of(piece) result(integrals)

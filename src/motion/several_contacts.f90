@@ -464,7 +464,7 @@ contains
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
 
-      if (allocated(self%blocks)) call take_phase(self%now, motion%tau, self%search%time, self%blocks)
+      if (allocated(self%blocks)) call take_phase(self%now, self%searches, motion%tau, self%search%time, self%blocks)
       if (is_last) call end_variations(self, 0, motion)
       if (allocated(self%sections)) call take_sections(self%now, motion%tau, self%search%time, self%sections)
       if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)

@@ -12,6 +12,7 @@ module several_events
       event_t, response_t
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, find_load, several_t
+   use small_equations, only: solve_small
    use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
    use surface_values, only: along, event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    use tangent_columns, only: brake_columns, strike_columns
@@ -70,7 +71,7 @@ contains
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
             if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
-               call bring_to_rest(self, k, captures, motion)
+               call bring_to_rest(self, k, captures, motion, response)
                call settle(self, captures, motion, response)
                call check_dampers(self, motion, response)
             else
@@ -209,11 +210,13 @@ contains
 
    !> A flight that is taken back did not happen: its stop point is brought to rest where it began, and those that hold
    !> the beam keep it.
-   subroutine bring_to_rest(self, k, captures, motion)
+   subroutine bring_to_rest(self, k, captures, motion, response)
       type(several_t), intent(inout) :: self
       integer, intent(in) :: k
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
+      !> Gets what these give
+      type(response_t), intent(inout) :: response
 
       associate (capture => captures(k))
          capture%velocity = velocity_of(self, k, motion)
@@ -222,8 +225,39 @@ contains
          capture%energy_change = 0.5_wp*capture%impulse*capture%velocity
          call charge_event(motion%recorder%ledger, capture%energy_change)
          self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - capture%energy_change
+         call share_blow(self, k, capture%impulse, motion, response)
       end associate
    end subroutine bring_to_rest
+
+   !> What the rigid surfaces that hold the beam give it, or take, as it gets an impulse elsewhere.
+   subroutine share_blow(self, k, impulse, motion, response)
+      type(several_t), intent(inout) :: self
+      !> The surface from which the impulse comes
+      integer, intent(in) :: k
+      real(wp), intent(in) :: impulse
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      complex(wp) :: mobility(size(self%states), size(self%states)), share(size(self%states), 1)
+      type(event_t) :: event
+      integer :: i, n
+      integer, allocatable :: closed(:)
+
+      allocate (closed, source=pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed))
+      n = size(closed)
+      if (n == 0) return
+      associate (value => self%beam%value)
+         share(:n, 1) = cmplx(-impulse*matmul(value(:, k), value(:, closed)), kind=wp)
+         mobility(:n, :n) = cmplx(matmul(transpose(value(:, closed)), value(:, closed)), kind=wp)
+      end associate
+      share(:n, :) = solve_small(mobility(:n, :n), share(:n, :))
+      do i = 1, n
+         event = event_of(self, closed(i), event_blow, motion, 0.0_wp, 0.0_wp)
+         event%impulse = real(share(i, 1), wp)
+         call append_event(response, event)
+         call take_blow(self, closed(i), event%impulse, motion)
+      end do
+   end subroutine share_blow
 
    !> Take some velocity away from a stop point by an impulse there; those that hold the beam keep it.
    subroutine brake(self, k, velocity, motion, impulse)

@@ -37,7 +37,7 @@ module statistic_types
    integer, parameter :: top_tip = 19
    integer, parameter :: sum_count = 19
 
-   !> An impact: a meeting, and those that follow too soon to be impacts of their own.
+   !> An impact: a meeting, and those that follow too soon, or after too low a flight, to be impacts of their own.
    type :: impact_t
       !> Its beginning and end, tau
       real(wp) :: tau = 0.0_wp
@@ -61,6 +61,8 @@ module statistic_types
       !> In order; only the first `count` are meant
       type(impact_t), allocatable :: impacts(:)
       integer :: count = 0
+      !> Since the last contact, or the start, the beam has risen above the hop tolerance
+      logical :: has_flown = .false.
    end type surface_sums_t
 
    !> What gathers of a run.
@@ -69,6 +71,8 @@ module statistic_types
       real(wp), allocatable :: edge(:)
       !> Length of a pause that ends an impact, tau
       real(wp) :: rest = 0.0_wp
+      !> Height below which a flight ends none
+      real(wp) :: hop_tolerance = 0.0_wp
       !> Force below which a meeting is no impact, and Pbar per unit of force
       real(wp) :: threshold = 0.0_wp
       real(wp) :: force_scale = 1.0_wp

@@ -6,8 +6,8 @@
 module step_measures
    use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: wp
-   use response_types, only: event_capture, event_impact, event_t, is_contact_end, quiet_level, response_t, &
-      run_measures_t
+   use response_types, only: event_blow, event_capture, event_impact, event_t, is_contact_end, quiet_level, &
+      response_t, run_measures_t
    use run_measures, only: add_rebound, early_part, end_episode, excess_of, finish_tally, mark_energy, take_contact, &
       take_impulse, tally_t
    implicit none (type, external)
@@ -133,7 +133,7 @@ contains
       type(run_measures_t), intent(inout) :: measures
 
       call end_flight(measurer, measures)
-      if (event%kind == event_impact .or. event%kind == event_capture) then
+      if (any(event%kind == [event_impact, event_capture, event_blow])) then
          call take_impulse(measurer%tally, event%tau, event%impulse)
       end if
       measurer%in_flight = event%kind == event_impact .or. is_contact_end(event%kind)

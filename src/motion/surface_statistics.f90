@@ -1,16 +1,16 @@
 !> What a phase among several surfaces adds to the statistics of a run: integrals of forces and displacements and of
 !> their squares, block by block (docs/theory.md, section 20).
 module surface_statistics
-   use block_statistics, only: blocks_begun, take_contact, width_of_blocks
-   use certified_search, only: viewed_signal_t
+   use block_statistics, only: blocks_begun, take_contact, take_flight, width_of_blocks
+   use certified_search, only: search_t, viewed_signal_t
    use driven_modes, only: driven_mode_t
    use kinds, only: wp
    use mode_terms, only: find_mode_terms, mode_terms_t, slow_exponents, slow_points
    use several_state, only: end_force, force_terms, several_t, signal_of, whole_gap, whole_tip
    use signal_integrals, only: are_squares_of, integrate_signals, make_squares, signals_t
-   use signal_peaks, only: greatest_value, looks_t
+   use signal_peaks, only: exceeds, greatest_value, looks_t
    use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
-      sum_square_tip, sum_tip, top_displacement, top_force, top_tip
+      sum_square_tip, sum_tip, surface_sums_t, top_displacement, top_force, top_tip
    implicit none (type, external)
    private
    public :: take_phase
@@ -18,8 +18,10 @@ module surface_statistics
 contains
 
    !> A phase, which is cut where a block ends.
-   subroutine take_phase(self, tau, length, blocks)
+   subroutine take_phase(self, searches, tau, length, blocks)
       type(several_t), intent(in) :: self
+      !> For its end at each surface, [surfaces]
+      type(search_t), intent(in) :: searches(:)
       !> Its start
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: length
@@ -42,11 +44,43 @@ contains
          end do
       end if
       do k = 1, size(self%states)
-         ! contact lasts, and no impact begins, whatever counts of it
-         if (self%set%is_closed(k)) call take_contact(blocks%surface(self%states(k)%surface%number), tau, tau &
-            + length, blocks%rest, 0, [0.0_wp, 0.0_wp], 0.0_wp)
+         associate (surface => blocks%surface(self%states(k)%surface%number))
+            if (self%set%is_closed(k)) then
+               ! contact lasts, and no impact begins, whatever counts of it
+               call take_contact(surface, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
+            else if (.not. surface%has_flown .and. self%states(k)%acts) then
+               call watch_flight(self, k, searches(k), length, blocks%hop_tolerance, surface)
+            end if
+         end associate
       end do
    end subroutine take_phase
+
+   !> Does the beam rise above the hop tolerance over a surface that it has left?
+   subroutine watch_flight(self, k, seen, length, hop_tolerance, surface)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Of its gap
+      type(search_t), intent(in) :: seen
+      !> Of the phase
+      real(wp), intent(in) :: length
+      real(wp), intent(in) :: hop_tolerance
+      type(surface_sums_t), intent(inout) :: surface
+
+      class(viewed_signal_t), allocatable :: signal
+      real(wp) :: level, slope, value
+
+      if (self%states(k)%is_rigid .and. seen%ceiling <= hop_tolerance) return
+      associate (held => self%set%held)
+         level = hop_tolerance + 4.0_wp*epsilon(1.0_wp)*(abs(held%static_gap(k)) + sum(abs(held%value(:, k)*self%z)))
+      end associate
+      call signal_of(self, k, whole_gap, signal)
+      ! mostly its end spares a search
+      call signal%evaluate(length, value, slope)
+      if (value <= level) then
+         if (exceeds(signal, length, level)) value = huge(value)
+      end if
+      call take_flight(surface, value, level)
+   end subroutine watch_flight
 
    !> Where a phase spans many blocks, the squares of its terms within one are worth making.
    subroutine prepare_squares(signals, tau, length, blocks)
@@ -118,8 +152,7 @@ contains
                call enter_end(part, to - from, force)
                call raise(part, to - from, maxval(force), force(2), blocks%looks(top_force))
             end if
-            call take_contact(surface, tau + from, tau + to, blocks%rest, block, [first(n + 1 + k), second(n + 1 &
-               + k)], force(2))
+            call take_contact(surface, tau + from, tau + to, block, [first(n + 1 + k), second(n + 1 + k)], force(2))
          end associate
       end do
 

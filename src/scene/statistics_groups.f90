@@ -49,8 +49,8 @@ contains
          quantity='time'))
       call table%bind(statistics%blocks, name_t('blocks', 'blocks of equal length, from whose differences the error ' &
          //'bars follow; 1: there are none', range_t(1, 10000)))
-      call table%bind(statistics%rest, name_t('rest', 'meetings not later than this after the end of the one before ' &
-         //'are one impact with it, tau', instant_range))
+      call table%bind(statistics%rest, name_t('rest', 'a meeting is an impact of its own if since the end of the one ' &
+         //'before more than this has passed, tau, and the beam has risen above hop_tolerance', instant_range))
       call table%bind(physical%rest_time, name_t('rest_time', 'the same in time', physical_range, &
          instead_of='rest', quantity='time'))
       call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a meeting with a stop that yields ' &
