@@ -4,7 +4,7 @@ module complementarity
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: solve_complementarity, solve_active
+   public :: solve_complementarity, solve_active, close_gaps
 
 contains
 
@@ -115,5 +115,30 @@ contains
          solution(j) = solution(j)/rows(j, j)
       end do
    end subroutine solve_active
+
+   !> Forces, of either sign, that close gaps below zero: the worst of them first, then the worst of those still below it
+   !> together with those before, so that of gaps at one place no more than one takes part.
+   pure subroutine close_gaps(compliance, gap, noise, force)
+      !> Change of each gap by a force at another, symmetric, [gaps, gaps]
+      real(wp), intent(in) :: compliance(:, :)
+      real(wp), intent(in) :: gap(:)
+      !> Rounding errors of the gaps
+      real(wp), intent(in) :: noise(:)
+      real(wp), intent(out) :: force(:)
+
+      real(wp) :: now(size(gap))
+      logical :: is_closed(size(gap))
+      integer :: round, worst
+
+      force = 0.0_wp
+      is_closed = .false.
+      do round = 1, size(gap)
+         now = merge(0.0_wp, gap + matmul(compliance, force) + noise, is_closed)
+         worst = minloc(now, dim=1)
+         if (now(worst) >= 0.0_wp) return
+         is_closed(worst) = .true.
+         call solve_active(compliance, gap, is_closed, force)
+      end do
+   end subroutine close_gaps
 
 end module complementarity

@@ -91,6 +91,10 @@ contains
          call complain_of_scene(scene, 'response', 'contact_tolerance', subject//trouble%message, error)
       else if (index(trouble%message, 'the mode of the start ') == 1) then
          call complain_of_scene(scene, 'start', 'mode', subject//trouble%message, error)
+      else if (index(trouble%message, 'displacements of ') == 1) then
+         call complain_of_scene(scene, 'start', 'displacement_ratios displacements', subject//trouble%message, error)
+      else if (index(trouble%message, 'velocities of ') == 1) then
+         call complain_of_scene(scene, 'start', 'velocity_ratios velocities', subject//trouble%message, error)
       else if (index(trouble%message, 'the support at ') == 1) then
          call complain_of_scene(scene, 'support', '', subject//trouble%message, error)
       else if (any([(index(trouble%message, trim(of_stops(i))) == 1, i=1, size(of_stops))])) then

@@ -16,10 +16,21 @@ module beam_loads
    use beam_model, only: beam_model_t, element_dofs, node_dofs
    use beam_section, only: area, area_degree
    use kinds, only: wp
+   use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: base_mass_vector, base_rotation_vector, inertia_of_motion, point_load, line_load
+   public :: base_mass_vector, base_rotation_vector, inertia_of_motion, inertia_of_curve, point_load, line_load
+   public :: curve_t, value_on
    public :: moment_weights_t, moment_weights, moment_of_point_load, moment_of_line_load
+
+   !> Cubics between points, beyond them straight on.
+   type :: curve_t
+      !> x/L, ascending, two or more
+      real(wp), allocatable :: position(:)
+      !> y and dy/dx there
+      real(wp), allocatable :: value(:)
+      real(wp), allocatable :: slope(:)
+   end type curve_t
 
    !> The moment at x is stiffness.(y + gamma y') + mass.(y'' + alpha y') + base a_b + those of the loads.
    type :: moment_weights_t
@@ -85,6 +96,122 @@ contains
          end associate
       end do
    end function inertia_of_motion
+
+   !> Integrals of the mass per length times a curve times the shape functions, and point masses times its values and
+   !> slopes: the right side of the motion that is nearest to it in the mean over the mass.
+   pure function inertia_of_curve(model, curve) result(vector)
+      type(beam_model_t), intent(in) :: model
+      type(curve_t), intent(in) :: curve
+      !> [order of the model]
+      real(wp) :: vector(model%mass%order)
+
+      integer :: element, i, node
+
+      vector = 0.0_wp
+      do element = 1, model%mesh%elements
+         call spread_over(element_dofs(model, element), inertia_on_element(model, element, curve), vector)
+      end do
+      call give_to_neighbours(model, vector)
+      vector(model%tip_dof) = vector(model%tip_dof) + model%tip_mass_ratio*value_on(curve, 1.0_wp)
+      do i = 1, size(model%point_masses)
+         node = model%point_masses(i)%node
+         associate (added => model%point_masses(i), dofs => node_dofs(model, node), x => model%mesh%position(node))
+            vector(dofs) = vector(dofs) + [added%mass*value_on(curve, x), added%rotary_inertia*slope_on(curve, x)]
+         end associate
+      end do
+   end function inertia_of_curve
+
+   !> The same of the mass of one element.
+   pure function inertia_on_element(model, element, curve) result(inertia)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: element
+      type(curve_t), intent(in) :: curve
+      real(wp) :: inertia(4)
+
+      real(wp), allocatable :: cut(:), point(:), weight(:)
+      real(wp) :: xi, width
+      integer :: i, piece
+
+      inertia = 0.0_wp
+      allocate (cut, source=pieces_of(model, element, curve))
+      call gauss_rule((6 + area_degree(model%section))/2 + 1, point, weight)
+      associate (left => model%mesh%position(element - 1), length => model%mesh%length(element), &
+         right => model%mesh%tip_distance(element))
+         do piece = 1, size(cut) - 1
+            width = cut(piece + 1) - cut(piece)
+            do i = 1, size(point)
+               xi = cut(piece) + width*point(i)
+               inertia = inertia + weight(i)*width*length*area(model%section, right + (1.0_wp - xi)*length) &
+                  *value_on(curve, left + xi*length)*hermite_shape(xi, length)
+            end do
+         end do
+      end associate
+   end function inertia_on_element
+
+   !> Where an element must be cut so that its section and a curve are one polynomial on each piece.
+   pure function pieces_of(model, element, curve) result(cut)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: element
+      type(curve_t), intent(in) :: curve
+      !> Ascending from 0 (left node) to 1 (right node)
+      real(wp), allocatable :: cut(:)
+
+      real(wp), allocatable :: place(:)
+
+      associate (left => model%mesh%position(element - 1), length => model%mesh%length(element))
+         allocate (place, source=[section_pieces(model%section, length, model%mesh%tip_distance(element)), &
+            pack((curve%position - left)/length, curve%position > left .and. &
+            curve%position < model%mesh%position(element))])
+      end associate
+      allocate (cut, source=place(ascending_order(place)))
+   end function pieces_of
+
+   !> A curve at a place.
+   pure function value_on(curve, x) result(value)
+      type(curve_t), intent(in) :: curve
+      !> x/L
+      real(wp), intent(in) :: x
+      real(wp) :: value
+
+      real(wp) :: end
+      integer :: k
+
+      end = min(max(x, curve%position(1)), curve%position(size(curve%position)))
+      k = stretch_at(curve, x)
+      associate (length => curve%position(k + 1) - curve%position(k))
+         value = dot_product(hermite_shape((end - curve%position(k))/length, length), [curve%value(k), curve%slope(k), &
+            curve%value(k + 1), curve%slope(k + 1)])
+      end associate
+      if (abs(x - end) > 0.0_wp) value = value + (x - end)*slope_on(curve, end)
+   end function value_on
+
+   !> Its slope there.
+   pure function slope_on(curve, x) result(slope)
+      type(curve_t), intent(in) :: curve
+      !> x/L
+      real(wp), intent(in) :: x
+      real(wp) :: slope
+
+      real(wp) :: share
+      integer :: k
+
+      k = stretch_at(curve, x)
+      associate (length => curve%position(k + 1) - curve%position(k))
+         share = min(max((x - curve%position(k))/length, 0.0_wp), 1.0_wp)
+         slope = 6.0_wp*share*(1.0_wp - share)*(curve%value(k + 1) - curve%value(k))/length &
+            + (1.0_wp - share)*(1.0_wp - 3.0_wp*share)*curve%slope(k) &
+            + share*(3.0_wp*share - 2.0_wp)*curve%slope(k + 1)
+      end associate
+   end function slope_on
+
+   !> The stretch of a curve in which x lies, or the one next to it.
+   pure function stretch_at(curve, x) result(stretch)
+      type(curve_t), intent(in) :: curve
+      real(wp), intent(in) :: x
+      integer :: stretch
+
+      stretch = max(1, min(count(curve%position <= x), size(curve%position) - 1))
+   end function stretch_at
 
    !> Consistent loads of a unit force.
    pure function point_load(model, at) result(vector)

@@ -3,10 +3,11 @@
 !> Everything is a function of the distance to the tip (in L), never of 1 - x: where a wedge ends in
 !> a point the section is then exact to the last digit.
 module beam_section
+   use cubic_splines, only: spline_curvature
    use kinds, only: wp
    use section_shapes, only: area_of_shape, fibre_of_shape, inertia_of_shape, is_uniform, mean_of_profile, &
       profile_cubic, &
-      profile_linear, profile_stepped, section_settings_t, shape_general, spline_curvature
+      profile_linear, profile_stepped, section_settings_t, shape_general
    implicit none (type, external)
    private
    public :: section_t, uniform_section, tapered_section, height_table_section, section_table_section
@@ -136,8 +137,10 @@ contains
          section%second = [section%second, section%second(count)]
          if (allocated(section%fibres)) section%fibres = [section%fibres, section%fibres(count)]
       else if (settings%profile == profile_cubic) then
-         section%first_curvature = spline_curvature(-section%tip_distance, section%first)
-         section%second_curvature = spline_curvature(-section%tip_distance, section%second)
+         section%first_curvature = spline_curvature(-section%tip_distance, section%first, &
+            [.false., .false.])
+         section%second_curvature = spline_curvature(-section%tip_distance, section%second, &
+            [.false., .false.])
       end if
    end function shaped_section
 

@@ -1,5 +1,6 @@
 !> How loads go on in time, piece by piece: on each a constant, a slope and a harmonic (docs/theory.md, section 18).
 module load_courses
+   use cubic_splines, only: spline_curvature
    use kinds, only: wp
    use load_settings, only: base_displacement, base_settings_t, course_harmonic, course_pulse, course_step, &
       course_table, pulse_half_sine, time_course_t
@@ -125,39 +126,8 @@ contains
       course = base%course
       if (base%quantity /= base_displacement) return
       if (course%kind == course_harmonic) course%amplitude = -course%frequency**2*course%amplitude
-      if (course%kind == course_table) course%value(:) = second_derivatives(course%time, course%value)
+      if (course%kind == course_table) course%value(:) = &
+         spline_curvature(course%time, course%value, [.true., .true.])
    end function acceleration_of
-
-   !> Second derivatives at the points of the cubic spline with zero slope at both ends.
-   pure function second_derivatives(x, y) result(curvature)
-      !> Ascending, two or more
-      real(wp), intent(in) :: x(:)
-      real(wp), intent(in) :: y(:)
-      real(wp) :: curvature(size(x))
-
-      ! of each stretch, and of those before the first and after the last
-      real(wp), dimension(0:size(x)) :: length, slope
-      real(wp) :: diagonal(size(x)), factor
-      integer :: i, n
-
-      n = size(x)
-      length = 0.0_wp
-      slope = 0.0_wp
-      length(1:n - 1) = x(2:) - x(:n - 1)
-      slope(1:n - 1) = (y(2:) - y(:n - 1))/length(1:n - 1)
-      do i = 1, n
-         curvature(i) = 6.0_wp*(slope(i) - slope(i - 1))
-         diagonal(i) = 2.0_wp*(length(i - 1) + length(i))
-      end do
-      do i = 2, n
-         factor = length(i - 1)/diagonal(i - 1)
-         diagonal(i) = diagonal(i) - factor*length(i - 1)
-         curvature(i) = curvature(i) - factor*curvature(i - 1)
-      end do
-      curvature(n) = curvature(n)/diagonal(n)
-      do i = n - 1, 1, -1
-         curvature(i) = (curvature(i) - length(i)*curvature(i + 1))/diagonal(i)
-      end do
-   end function second_derivatives
 
 end module load_courses

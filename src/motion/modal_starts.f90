@@ -1,6 +1,6 @@
 !> How a motion begins, in the free modes (docs/theory.md, section 18).
 module modal_starts
-   use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_motion
+   use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_curve
    use beam_model, only: beam_model_t
    use complementarity, only: solve_complementarity
    use free_modes, only: free_modes_t
@@ -10,9 +10,10 @@ module modal_starts
       start_pull, start_settings_t, start_table, start_velocity
    use point_forces, only: find_point_forces, slow
    use several_state, only: several_t
+   use table_starts, only: curve_of_table
    implicit none (type, external)
    private
-   public :: find_modal_start, interpolated
+   public :: find_modal_start
 
    !> What is less is rounding.
    real(wp), parameter :: tolerance = 1.0e-10_wp
@@ -74,34 +75,12 @@ contains
          real(wp), intent(in) :: values(:)
          real(wp) :: modal(size(modes%square))
 
-         real(wp) :: at_node(0:model%mesh%elements), inertia(model%mass%order)
-         integer :: node
+         real(wp) :: inertia(model%mass%order)
 
-         do node = 0, model%mesh%elements
-            at_node(node) = interpolated(start%position, values, model%mesh%position(node))
-         end do
-         inertia = inertia_of_motion(model, at_node)
+         inertia = inertia_of_curve(model, curve_of_table(model, start%position, values))
          modal = matmul(inertia, modes%mode)
       end function in_modes
    end subroutine find_modal_start
-
-   !> Linear between points, as at the ends beyond them.
-   pure function interpolated(position, values, x) result(value)
-      !> Ascending
-      real(wp), intent(in) :: position(:)
-      real(wp), intent(in) :: values(:)
-      real(wp), intent(in) :: x
-      real(wp) :: value
-
-      real(wp) :: share
-      integer :: k
-
-      k = max(1, min(count(position <= x), size(position) - 1))
-      value = values(1)
-      if (size(position) == 1) return
-      share = min(max((x - position(k))/(position(k + 1) - position(k)), 0.0_wp), 1.0_wp)
-      value = values(k) + share*(values(k + 1) - values(k))
-   end function interpolated
 
    !> At rest under the loads of tau = 0 on surfaces that push and never pull.
    subroutine find_balance(several, acts, q, forces)

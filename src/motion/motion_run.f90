@@ -20,6 +20,7 @@ module motion_run
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
    use stop_surfaces, only: is_plain, stops_of, surfaces_of
+   use table_starts, only: check_table_of_start
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes, set_store_t
@@ -46,6 +47,7 @@ contains
       call check_node(model, settings, error)
       if (.not. allocated(error)) call check_period(settings, error)
       if (.not. allocated(error)) call check_mode_of_start(model, settings, error)
+      if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
@@ -75,6 +77,7 @@ contains
 
       call check_node(model, settings, error)
       if (.not. allocated(error)) call check_mode_of_start(model, settings, error)
+      if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
       if (allocated(error)) return
       if (settings%response%method /= method_newmark) return
       if (is_plain_run(model, settings)) then

@@ -1,15 +1,14 @@
 !> How a Newmark run among several surfaces begins.
 module newmark_several_start
-   use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_motion
+   use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_curve
    use beam_model, only: beam_model_t
-   use complementarity, only: solve_complementarity
+   use complementarity, only: close_gaps, solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: lambda1_power4, wp
    use load_settings, only: field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
       start_settings_t, start_table, start_velocity
-   use modal_starts, only: interpolated
    use newmark_loads, only: load_at
    use newmark_several_contacts, only: event_here, keep_event, settle
    use newmark_several_events, only: meet_and_leave
@@ -20,7 +19,8 @@ module newmark_several_start
    use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
    use stop_laws, only: static_stiffness
-   use stop_surfaces, only: surface_t
+   use stop_surfaces, only: is_beyond, surface_t, touch_tolerance
+   use table_starts, only: curve_of_table
    implicit none (type, external)
    private
    public :: make_several_start, open_surfaces, begin_at_surfaces
@@ -71,6 +71,7 @@ contains
             if (allocated(error)) return
          end select
          if (start%kind /= start_pull) call check_surfaces(model, surfaces, run, error)
+         if (.not. allocated(error)) call move_onto_surfaces(model, held, surfaces, acts, run, error)
          if (.not. allocated(error)) call restart_acceleration(run%stepper, beam, .false.)
       end associate
    end subroutine make_several_start
@@ -169,10 +170,7 @@ contains
          real(wp), intent(in) :: values(:)
          real(wp), allocatable :: vector(:)
 
-         integer :: node
-
-         allocate (vector, source=inertia_of_motion(model, [(interpolated(start%position, values, &
-            model%mesh%position(node)), node=0, model%mesh%elements)]))
+         allocate (vector, source=inertia_of_curve(model, curve_of_table(model, start%position, values)))
       end function inertia_of
 
    end subroutine set_in_motion
@@ -214,19 +212,60 @@ contains
       !> Set when there is one
       type(failure_t), allocatable, intent(out) :: error
 
-      ! more than rounding, less than anything meant
-      real(wp), parameter :: tolerance = 1.0e-9_wp
       real(wp) :: gap
       integer :: k
 
       do k = 1, size(surfaces)
          gap = surfaces(k)%sign*run%states(1)%beam%displacement(model%stop_dofs(surfaces(k)%stop)) - surfaces(k)%height
-         if (run%states(1)%force(k) > 0.0_wp .or. gap >= -tolerance*max(1.0_wp, abs(surfaces(k)%height))) cycle
+         if (run%states(1)%force(k) > 0.0_wp .or. .not. is_beyond(surfaces(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
             to_text(surfaces(k)%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
          return
       end do
    end subroutine check_surfaces
+
+   !> Move what lies beyond surfaces, by their tolerance at most, onto them, along the shapes that exact motion takes: of
+   !> a force there on a beam on an elastic foundation.
+   subroutine move_onto_surfaces(model, held, surfaces, acts, run, error)
+      type(beam_model_t), intent(in) :: model
+      !> Its rigid supports held
+      type(beam_model_t), intent(in) :: held
+      type(surface_t), intent(in) :: surfaces(:)
+      !> Those that can be met
+      logical, intent(in) :: acts(:)
+      !> Its displacements change
+      type(several_run_t), intent(inout) :: run
+      !> Set when the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(skyline_t) :: factors
+      real(wp), dimension(size(acts)) :: gap, noise
+      real(wp), allocatable :: shape(:, :), shift(:)
+      integer, allocatable :: place(:)
+      integer :: dofs(size(acts)), i, k
+
+      associate (displacement => run%states(1)%beam%displacement(1:run%stepper%order))
+         gap = surfaces%sign*displacement(model%stop_dofs(surfaces%stop)) - surfaces%height
+         noise = 4.0_wp*epsilon(1.0_wp)*abs(surfaces%height)
+         allocate (place, source=pack([(k, k=1, size(acts))], acts .and. .not. (run%states(1)%force > 0.0_wp .or. &
+            is_beyond(surfaces, gap))))
+         if (all(gap(place) >= -noise(place))) return
+         dofs = model%stop_dofs(surfaces%stop)
+         allocate (shape(run%stepper%order, size(place)), shift(size(place)))
+         factors = held%stiffness
+         factors%values(:) = factors%values + lambda1_power4*held%mass%values
+         call factorise(factors, error)
+         if (allocated(error)) return
+         shape = 0.0_wp
+         do i = 1, size(place)
+            shape(dofs(place(i)), i) = surfaces(place(i))%sign
+            call solve_factorised(factors, shape(:, i))
+         end do
+         call close_gaps(spread(surfaces(place)%sign, 2, size(place))*shape(dofs(place), :), gap(place), noise(place), &
+            shift)
+         displacement = displacement + matmul(shape, shift)
+      end associate
+   end subroutine move_onto_surfaces
 
    !> Surfaces that carry the beam at the start, or are hit there, or have to push.
    pure subroutine begin_at_surfaces(run, response)
@@ -234,8 +273,6 @@ contains
       !> Events
       type(response_t), intent(inout) :: response
 
-      ! what may be rounding
-      real(wp), parameter :: touch = 1.0e-9_wp
       real(wp) :: rate
       integer :: k
 
@@ -252,7 +289,7 @@ contains
                   call keep_event(run, k, event_here(run, k, event_contact), response)
                   cycle
                end if
-               if (met%status /= is_open .or. gap_at(run, k, state) > touch) cycle
+               if (met%status /= is_open .or. gap_at(run, k, state) > touch_tolerance(met%surface)) cycle
                rate = gap_rate_at(run, k, state)
                run%arrives(k) = rate < 0.0_wp
                if (.not. allocated(met%stop)) met%is_stopped = .not. abs(rate) > 0.0_wp

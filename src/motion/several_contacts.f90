@@ -373,7 +373,7 @@ contains
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
       if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self, motion)
-      call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
+      if (.not. self%now%is_at_rest) call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
    end subroutine finish
 
    !> Bring variations of the motion to the end of the phase.

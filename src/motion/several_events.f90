@@ -4,7 +4,6 @@ module several_events
    use certified_search, only: found_never_left, search_t
    use complementarity, only: solve_complementarity
    use contact_sets, only: moved_by
-   use damped_oscillators, only: acceleration_of => acceleration
    use kinds, only: wp
    use motion_phases, only: found_break, found_taken_back, motion_t
    use phase_measures, only: measure_impulse
@@ -14,7 +13,8 @@ module several_events
    use several_state, only: end_force, end_home, end_pull, find_load, several_t
    use small_equations, only: solve_small
    use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
-   use surface_values, only: along, event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
+   use surface_reactions, only: find_reactions, force_rate_of, settle_touched
+   use surface_values, only: along, event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of
    use tangent_columns, only: brake_columns, strike_columns
    implicit none (type, external)
    private
@@ -46,12 +46,29 @@ contains
       !> Gets the events
       type(response_t), intent(inout) :: response
 
-      type(capture_t) :: captures(size(self%states))
-
       if (search%outcome == found_break) then
          call resume(self, motion, response)
          return
       end if
+      call end_at_surface(self, k, ended_by, search, hop_tolerance, motion, response)
+      call settle_touched(self, motion, response)
+   end subroutine follow_end
+
+   !> What a surface that ended a phase makes of it.
+   subroutine end_at_surface(self, k, ended_by, search, hop_tolerance, motion, response)
+      type(several_t), intent(inout) :: self
+      !> The surface that ended it, and how
+      integer, intent(in) :: k
+      integer, intent(in) :: ended_by
+      type(search_t), intent(in) :: search
+      !> A flight that stays below this is a capture
+      real(wp), intent(in) :: hop_tolerance
+      type(motion_t), intent(inout) :: motion
+      !> Gets the events
+      type(response_t), intent(inout) :: response
+
+      type(capture_t) :: captures(size(self%states))
+
       associate (state => self%states(k))
          select case (ended_by)
          case (end_force)
@@ -79,7 +96,7 @@ contains
             end if
          end select
       end associate
-   end subroutine follow_end
+   end subroutine end_at_surface
 
    !> Loads, or what surfaces are, changed: which of those that are closed stay so?
    subroutine resume(self, motion, response)
@@ -91,6 +108,7 @@ contains
 
       call settle(self, captures, motion, response)
       call check_dampers(self, motion, response)
+      call settle_touched(self, motion, response)
    end subroutine resume
 
    !> The run starts on some surfaces.
@@ -123,9 +141,7 @@ contains
                cycle
             end if
             captures(k)%is_in = state%is_rigid
-            if (state%is_rigid) cycle
-            state%start_order = 2
-            if (pull_of(self, k, motion) > 0.0_wp) call close_surface(self, k, 2, motion, response)
+            state%is_touched = .not. state%is_rigid
          end associate
       end do
       if (hit > 0) then
@@ -133,6 +149,7 @@ contains
       else
          call settle(self, captures, motion, response)
       end if
+      call settle_touched(self, motion, response)
    end subroutine meet_at_start
 
    !> The beam comes to a surface that yields.
@@ -428,9 +445,8 @@ contains
       type(response_t), intent(inout) :: response
 
       integer :: resting(count(captures%is_in .or. (self%states%is_rigid .and. self%states%is_closed)))
-      real(wp), dimension(size(resting)) :: free, noise, force, rate
+      real(wp), dimension(size(resting)) :: free, noise, force
       real(wp) :: mobility(size(resting), size(resting)), acceleration(size(motion%q))
-      logical :: holds(size(resting))
       type(event_t) :: event
       integer :: a, k, order
 
@@ -442,27 +458,7 @@ contains
          a = a + 1
          resting(a) = k
       end do
-      do a = 1, size(resting)
-         do k = 1, a
-            mobility(k, a) = dot_product(self%beam%value(:, resting(k)), self%beam%value(:, resting(a)))
-            mobility(a, k) = mobility(k, a)
-         end do
-         free(a) = -pull_of(self, resting(a), motion, noise(a))
-      end do
-      call solve_complementarity(mobility, free, force, holds)
-      associate (b => self%beam%value, square => self%beam%oscillators%square, &
-         two_zeta => self%beam%oscillators%two_zeta, mass_rate => self%beam%oscillators%mass_rate(:size(motion%q)))
-         acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
-         if (.not. all(self%states%is_rigid)) acceleration = acceleration + yielding_forces(self, motion)
-         if (self%loads%count > 0) acceleration = acceleration + self%load
-         do a = 1, size(resting)
-            acceleration = acceleration + b(:, resting(a))*force(a)
-         end do
-         do a = 1, size(resting)
-            rate(a) = sum(b(:, resting(a))*(square*(motion%v + two_zeta*acceleration) + mass_rate*acceleration))
-            if (self%loads%count > 0) rate(a) = rate(a) - sum(b(:, resting(a))*self%load_rate)
-         end do
-      end associate
+      call find_reactions(self, resting, motion, mobility, free, noise, force, acceleration)
       do a = 1, size(resting)
          k = resting(a)
          associate (state => self%states(k))
@@ -470,7 +466,7 @@ contains
             if (force(a)*mobility(a, a) <= noise(a)) then
                if (free(a) + sum(mobility(:, a)*force) > noise(a)) then
                   order = 2
-               else if (rate(a) < 0.0_wp) then
+               else if (force_rate_of(self, k, motion, acceleration) < 0.0_wp) then
                   order = 3
                end if
             end if

@@ -1,6 +1,6 @@
 !> What ends a phase of a beam among several surfaces: each surface is asked (docs/theory.md, section 17).
 module several_searches
-   use certified_search, only: first_zero, found_zero, search_t, viewed_signal_t
+   use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use driven_signal, only: find_short_driven, start_of
    use kinds, only: wp
    use modal_signal, only: modal_signal_t
@@ -28,6 +28,10 @@ contains
          ended_by = end_gap
          if (state%is_closed) ended_by = end_force
          if (state%is_indented) ended_by = end_pull
+         if (self%is_at_rest) then
+            search = search_t(outcome=found_none, time=limit)
+            return
+         end if
          if (ended_by == end_gap .and. size(self%set%pressed) == 0) then
             call search_gap(self, k, limit, search)
             return

@@ -3,6 +3,7 @@ module several_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
    use block_statistics, only: finish_statistics, open_blocks, take_events
+   use complementarity, only: close_gaps
    use contact_sets, only: set_store_t
    use damped_oscillators, only: make_oscillators
    use failures, only: fail, failure_t, status_bad_input
@@ -30,8 +31,9 @@ module several_start
    use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
    use statistic_types, only: block_sums_t
-   use stop_surfaces, only: acting, surface_t, surfaces_of
+   use stop_surfaces, only: acting, is_beyond, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state
+   use surface_values, only: gap_of, noise_of
    use tangent_columns, only: open_tangent, tangent_t
    implicit none (type, external)
    private
@@ -165,6 +167,7 @@ contains
       ! a pull was checked before the modes were found
       if (settings%start%kind /= start_pull) call check_start(now, forces, motion%q, error)
       if (allocated(error)) return
+      call move_onto_surfaces(now, acts, forces, motion)
       do k = 1, size(forces)
          associate (state => now%states(k))
             state%is_indented = forces(k) > 0.0_wp
@@ -248,19 +251,48 @@ contains
       !> Set when there is one
       type(failure_t), allocatable, intent(inout) :: error
 
-      ! more than rounding, less than anything meant
-      real(wp), parameter :: tolerance = 1.0e-9_wp
       real(wp) :: gap
       integer :: k
 
       do k = 1, size(now%states)
-         gap = sum(now%beam%value(:, k)*q) - now%beam%height(k)
-         if (forces(k) > 0.0_wp .or. gap >= -tolerance*max(1.0_wp, abs(now%beam%height(k)))) cycle
-         call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
-            to_text(now%states(k)%surface%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
-         return
+         gap = gap_of(now, k, q)
+         associate (surface => now%states(k)%surface)
+            if (forces(k) > 0.0_wp .or. .not. is_beyond(surface, gap)) cycle
+            call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
+               to_text(surface%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
+            return
+         end associate
       end do
    end subroutine check_start
+
+   !> Move what lies beyond surfaces, by their tolerance at most, onto them: along shapes that a force there gives a beam
+   !> on an elastic foundation, so that one that turns freely has them, too.
+   subroutine move_onto_surfaces(now, acts, forces, motion)
+      type(several_t), intent(in) :: now
+      !> Surfaces that can be met
+      logical, intent(in) :: acts(:)
+      !> Of each; those that carry the beam may be entered
+      real(wp), intent(in) :: forces(:)
+      !> Its displacements change
+      type(motion_t), intent(inout) :: motion
+
+      real(wp), dimension(size(acts)) :: gap, noise
+      real(wp), allocatable :: shape(:, :), shift(:)
+      integer, allocatable :: place(:)
+      integer :: i, k
+
+      gap = [(gap_of(now, k, motion%q), k=1, size(acts))]
+      noise = [(noise_of(now, k, motion), k=1, size(acts))]
+      allocate (place, source=pack([(k, k=1, size(acts))], acts .and. .not. (forces > 0.0_wp .or. &
+         is_beyond(now%states%surface, gap))))
+      if (all(gap(place) >= -noise(place))) return
+      allocate (shape(size(motion%q), size(place)), shift(size(place)))
+      do i = 1, size(place)
+         shape(:, i) = now%beam%value(:, place(i))/(1.0_wp + now%beam%oscillators%square)
+      end do
+      call close_gaps(matmul(transpose(now%beam%value(:, place)), shape), gap(place), noise(place), shift)
+      motion%q(:) = motion%q + matmul(shape, shift)
+   end subroutine move_onto_surfaces
 
    !> The beam and its surfaces in the free modes.
    pure subroutine make_beam(model, modes, settings, surfaces, beam)

@@ -45,6 +45,8 @@ module several_state
       !> What acts on the beam; none: no phase is driven
       type(applied_loads_t) :: loads
       type(phase_drive_t) :: drive
+      !> Nothing moves until loads change
+      logical :: is_at_rest = .false.
       !> Longest that the phase can be
       real(wp) :: longest = huge(1.0_wp)
       !> Loads in the free modes at the present instant, and their rates, [free]

@@ -10,7 +10,7 @@ module static_states
    use number_text, only: to_text
    use static_shapes, only: make_elastic_beam, unit_shape
    use stop_laws, only: static_stiffness
-   use stop_surfaces, only: surface_t
+   use stop_surfaces, only: is_beyond, surface_t
    implicit none (type, external)
    private
    public :: find_static_start, find_static_rest
@@ -27,8 +27,6 @@ contains
       !> Set when no force at that stop moves it, or when the shape reaches beyond another surface
       type(failure_t), allocatable, intent(out) :: error
 
-      ! more than rounding, less than anything meant
-      real(wp), parameter :: tolerance = 1.0e-9_wp
       type(held_beam_t) :: beam
       real(wp) :: gap
       integer :: dof, k, pulled
@@ -45,7 +43,7 @@ contains
       displacement = displacement*(surfaces(pulled)%sign*(1.0_wp + surfaces(pulled)%height)/displacement(dof))
       do k = 1, size(surfaces)
          gap = surfaces(k)%sign*displacement(model%stop_dofs(surfaces(k)%stop)) - surfaces(k)%height
-         if (gap >= -tolerance*max(1.0_wp, abs(surfaces(k)%height))) cycle
+         if (.not. is_beyond(surfaces(k), gap)) cycle
          call fail(error, status_bad_input, 'the beam, pulled away from the stop at '// &
             to_text(surfaces(pulled)%settings%position)//', starts beyond the surface at '// &
             to_text(surfaces(k)%settings%position)//', by '//to_text(-gap)//' of the distance it was pulled')

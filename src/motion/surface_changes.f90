@@ -54,6 +54,7 @@ contains
 
       associate (state => self%states(k))
          state%is_closed = .false.
+         state%is_touched = .false.
          state%start_order = order
          state%hop_tolerance = hop_tolerance
          state%is_new_flight = .true.
@@ -75,6 +76,7 @@ contains
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%follows .and. .not. state%is_indented) state%depth = 0.0_wp
          state%is_closed = .true.
+         state%is_touched = .false.
          state%is_indented = .false.
          state%start_order = order
          if (state%follows .and. force_of(self, k, motion) > 0.0_wp) state%start_order = 0

@@ -21,6 +21,8 @@ module surface_states
       logical :: is_closed = .false.
       !> Open, but the spring of one that follows is not yet home
       logical :: is_indented = .false.
+      !> It yields, and the beam touches it without a force and without leaving it
+      logical :: is_touched = .false.
       !> Open: order of the first derivative of the gap that does not vanish as the coming phase starts; 0: the gap is
       !> open. Closed: the same of the force
       integer :: start_order = 0

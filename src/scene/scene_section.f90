@@ -1,12 +1,13 @@
 !> &section checked and completed: dimensions of its shape at the stations.
 module scene_section
+   use cubic_splines, only: spline_curvature
    use kinds, only: wp
    use number_text, only: to_text
    use scene_beam, only: check_column, check_stations
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_taper
    use section_shapes, only: profile_cubic, profile_linear, profile_stepped, section_settings_t, &
-      shape_general, shape_names, shape_rectangle, shape_round, shape_tube, spline_curvature
+      shape_general, shape_names, shape_rectangle, shape_round, shape_tube
    implicit none (type, external)
    private
    public :: resolve_section
@@ -241,8 +242,8 @@ contains
       real(wp) :: curvature(size(section%station), 2), share, width
       integer :: i, k
 
-      curvature(:, 1) = spline_curvature(section%station, section%first)
-      curvature(:, 2) = spline_curvature(section%station, section%second)
+      curvature(:, 1) = spline_curvature(section%station, section%first, [.false., .false.])
+      curvature(:, 2) = spline_curvature(section%station, section%second, [.false., .false.])
       do i = 1, size(section%station) - 1
          width = section%station(i + 1) - section%station(i)
          do k = 1, places - 1

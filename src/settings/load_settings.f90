@@ -39,7 +39,7 @@ module load_settings
    integer, parameter :: start_velocity = 4
    !> In the shape of a mode, at rest or moving
    integer, parameter :: start_mode = 5
-   !> As a table says, linear between its points
+   !> As a table says, a cubic spline through its points
    integer, parameter :: start_table = 6
    !> Straight, as the base, which has fallen, stops
    integer, parameter :: start_drop = 7

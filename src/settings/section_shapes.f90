@@ -1,11 +1,11 @@
 !> Shapes of sections: area, second moment of area and outer fibre from two dimensions.
 module section_shapes
+   use cubic_splines, only: spline_curvature
    use kinds, only: pi, wp
    use run_settings, only: name_length
    implicit none (type, external)
    private
    public :: section_settings_t, area_of_shape, inertia_of_shape, fibre_of_shape, is_uniform, mean_of_profile
-   public :: spline_curvature
    public :: shape_rectangle, shape_round, shape_tube, shape_general, shape_names
    public :: profile_linear, profile_stepped, profile_cubic, profile_names
 
@@ -130,35 +130,9 @@ contains
       width = section%station(2:) - section%station(:count - 1)
       mean = sum(0.5_wp*(values(2:) + values(:count - 1))*width)/length
       if (section%profile == profile_linear) return
-      associate (curvature => spline_curvature(section%station, values))
+      associate (curvature => spline_curvature(section%station, values, [.false., .false.]))
          mean = mean - sum((curvature(2:) + curvature(:count - 1))*width**3)/(24.0_wp*length)
       end associate
    end function mean_of_profile
-
-   !> Second derivatives at its points of the cubic spline that is straight at both ends.
-   pure function spline_curvature(x, y) result(curvature)
-      !> Ascending
-      real(wp), intent(in) :: x(:)
-      real(wp), intent(in) :: y(:)
-      real(wp) :: curvature(size(x))
-
-      real(wp) :: diagonal(size(x)), factor
-      integer :: i, n
-
-      n = size(x)
-      curvature = 0.0_wp
-      diagonal = 1.0_wp
-      do i = 2, n - 1
-         diagonal(i) = (x(i + 1) - x(i - 1))/3.0_wp
-         curvature(i) = (y(i + 1) - y(i))/(x(i + 1) - x(i)) - (y(i) - y(i - 1))/(x(i) - x(i - 1))
-         if (i == 2) cycle
-         factor = (x(i) - x(i - 1))/(6.0_wp*diagonal(i - 1))
-         diagonal(i) = diagonal(i) - factor*(x(i) - x(i - 1))/6.0_wp
-         curvature(i) = curvature(i) - factor*curvature(i - 1)
-      end do
-      do i = n - 1, 2, -1
-         curvature(i) = (curvature(i) - (x(i + 1) - x(i))/6.0_wp*curvature(i + 1))/diagonal(i)
-      end do
-   end function spline_curvature
 
 end module section_shapes

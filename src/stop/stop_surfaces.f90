@@ -9,7 +9,7 @@ module stop_surfaces
       stop_settings_t
    implicit none (type, external)
    private
-   public :: surface_t, surfaces_of, stops_of, is_plain, acting
+   public :: surface_t, surfaces_of, stops_of, is_plain, acting, touch_tolerance, is_beyond
 
    type :: surface_t
       !> Which &stop of the scene it belongs to, and which surface of all in the scene's order, below before above
@@ -25,7 +25,28 @@ module stop_surfaces
       type(stop_settings_t) :: settings
    end type surface_t
 
+   !> More than rounding, less than anything meant, in the unit of displacement.
+   real(wp), parameter :: most_beyond = 1.0e-9_wp
+
 contains
+
+   !> A start that lies beyond a surface by this at most touches it, and is moved onto it; one that lies further beyond
+   !> is refused.
+   elemental function touch_tolerance(surface) result(tolerance)
+      type(surface_t), intent(in) :: surface
+      real(wp) :: tolerance
+
+      tolerance = most_beyond*max(1.0_wp, abs(surface%height))
+   end function touch_tolerance
+
+   !> Does a start with this gap lie beyond the surface, not on it?
+   elemental function is_beyond(surface, gap) result(answer)
+      type(surface_t), intent(in) :: surface
+      real(wp), intent(in) :: gap
+      logical :: answer
+
+      answer = gap < -touch_tolerance(surface)
+   end function is_beyond
 
    !> Is it the paper's problem: one stop below the beam, of one of its two laws, released and left alone, damped in
    !> proportion to its stiffness, with neither stresses nor statistics?

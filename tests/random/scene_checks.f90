@@ -176,7 +176,8 @@ contains
          'lost in rounding', 'leaves the node at the stop without mass', 'cannot be factorised', 'starts beyond the surface', &
          'cannot be pulled away from a stop', 'nothing carries the beam', 'is for one stop below the beam alone', &
          'the motion does not repeat itself', 'finds no motion that returns', &
-         'the mode of the start ', 'is too near to that of another', 'the stops at ', 'the support at ']
+         'the mode of the start ', 'displacements of the table ', 'velocities of the table ', &
+         'is too near to that of another', 'the stops at ', 'the support at ']
       integer :: i
 
       legal = any([(index(message, trim(reasons(i))) > 0, i=1, size(reasons))]) .and. index(message, new_line('a')) == 0

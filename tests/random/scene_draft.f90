@@ -8,7 +8,7 @@ module scene_draft
    !> Groups of which a scene may have several.
    character(*), parameter :: repeating(5) = [character(7) :: 'stop', 'support', 'mass', 'force', 'base']
    !> Longest value.
-   integer, parameter :: room = 400
+   integer, parameter :: room = 600
 
    !> A name and its value; without a name: the group is there.
    type :: line_t

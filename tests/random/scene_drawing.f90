@@ -539,8 +539,76 @@ contains
          call put(draft, 'start', 'position', ascending(points, 1.0_wp))
          call put(draft, 'start', 'displacement_ratios', list([(number(), i=1, points)]))
          if (chance(0.7_wp)) call put(draft, 'start', 'velocity_ratios', list([(number(), i=1, points)]))
+         if (chance(0.6_wp)) call draw_smooth_table(draft)
       end select
+      if (chance(0.15_wp)) call draw_touching_start(draft)
    end subroutine draw_start
+
+   !> A start table of a smooth shape at mostly more points than the mesh has nodes, zero at the clamp and at supports.
+   subroutine draw_smooth_table(draft)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      integer, parameter :: most_points = 18
+      real(wp), dimension(most_points) :: x, y
+      real(wp) :: bend, place
+      integer :: k, points
+
+      points = 3 + int(real(most_points - 2, wp)*number())
+      x(:points) = [(real(k - 1, wp), k=1, points)]/real(points - 1, wp)
+      if (chance(0.5_wp)) x(2:points - 1) = x(2:points - 1) + 0.3_wp*(number() - 0.5_wp)/real(points, wp)
+      bend = number()
+      y(:points) = x(:points)**2*(3.0_wp - 2.0_wp*bend*x(:points))
+      do k = 1, 2
+         if (.not. has_name(draft, 'support_'//to_text(k), '')) cycle
+         place = 1.0_wp
+         if (has_name(draft, 'support_'//to_text(k), 'position')) place = number_of(draft, 'support_'//to_text(k), 'position')
+         y(:points) = y(:points)*(x(:points) - place)
+      end do
+      call put(draft, 'start', 'position', rounded(x(:points)))
+      call put(draft, 'start', 'displacement_ratios', rounded(0.5_wp*number()*y(:points)))
+      if (chance(0.7_wp)) call put(draft, 'start', 'velocity_ratios', rounded((2.0_wp*number() - 1.0_wp)*y(:points)))
+
+   contains
+
+      !> A list of so few digits that a draft has room for it.
+      function rounded(values) result(text)
+         real(wp), intent(in) :: values(:)
+         character(:), allocatable :: text
+
+         real(wp), parameter :: digits = 1.0e12_wp
+
+         text = list(anint(values*digits)/digits)
+      end function rounded
+
+   end subroutine draw_smooth_table
+
+   !> At rest on stops that the beam just touches, or a rounding error beyond them, until loads come, if there are any.
+   subroutine draw_touching_start(draft)
+      !> The scene
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group
+      integer :: k
+
+      call drop(draft, 'start', '')
+      call put(draft, 'start', 'kind', trim(merge('''rest''   ', '''balance''', chance(0.8_wp))))
+      do k = 1, 5
+         group = 'stop'
+         if (k > 1) group = 'stop_'//to_text(k)
+         if (.not. has_name(draft, group, '') .or. (k > 1 .and. chance(0.3_wp))) cycle
+         if (value_of(draft, group, 'side') == '''both''') call drop(draft, group, 'side')
+         call drop(draft, group, 'clearance_ratio')
+         call put(draft, group, 'preload', merge('0    ', '5e-10', chance(0.8_wp)))
+      end do
+      do k = 1, 2
+         group = 'force_'//to_text(k)
+         if (has_name(draft, group, '') .and. chance(0.7_wp)) call put(draft, group, 'start', to_text(number()))
+         group = 'base_'//to_text(k)
+         if (has_name(draft, group, 'amplitude_ratio') .and. chance(0.7_wp)) call put(draft, group, 'start', &
+            to_text(number()))
+      end do
+   end subroutine draw_touching_start
 
    !> So many numbers from 0 to the most, ascending.
    function ascending(count, most) result(text)

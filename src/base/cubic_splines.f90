@@ -1,0 +1,87 @@
+!> Cubic splines through points.
+module cubic_splines
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: spline_curvature, spline_slope
+
+contains
+
+   !> Second derivatives at its points of the cubic spline that at each end has no slope or is straight.
+   pure function spline_curvature(x, y, is_flat) result(curvature)
+      !> Ascending, two or more
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: y(:)
+      !> At the first and the last point: has it no slope there? Else no curvature
+      logical, intent(in) :: is_flat(2)
+      real(wp) :: curvature(size(x))
+
+      ! of each stretch, and of those before the first and after the last
+      real(wp), dimension(0:size(x)) :: length, slope
+      real(wp), dimension(size(x)) :: diagonal, lower, upper
+      real(wp) :: factor
+      integer :: i, k, n
+
+      n = size(x)
+      curvature = 0.0_wp
+      if (n < 2) return
+      length = 0.0_wp
+      slope = 0.0_wp
+      length(1:n - 1) = x(2:) - x(:n - 1)
+      slope(1:n - 1) = (y(2:) - y(:n - 1))/length(1:n - 1)
+      lower = length(0:n - 1)
+      upper = length(1:n)
+      diagonal = 2.0_wp*(lower + upper)
+      curvature = 6.0_wp*(slope(1:n) - slope(0:n - 1))
+      do i = 1, 2
+         if (is_flat(i)) cycle
+         k = merge(1, n, i == 1)
+         diagonal(k) = 1.0_wp
+         lower(k) = 0.0_wp
+         upper(k) = 0.0_wp
+         curvature(k) = 0.0_wp
+      end do
+      do i = 2, n
+         factor = lower(i)/diagonal(i - 1)
+         diagonal(i) = diagonal(i) - factor*upper(i - 1)
+         curvature(i) = curvature(i) - factor*curvature(i - 1)
+      end do
+      curvature(n) = curvature(n)/diagonal(n)
+      do i = n - 1, 1, -1
+         curvature(i) = (curvature(i) - upper(i)*curvature(i + 1))/diagonal(i)
+      end do
+   end function spline_curvature
+
+   !> Slopes at its points of the same spline, but no steeper than brings twice the steps of the values near by over the
+   !> longer stretch beside the point: next to a stretch much shorter than its neighbours, a jump, the spline would swing
+   !> far beyond all values. It then has a curvature that jumps there; of points that lie evenly none is limited.
+   pure function spline_slope(x, y, is_flat) result(slope)
+      !> Ascending, two or more
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: y(:)
+      !> At the first and the last point: has it no slope there? Else no curvature
+      logical, intent(in) :: is_flat(2)
+      real(wp) :: slope(size(x))
+
+      real(wp), parameter :: most_steps = 2.0_wp
+      real(wp), dimension(size(x)) :: curvature
+      real(wp), dimension(size(x) - 1) :: length, step
+      real(wp) :: most
+      integer :: k, n
+
+      n = size(x)
+      length = x(2:) - x(:n - 1)
+      step = y(2:) - y(:n - 1)
+      curvature = spline_curvature(x, y, is_flat)
+      slope(:n - 1) = step/length - length*(2.0_wp*curvature(:n - 1) + curvature(2:))/6.0_wp
+      slope(n) = step(n - 1)/length(n - 1) + length(n - 1)*(curvature(n - 1) + 2.0_wp*curvature(n))/6.0_wp
+      if (is_flat(1)) slope(1) = 0.0_wp
+      if (is_flat(2)) slope(n) = 0.0_wp
+      do k = 1, n
+         most = most_steps*maxval(abs(step(max(1, k - 2):min(n - 1, k + 1)))) &
+            /maxval(length(max(1, k - 1):min(n - 1, k)))
+         slope(k) = sign(min(abs(slope(k)), most), slope(k))
+      end do
+   end function spline_slope
+
+end module cubic_splines

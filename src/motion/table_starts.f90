@@ -1,0 +1,90 @@
+!> Displacements and velocities of a start that a table gives at points along the beam: a cubic spline through all of
+!> them, which a motion then follows in the mean over the mass (docs/theory.md, section 18).
+module table_starts
+   use beam_loads, only: curve_t, value_on
+   use beam_model, only: beam_model_t
+   use cubic_splines, only: spline_slope
+   use failures, only: fail, failure_t, status_bad_input
+   use kinds, only: wp
+   use load_settings, only: start_settings_t, start_table
+   use number_text, only: to_text
+   implicit none (type, external)
+   private
+   public :: curve_of_table, check_table_of_start
+
+   !> Points nearer to the root than this, in L, are there.
+   real(wp), parameter :: nearest = 1.0e-9_wp
+
+   !> A table may miss zero by so much of its greatest value where the beam is held.
+   real(wp), parameter :: most_missed = 1.0e-6_wp
+
+contains
+
+   !> The spline through the points of a table, without slope at a root that does not turn and straight at free ends and
+   !> beyond them. A root that is held is one of its points, whether or not the table has it.
+   pure function curve_of_table(model, position, values) result(curve)
+      type(beam_model_t), intent(in) :: model
+      !> x/L, ascending, two or more
+      real(wp), intent(in) :: position(:)
+      real(wp), intent(in) :: values(:)
+      type(curve_t) :: curve
+
+      if (position(1) > nearest .and. model%root_dofs(1) == 0) then
+         curve = curve_t(position=[0.0_wp, position], value=[0.0_wp, values])
+      else
+         curve = curve_t(position=position, value=values)
+      end if
+      curve%slope = spline_slope(curve%position, curve%value, [model%root_dofs(2) == 0, .false.])
+   end function curve_of_table
+
+   !> A table that displaces or moves the beam where that is held contradicts the beam.
+   subroutine check_table_of_start(model, start, error)
+      type(beam_model_t), intent(in) :: model
+      type(start_settings_t), intent(in) :: start
+      !> Set when it does
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (start%kind /= start_table) return
+      if (allocated(start%displacements)) call check_column(model, start%position, start%displacements, &
+         'displacements', error)
+      if (allocated(start%velocities) .and. .not. allocated(error)) call check_column(model, start%position, &
+         start%velocities, 'velocities', error)
+   end subroutine check_table_of_start
+
+   !> One column of the table.
+   subroutine check_column(model, position, values, what, error)
+      type(beam_model_t), intent(in) :: model
+      real(wp), intent(in) :: position(:)
+      real(wp), intent(in) :: values(:)
+      !> It has
+      character(*), intent(in) :: what
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(curve_t) :: curve
+      real(wp) :: missed, place
+      integer :: k
+
+      curve = curve_of_table(model, position, values)
+      if (model%root_dofs(1) == 0) call check_place(0.0_wp)
+      do k = 1, size(model%supports)
+         associate (support => model%supports(k))
+            if (support%stiffness > 0.0_wp .or. modulo(support%dof, 2) == 0 .or. allocated(error)) cycle
+            place = model%mesh%position((support%dof + 1)/2)
+            call check_place(place)
+         end associate
+      end do
+
+   contains
+
+      subroutine check_place(x)
+         real(wp), intent(in) :: x
+
+         missed = value_on(curve, x)
+         if (abs(missed) <= most_missed*maxval(abs(values))) return
+         call fail(error, status_bad_input, what//' of the table are '//to_text(missed/maxval(abs(values))) &
+            //' of the greatest at x/L = '//to_text(x)//', where the beam is held: give a point with 0 there; up to ' &
+            //to_text(most_missed)//' of the greatest is taken as that')
+      end subroutine check_place
+   end subroutine check_column
+
+end module table_starts
