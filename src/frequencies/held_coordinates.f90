@@ -44,8 +44,8 @@ module held_coordinates
       real(wp), allocatable :: excluded(:, :)
       !> Motions besides: their rows of B and degrees of freedom, [rows, motions], [dofs, motions]
       real(wp), allocatable :: motion_rows(:, :), motion_dofs(:, :)
-      !> How much of each of the first of them belongs to the coordinates, [order, shares]; the others only take out what
-      !> rounding leaves of an excluded direction
+      !> How much of each of the first of them belongs to the coordinates, [order, shares]; the others only take out
+      !> what rounding leaves of an excluded direction
       real(wp), allocatable :: share(:, :)
       !> The support to which each motion gives way by 1, and at which those behind it are at rest, [motions]
       type(tie_t), allocatable :: tie(:)
@@ -244,7 +244,8 @@ contains
             if (tie%dof == 0) then
                amount(k) = dot_product(beam%share(:, k), q)
             else
-               amount(k) = -gap_at(tie, q, nodal(tie%dof) + dot_product(beam%motion_dofs(tie%dof, :k - 1), amount(:k - 1)))
+               amount(k) = -gap_at(tie, q, nodal(tie%dof) + dot_product(beam%motion_dofs(tie%dof, :k - 1), &
+                  amount(:k - 1)))
             end if
          end associate
       end do
@@ -363,8 +364,8 @@ contains
       call take_out(beam, q)
    end subroutine displace_transposed
 
-   !> The coordinates of a unit pair of forces on a degree of freedom and against its spring, also in the directions that
-   !> supports exclude.
+   !> The coordinates of a unit pair of forces on a degree of freedom and against its spring, also in the directions
+   !> that supports exclude.
    pure function strain_under_tie(beam, tie) result(q)
       type(held_beam_t), intent(in) :: beam
       type(tie_t), intent(in) :: tie

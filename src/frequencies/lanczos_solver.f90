@@ -8,8 +8,9 @@
 !> of modes that have been orthogonalised in the mass product from low to high.
 !>
 !> Each mode must pass a residual test, and none may be missed: mode i changes its sign i - 1 times
-!> along the beam (Gantmacher and Krein, Oscillation Matrices); where a coarse mesh or supports do not show
-!> that, K - sigma M must have the right number of negative pivots (`mode_count`).
+!> along the beam, if it is turned over at each point that is held (Gantmacher and Krein, Oscillation
+!> Matrices); where a coarse mesh or other supports do not show that, K - sigma M must have the right
+!> number of negative pivots (`mode_count`).
 module lanczos_solver
    use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
@@ -129,7 +130,7 @@ contains
       lambda = lambda_of(vectors, deflection)
       call check_residuals(beam, lambda, vectors, deflection, error)
       if (allocated(error)) return
-      call check_none_missed(model, lambda, deflection(:beam%natural%beam_rows, :), error)
+      call check_none_missed(model, beam, lambda, deflection, error)
    end subroutine lanczos_vectors
 
    !> lambda of vectors, from their strain and kinetic energy.
@@ -390,33 +391,62 @@ contains
       end do
    end subroutine check_residuals
 
+   !> Signs that turn a mode over at each point that is held, one a displacement along the beam: rows of B, that of the
+   !> tip mass left out where a support may hold it.
+   pure function sides_of(model, beam) result(side)
+      type(beam_model_t), intent(in) :: model
+      type(held_beam_t), intent(in) :: beam
+      real(wp), allocatable :: side(:)
+
+      integer :: i, last
+
+      associate (natural => beam%natural)
+         last = natural%beam_rows
+         if (size(model%supports) > 0) last = natural%last_row(natural%elements)
+         allocate (side(last), source=1.0_wp)
+         do i = 1, size(beam%held)
+            ! of two supports at one point the second turns nothing
+            if (any(beam%held(:i - 1) == beam%held(i))) cycle
+            associate (beyond => natural%last_row((beam%held(i) + 1)/2) + 1)
+               side(beyond:) = -side(beyond:)
+            end associate
+         end do
+      end associate
+   end function sides_of
+
    !> Mode i changes its sign i - 1 times; or else, where the mesh is too coarse or supports are in the way to show
    !> that, so many modes lie below the highest as were found there.
-   subroutine check_none_missed(model, lambda, deflection, error)
+   subroutine check_none_missed(model, beam, lambda, deflection, error)
       type(beam_model_t), intent(in) :: model
+      !> The same beam in its coordinates
+      type(held_beam_t), intent(in) :: beam
       !> lambda_i of the modes with strain, [count]
       real(wp), intent(in) :: lambda(:)
-      !> Displacements along the beam, each times a positive number, [places, count]
+      !> B times the modes, [rows, count]
       real(wp), intent(in) :: deflection(:, :)
       !> Set when a mode has been missed
       type(failure_t), allocatable, intent(out) :: error
 
+      real(wp), allocatable :: side(:)
       real(wp) :: highest
       integer :: below, found, mode, rigid
       logical :: complete
 
-      ! a rotary inertia may add a change of sign
-      complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp) .and. size(model%supports) == 0
+      ! a rotary inertia, a spring or a slope that is held may add a change of sign
+      complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp) .and. &
+         .not. any(model%supports%stiffness > 0.0_wp .or. modulo(model%supports%dof, 2) == 0)
+      allocate (side, source=sides_of(model, beam))
       rigid = merge(1, 0, is_mechanism(model))
       do mode = 1, size(lambda)
-         complete = complete .and. sign_changes(deflection(:, mode)) == mode - 1 + rigid
+         complete = complete .and. sign_changes(side*deflection(:size(side), mode)) == mode - 1 + rigid
       end do
       if (complete) return
       highest = maxval(lambda)*(1.0_wp - count_margin)
       found = count(lambda < highest)
       below = modes_below(model, highest) - rigid
       if (below == found) return
-      call fail(error, status_run_failed, 'Lanczos: '//to_text(found)//' modes were found where '//to_text(below)//' are')
+      call fail(error, status_run_failed, 'Lanczos: '//to_text(found)//' modes were found where '//to_text(below) &
+         //' are')
    end subroutine check_none_missed
 
 end module lanczos_solver
