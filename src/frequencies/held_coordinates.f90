@@ -5,6 +5,11 @@
 !> springs along the beam, sqrt(k) times the displacement; a displacement that is continued from others. What supports
 !> do not allow is a projection. So every product is two sums along the beam, and none cancels as a factorised
 !> stiffness does.
+!>
+!> A projection leaves a rounding of q in the direction that it takes out. In a high mode of lambda_i displacements are
+!> smaller than q by lambda_i^2, and the direction bends the beam as a force at the support does: the rounding would be
+!> lambda_i^4 times as great in B^T B q. So displacements at supports are taken from the sums that make B q, where they
+!> are known to the rounding of displacements, and the shape of that force is taken out of B q.
 module held_coordinates
    use beam_model, only: beam_model_t, has_rigid_mode
    use kinds, only: wp
@@ -14,6 +19,15 @@ module held_coordinates
    implicit none (type, external)
    private
    public :: held_beam_t, make_held_beam, bend, bend_transposed, displace, displace_transposed, strain_of_shape
+
+   !> A support: the displacement or slope of a degree of freedom is that of its spring, `give` times a coordinate.
+   type :: tie_t
+      !> 0: there is no support
+      integer :: dof = 0
+      !> 0: it is rigid
+      integer :: coordinate = 0
+      real(wp) :: give = 0.0_wp
+   end type tie_t
 
    type :: held_beam_t
       !> Coordinates: those of the curvatures, then of springs along the beam; directions that are not excluded
@@ -28,9 +42,13 @@ module held_coordinates
       integer, allocatable :: sprung(:)
       !> What supports and a node without mass exclude, orthonormal, [order, excluded]
       real(wp), allocatable :: excluded(:, :)
-      !> Motions besides: their rows of B, degrees of freedom, and how much of each belongs to the coordinates,
-      !> [rows, motions], [dofs, motions], [order, motions]
-      real(wp), allocatable :: motion_rows(:, :), motion_dofs(:, :), share(:, :)
+      !> Motions besides: their rows of B and degrees of freedom, [rows, motions], [dofs, motions]
+      real(wp), allocatable :: motion_rows(:, :), motion_dofs(:, :)
+      !> How much of each of the first of them belongs to the coordinates, [order, shares]; the others only take out
+      !> what rounding leaves of an excluded direction
+      real(wp), allocatable :: share(:, :)
+      !> The support to which each motion gives way by 1, and at which those behind it are at rest, [motions]
+      type(tie_t), allocatable :: tie(:)
       !> Degrees of freedom that are held
       integer, allocatable :: held(:)
    end type held_beam_t
@@ -42,7 +60,7 @@ contains
       type(beam_model_t), intent(in) :: model
       type(held_beam_t), intent(out) :: beam
 
-      integer :: motions, told
+      integer :: shares, told
 
       call make_natural_beam(model, beam%natural)
       beam%rows = beam%natural%rows
@@ -52,9 +70,10 @@ contains
          beam%sprung = pack(supports%dof, supports%stiffness > 0.0_wp)
          beam%root_stiffness = sqrt(pack(supports%stiffness, supports%stiffness > 0.0_wp))
          beam%order = beam%natural%order + size(beam%sprung)
-         motions = merge(1, 0, model%is_redistributed) + merge(1, 0, has_rigid_mode(model))
-         allocate (beam%motion_rows(beam%rows, motions), beam%motion_dofs(beam%dofs, motions), &
-            beam%share(beam%order, motions), source=0.0_wp)
+         shares = merge(1, 0, model%is_redistributed) + merge(1, 0, has_rigid_mode(model))
+         allocate (beam%motion_rows(beam%rows, shares), beam%motion_dofs(beam%dofs, shares), &
+            beam%share(beam%order, shares), source=0.0_wp)
+         allocate (beam%tie(shares))
          allocate (beam%excluded(beam%order, 0))
          if (model%is_redistributed) call continue_displacement(model, beam)
          told = 0
@@ -108,17 +127,18 @@ contains
          least = give
          support = i
       end do
-      if (support > 0) then
-         share = -strain_under(beam, model%supports(support)%dof)/motion(model%supports(support)%dof)
-         if (model%supports(support)%stiffness > 0.0_wp) then
-            i = count(model%supports(:support)%stiffness > 0.0_wp)
-            share(beam%natural%order + i) = 1.0_wp/(beam%root_stiffness(i)*motion(beam%sprung(i)))
-         end if
-      else
-         call bend_transposed(beam, direction, share)
-         share = -share
-      end if
       associate (last => size(beam%share, 2))
+         if (support > 0) then
+            associate (tie => beam%tie(last))
+               tie = tie_of(model, beam, support)
+               share = -strain_under_tie(beam, tie)
+               direction = direction/motion(tie%dof)
+               motion = motion/motion(tie%dof)
+            end associate
+         else
+            call bend_transposed(beam, direction, share)
+            share = -share
+         end if
          beam%motion_rows(:, last) = direction
          beam%motion_dofs(:, last) = motion
          beam%share(:, last) = share
@@ -132,26 +152,104 @@ contains
       integer, intent(in) :: told
       type(held_beam_t), intent(inout) :: beam
 
-      real(wp) :: direction(beam%order), shape(beam%dofs)
-      integer :: i, springs
+      type(tie_t) :: tie
+      real(wp) :: shape(beam%dofs)
+      integer :: i, before
 
-      springs = 0
       do i = 1, size(model%supports)
-         associate (support => model%supports(i))
-            direction = strain_under(beam, support%dof)
-            if (support%stiffness > 0.0_wp) then
-               springs = springs + 1
-               direction(beam%natural%order + springs) = direction(beam%natural%order + springs) &
-                  - 1.0_wp/beam%root_stiffness(springs)
-            end if
-            if (i /= told) call exclude(beam, direction)
-         end associate
+         if (i == told) cycle
+         tie = tie_of(model, beam, i)
+         before = size(beam%excluded, 2)
+         call exclude(beam, strain_under_tie(beam, tie))
+         if (size(beam%excluded, 2) > before) call add_motion(tie, beam)
       end do
       if (.not. model%has_massless_node) return
       shape = 0.0_wp
       shape(2*model%mesh%struck_node - 1) = 1.0_wp
       call exclude(beam, strain_of_shape(beam, shape))
    end subroutine exclude_supports
+
+   !> What a support is to the coordinates.
+   pure function tie_of(model, beam, support) result(tie)
+      type(beam_model_t), intent(in) :: model
+      !> Its springs
+      type(held_beam_t), intent(in) :: beam
+      integer, intent(in) :: support
+      type(tie_t) :: tie
+
+      integer :: spring
+
+      associate (supports => model%supports)
+         tie%dof = supports(support)%dof
+         if (.not. supports(support)%stiffness > 0.0_wp) return
+         spring = count(supports(:support)%stiffness > 0.0_wp)
+         tie%coordinate = beam%natural%order + spring
+         tie%give = 1.0_wp/beam%root_stiffness(spring)
+      end associate
+   end function tie_of
+
+   !> The motion of the direction excluded last, by which the support gives way by 1.
+   pure subroutine add_motion(tie, beam)
+      type(tie_t), intent(in) :: tie
+      type(held_beam_t), intent(inout) :: beam
+
+      real(wp), allocatable :: rows(:, :), dofs(:, :)
+      integer :: before
+
+      before = size(beam%tie)
+      allocate (rows(beam%rows, before + 1), dofs(beam%dofs, before + 1))
+      rows(:, :before) = beam%motion_rows
+      dofs(:, :before) = beam%motion_dofs
+      associate (q => beam%excluded(:, size(beam%excluded, 2)), row => rows(:, before + 1), dof => dofs(:, before + 1))
+         call deflect(beam%natural, q(:beam%natural%order), row, dof)
+         associate (amount => amounts_of(beam, q, dof))
+            row = row + matmul(beam%motion_rows, amount)
+            dof = dof + matmul(beam%motion_dofs, amount)
+         end associate
+         associate (moved => gap_at(tie, q, dof(tie%dof)))
+            row = row/moved
+            dof = dof/moved
+         end associate
+      end associate
+      call move_alloc(rows, beam%motion_rows)
+      call move_alloc(dofs, beam%motion_dofs)
+      beam%tie = [beam%tie, tie]
+   end subroutine add_motion
+
+   !> How far a degree of freedom is from where its support has it.
+   pure function gap_at(tie, q, displacement) result(gap)
+      type(tie_t), intent(in) :: tie
+      !> Coordinates, [order]
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: displacement
+      real(wp) :: gap
+
+      gap = displacement
+      if (tie%coordinate > 0) gap = gap - tie%give*q(tie%coordinate)
+   end function gap_at
+
+   !> How much of each motion besides there is.
+   pure function amounts_of(beam, q, nodal) result(amount)
+      type(held_beam_t), intent(in) :: beam
+      !> Coordinates, [order]
+      real(wp), intent(in) :: q(:)
+      !> What curvatures move, [dofs]
+      real(wp), intent(in) :: nodal(:)
+      real(wp) :: amount(size(beam%tie))
+
+      integer :: k
+
+      do k = 1, size(beam%tie)
+         associate (tie => beam%tie(k))
+            if (tie%dof == 0) then
+               amount(k) = dot_product(beam%share(:, k), q)
+            else
+               amount(k) = -gap_at(tie, q, nodal(tie%dof) + dot_product(beam%motion_dofs(tie%dof, :k - 1), &
+                  amount(:k - 1)))
+            end if
+         end associate
+      end do
+   end function amounts_of
 
    !> One direction more; one that others hold already excludes nothing.
    pure subroutine exclude(beam, direction)
@@ -196,11 +294,17 @@ contains
       !> [rows]
       real(wp), intent(out) :: deflection(:)
 
+      real(wp) :: amount(size(beam%tie)), nodal(beam%dofs)
       integer :: k
 
-      call deflect(beam%natural, q(:beam%natural%order), deflection)
-      do k = 1, size(beam%share, 2)
-         deflection = deflection + beam%motion_rows(:, k)*dot_product(beam%share(:, k), q)
+      if (size(beam%tie) == 0) then
+         call deflect(beam%natural, q(:beam%natural%order), deflection)
+         return
+      end if
+      call deflect(beam%natural, q(:beam%natural%order), deflection, nodal)
+      amount = amounts_of(beam, q, nodal)
+      do k = 1, size(amount)
+         deflection = deflection + beam%motion_rows(:, k)*amount(k)
       end do
    end subroutine bend
 
@@ -230,11 +334,13 @@ contains
       !> [dofs]
       real(wp), intent(out) :: nodal(:)
 
+      real(wp) :: amount(size(beam%tie))
       integer :: k
 
       call nodal_displacements(beam%natural, q(:beam%natural%order), nodal)
-      do k = 1, size(beam%share, 2)
-         nodal = nodal + beam%motion_dofs(:, k)*dot_product(beam%share(:, k), q)
+      amount = amounts_of(beam, q, nodal)
+      do k = 1, size(amount)
+         nodal = nodal + beam%motion_dofs(:, k)*amount(k)
       end do
       nodal(beam%held) = 0.0_wp
    end subroutine displace
@@ -258,7 +364,18 @@ contains
       call take_out(beam, q)
    end subroutine displace_transposed
 
-   !> The same of a unit force, without what supports do not allow.
+   !> The coordinates of a unit pair of forces on a degree of freedom and against its spring, also in the directions
+   !> that supports exclude.
+   pure function strain_under_tie(beam, tie) result(q)
+      type(held_beam_t), intent(in) :: beam
+      type(tie_t), intent(in) :: tie
+      real(wp) :: q(beam%order)
+
+      q = strain_under(beam, tie%dof)
+      if (tie%coordinate > 0) q(tie%coordinate) = q(tie%coordinate) - tie%give
+   end function strain_under_tie
+
+   !> The same of the force alone.
    pure function strain_under(beam, dof) result(q)
       type(held_beam_t), intent(in) :: beam
       integer, intent(in) :: dof

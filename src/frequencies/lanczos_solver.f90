@@ -8,18 +8,19 @@
 !> of modes that have been orthogonalised in the mass product from low to high.
 !>
 !> Each mode must pass a residual test, and none may be missed: mode i changes its sign i - 1 times
-!> along the beam (Gantmacher and Krein, Oscillation Matrices); where a coarse mesh does not show
-!> that, K - sigma M must have the right number of negative pivots.
+!> along the beam, if it is turned over at each point that is held (Gantmacher and Krein, Oscillation
+!> Matrices); where a coarse mesh or other supports do not show that, K - sigma M must have the right
+!> number of negative pivots (`mode_count`).
 module lanczos_solver
-   use beam_model, only: beam_model_t, hold_supports, is_mechanism
+   use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
    use held_coordinates, only: bend, bend_transposed, displace, held_beam_t, make_held_beam
    use kinds, only: wp
    use lapack_interfaces, only: dgemm, dgemv, dpotrf, dstevd, dtrsm, lapack_message
+   use mode_count, only: modes_below
    use mode_shapes, only: fix_mode_signs, sign_changes
    use number_text, only: to_text
    use pinned_coordinates, only: rigid_rotation
-   use skyline_matrix, only: combine, factorise, negative_pivots, skyline_t
    implicit none (type, external)
    private
    public :: lanczos_modes, lanczos_vectors, lambda_of, orthogonalise
@@ -33,9 +34,11 @@ module lanczos_solver
    real(wp), parameter :: residual_limit = 1.0e-8_wp
    !> Steps after which the tridiagonal matrix is looked at, at the latest.
    integer, parameter :: least_steps = 36
-   !> What the user can do where it fails
-   character(*), parameter :: remedy = &
-      "; solver = 'natural' finds all; or ask for fewer (count), or bring the mesh ratio nearer to 1"
+   !> Relative distance below the highest mode found at which modes are counted: more than rounding, and one that is
+   !> nearer to it is as good as that mode.
+   real(wp), parameter :: count_margin = 1.0e-9_wp
+   !> Up to so many elements the dense solver takes minutes at most.
+   integer, parameter :: largest_dense = 2048
 
 contains
 
@@ -62,7 +65,10 @@ contains
       call make_held_beam(model, beam)
       rigid = merge(1, 0, is_mechanism(model) .and. count > 0)
       call lanczos_vectors(model, beam, count - rigid, vectors, deflection, error)
-      if (allocated(error)) return
+      if (allocated(error)) then
+         error%message = error%message//remedy(model)
+         return
+      end if
       allocate (lambda(count), source=0.0_wp)
       lambda(rigid + 1:) = lambda_of(vectors, deflection)
       if (.not. present(modes)) return
@@ -77,6 +83,23 @@ contains
       end do
       call fix_mode_signs(model%tip_dof, modes)
    end subroutine lanczos_modes
+
+   !> What a user who asks for frequencies can do where they are not found.
+   pure function remedy(model) result(words)
+      type(beam_model_t), intent(in) :: model
+      character(:), allocatable :: words
+
+      words = '; '
+      if (model%mesh%elements <= largest_dense) words = "; solver = 'natural' finds all; or "
+      words = words//'ask for fewer (count), or '
+      associate (length => model%mesh%length)
+         if (maxval(length) > (1.0_wp + count_margin)*minval(length)) then
+            words = words//'bring the mesh ratio nearer to 1'
+         else
+            words = words//'take fewer elements'
+         end if
+      end associate
+   end function remedy
 
    !> The modes with strain in the coordinates of the beam, the lowest first.
    subroutine lanczos_vectors(model, beam, count, vectors, deflection, error)
@@ -107,7 +130,7 @@ contains
       lambda = lambda_of(vectors, deflection)
       call check_residuals(beam, lambda, vectors, deflection, error)
       if (allocated(error)) return
-      call check_none_missed(model, lambda, deflection(:beam%natural%beam_rows, :), error)
+      call check_none_missed(model, beam, lambda, deflection, error)
    end subroutine lanczos_vectors
 
    !> lambda of vectors, from their strain and kinetic energy.
@@ -171,7 +194,7 @@ contains
       end do
       if (ready == 0) then
          call fail(error, status_run_failed, 'Lanczos: of '//to_text(size(vectors, 2))//' modes '// &
-            to_text(found)//' converge: the others are lost in rounding'//remedy)
+            to_text(found)//' converge: the others are lost in rounding')
          return
       end if
       step = place - found
@@ -362,47 +385,68 @@ contains
          residual = norm2(product*lambda(mode)**4 - vectors(:, mode))/norm2(vectors(:, mode))
          if (.not. residual <= residual_limit) then
             write (numbers, '(a,i0,a,es9.2)') 'mode ', mode, ' has a residual of ', residual
-            call fail(error, status_run_failed, 'Lanczos: '//trim(numbers)//remedy)
+            call fail(error, status_run_failed, 'Lanczos: '//trim(numbers))
             return
          end if
       end do
    end subroutine check_residuals
 
-   !> Mode i changes its sign i - 1 times; or else, where the mesh is too coarse or supports are in the way to show
-   !> that, K - sigma M has as many negative pivots as there are modes below sigma.
-   subroutine check_none_missed(model, lambda, deflection, error)
+   !> Signs that turn a mode over at each point that is held, one a displacement along the beam: rows of B, that of the
+   !> tip mass left out where a support may hold it.
+   pure function sides_of(model, beam) result(side)
       type(beam_model_t), intent(in) :: model
+      type(held_beam_t), intent(in) :: beam
+      real(wp), allocatable :: side(:)
+
+      integer :: i, last
+
+      associate (natural => beam%natural)
+         last = natural%beam_rows
+         if (size(model%supports) > 0) last = natural%last_row(natural%elements)
+         allocate (side(last), source=1.0_wp)
+         do i = 1, size(beam%held)
+            ! of two supports at one point the second turns nothing
+            if (any(beam%held(:i - 1) == beam%held(i))) cycle
+            associate (beyond => natural%last_row((beam%held(i) + 1)/2) + 1)
+               side(beyond:) = -side(beyond:)
+            end associate
+         end do
+      end associate
+   end function sides_of
+
+   !> Mode i changes its sign i - 1 times; or else, where the mesh is too coarse or supports are in the way to show
+   !> that, so many modes lie below the highest as were found there.
+   subroutine check_none_missed(model, beam, lambda, deflection, error)
+      type(beam_model_t), intent(in) :: model
+      !> The same beam in its coordinates
+      type(held_beam_t), intent(in) :: beam
       !> lambda_i of the modes with strain, [count]
       real(wp), intent(in) :: lambda(:)
-      !> Displacements along the beam, each times a positive number, [places, count]
+      !> B times the modes, [rows, count]
       real(wp), intent(in) :: deflection(:, :)
       !> Set when a mode has been missed
       type(failure_t), allocatable, intent(out) :: error
 
-      type(beam_model_t) :: held
-      type(skyline_t) :: shifted
-      real(wp) :: shift
-      integer :: below, mode, rigid
+      real(wp), allocatable :: side(:)
+      real(wp) :: highest
+      integer :: below, found, mode, rigid
       logical :: complete
 
-      ! a rotary inertia may add a change of sign
-      complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp) .and. size(model%supports) == 0
+      ! a rotary inertia, a spring or a slope that is held may add a change of sign
+      complete = .not. any(model%point_masses%rotary_inertia > 0.0_wp) .and. &
+         .not. any(model%supports%stiffness > 0.0_wp .or. modulo(model%supports%dof, 2) == 0)
+      allocate (side, source=sides_of(model, beam))
       rigid = merge(1, 0, is_mechanism(model))
       do mode = 1, size(lambda)
-         complete = complete .and. sign_changes(deflection(:, mode)) == mode - 1 + rigid
+         complete = complete .and. sign_changes(side*deflection(:size(side), mode)) == mode - 1 + rigid
       end do
       if (complete) return
-      held = hold_supports(model)
-      shift = (lambda(size(lambda))*(1.0_wp + 1.0e-4_wp))**4
-      shifted = combine(1.0_wp, held%stiffness, -shift, held%mass)
-      call factorise(shifted, error, positive=.false.)
-      if (allocated(error)) return
-      ! what is held stands for itself, with a value of 1
-      below = negative_pivots(shifted) - rigid
-      if (shift > 1.0_wp) below = below - count(.not. model%supports%stiffness > 0.0_wp)
-      if (below == size(lambda)) return
-      call fail(error, status_run_failed, 'Lanczos: '//to_text(size(lambda))//' modes were found where ' &
-         //to_text(below)//' are'//remedy)
+      highest = maxval(lambda)*(1.0_wp - count_margin)
+      found = count(lambda < highest)
+      below = modes_below(model, highest) - rigid
+      if (below == found) return
+      call fail(error, status_run_failed, 'Lanczos: '//to_text(found)//' modes were found where '//to_text(below) &
+         //' are')
    end subroutine check_none_missed
 
 end module lanczos_solver

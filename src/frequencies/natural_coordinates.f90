@@ -151,17 +151,20 @@ contains
    end subroutine make_elements
 
    !> B q: from the clamp to the tip.
-   pure subroutine deflect(natural, q, deflection)
+   pure subroutine deflect(natural, q, deflection, nodal)
       type(natural_beam_t), intent(in) :: natural
       !> Coordinates, [order]
       real(wp), intent(in) :: q(:)
       !> B q, [rows]
       real(wp), intent(out) :: deflection(:)
+      !> y and dy/dx of the nodes and the root as in `nodal_displacements`, from the same sums, [dofs]
+      real(wp), intent(out), optional :: nodal(:)
 
       real(wp) :: displacement, displacement_lost, left, right, rotation, rotation_lost, xi
       integer :: element, next, row
 
       call move_root(natural, q, displacement, rotation)
+      if (present(nodal)) call fill_node(natural%root_dofs, displacement, rotation, nodal)
       displacement_lost = 0.0_wp
       rotation_lost = 0.0_wp
       next = 1
@@ -177,6 +180,7 @@ contains
             call add(displacement, displacement_lost, length*(rotation + one_sixth*(2.0_wp*left + right)))
             call add(rotation, rotation_lost, 0.5_wp*(left + right))
          end associate
+         if (present(nodal)) call fill_node([2*element - 1, 2*element], displacement, rotation, nodal)
          do next = next, size(natural%mass_node)
             if (natural%mass_node(next) > element) exit
             deflection(natural%beam_rows + 2*next - 1) = natural%root_of_mass(1, next)*displacement
@@ -185,6 +189,18 @@ contains
       end do
       if (natural%root_tip_mass > 0.0_wp) deflection(natural%beam_rows) = natural%root_tip_mass*displacement
    end subroutine deflect
+
+   !> Put the motion of a node at its degrees of freedom.
+   pure subroutine fill_node(dofs, displacement, rotation, nodal)
+      !> Of displacement and rotation; 0: held
+      integer, intent(in) :: dofs(2)
+      real(wp), intent(in) :: displacement
+      real(wp), intent(in) :: rotation
+      real(wp), intent(inout) :: nodal(:)
+
+      if (dofs(1) > 0) nodal(dofs(1)) = displacement
+      if (dofs(2) > 0) nodal(dofs(2)) = rotation
+   end subroutine fill_node
 
    !> Displacement and rotation of the root.
    pure subroutine move_root(natural, q, displacement, rotation)
@@ -298,8 +314,7 @@ contains
       integer :: element
 
       call move_root(natural, q, displacement, rotation)
-      if (natural%root_dofs(1) > 0) nodal(natural%root_dofs(1)) = displacement
-      if (natural%root_dofs(2) > 0) nodal(natural%root_dofs(2)) = rotation
+      call fill_node(natural%root_dofs, displacement, rotation, nodal)
       displacement_lost = 0.0_wp
       rotation_lost = 0.0_wp
       do element = 1, natural%elements
@@ -308,8 +323,7 @@ contains
             right = inverse(3)*q(2*element)*length
             call add(displacement, displacement_lost, length*(rotation + one_sixth*(2.0_wp*left + right)))
             call add(rotation, rotation_lost, 0.5_wp*(left + right))
-            nodal(2*element - 1) = displacement
-            nodal(2*element) = rotation
+            call fill_node([2*element - 1, 2*element], displacement, rotation, nodal)
          end associate
       end do
    end subroutine nodal_displacements

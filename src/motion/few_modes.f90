@@ -91,7 +91,10 @@ contains
          call lanczos_vectors(model, beam, lowest - rigid, vectors, deflection, error)
       end if
       if (.not. allocated(vectors) .or. allocated(error)) then
-         if (model%mesh%elements > last_resort .and. allocated(error)) return
+         if (allocated(error) .and. model%mesh%elements > last_resort) then
+            error%message = error%message//'; take fewer elements, a mesh ratio nearer to 1, or fewer modes (modes)'
+            return
+         end if
          if (allocated(error)) deallocate (error)
          call find_free_modes(model, modes, error)
          return

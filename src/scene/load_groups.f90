@@ -144,8 +144,8 @@ contains
          quantity='frequency'))
       degrees = course%phase/degree
       before = degrees
-      call table%bind(degrees, name_t('phase', 'phase of the sine, degrees', range_t(-360.0_wp, 360.0_wp), harmonic, &
-         sweep=sweep_t(first + 2, is_in_cases=.true.)))
+      call table%bind(degrees, name_t('phase', 'phase of the sine at tau = 0, degrees, also with a later start', &
+         range_t(-360.0_wp, 360.0_wp), harmonic, sweep=sweep_t(first + 2, is_in_cases=.true.)))
       ! else a phase that nothing changes keeps its last digit
       if (abs(degrees - before) > 0.0_wp) course%phase = degrees*degree
       call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &

@@ -1,0 +1,136 @@
+!> How many modes of a mesh lie below a frequency, by Sylvester's law of inertia: the negative pivots of K - sigma M.
+!>
+!> In double precision a factorised K of n elements keeps no digit where n^4 is 10^16: rounding of an entry acts like a
+!> spring to the ground. So K is assembled and factorised in quadruple precision. Of each element the stiffness against
+!> rotations of its ends is good in double precision; its forces follow by equilibrium.
+module mode_count
+   use beam_element, only: element_stiffness
+   use beam_model, only: beam_model_t, element_dofs
+   use bessel_functions, only: qp
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: modes_below
+
+contains
+
+   !> The number of modes of the beam on its supports, with a rotation about the root that nothing holds.
+   pure function modes_below(model, lambda) result(below)
+      type(beam_model_t), intent(in) :: model
+      !> omega = lambda^2, E Ibar = rho Abar = L = 1
+      real(wp), intent(in) :: lambda
+      integer :: below
+
+      real(qp), allocatable :: values(:)
+      real(qp) :: root(2)
+      integer :: element, i
+
+      associate (mass => model%mass)
+         allocate (values(size(mass%values)))
+         values(:) = -real(lambda, qp)**4*real(mass%values, qp)
+         do element = 1, model%mesh%elements
+            call add_stiffness(model, element, values)
+         end do
+         root = real([model%root%translation_stiffness, model%root%rotation_stiffness], qp)
+         do i = 1, 2
+            if (model%root_dofs(i) == 0) cycle
+            associate (entry => values(mass%diagonal(model%root_dofs(i))))
+               entry = entry + root(i)
+            end associate
+         end do
+         do i = 1, size(model%supports)
+            associate (entry => values(mass%diagonal(model%supports(i)%dof)))
+               entry = entry + real(model%supports(i)%stiffness, qp)
+            end associate
+         end do
+      end associate
+      call count_negative_pivots(model, is_held_rigidly(model), values, below)
+   end function modes_below
+
+   !> Which degrees of freedom rigid supports hold.
+   pure function is_held_rigidly(model) result(is_held)
+      type(beam_model_t), intent(in) :: model
+      logical :: is_held(model%mass%order)
+
+      is_held = .false.
+      is_held(pack(model%supports%dof, .not. model%supports%stiffness > 0.0_wp)) = .true.
+   end function is_held_rigidly
+
+   !> Add the stiffness of an element, exactly in equilibrium.
+   pure subroutine add_stiffness(model, element, values)
+      type(beam_model_t), intent(in) :: model
+      integer, intent(in) :: element
+      !> In the places of the mass matrix
+      real(qp), intent(inout) :: values(:)
+
+      real(qp) :: force(2), length, moment(2, 2), shear, stiffness(4, 4)
+      real(wp) :: rounded(4, 4)
+      integer :: dofs(4), i, j, place
+
+      associate (mesh => model%mesh)
+         rounded = element_stiffness(model%section, mesh%length(element), mesh%tip_distance(element))
+         length = real(mesh%length(element), qp)
+      end associate
+      moment = real(rounded([2, 4], [2, 4]), qp)
+      moment(1, 2) = moment(2, 1)
+      force = [sum(moment(:, 1)), sum(moment(:, 2))]/length
+      shear = sum(force)/length
+      stiffness = reshape([ &
+         shear, force(1), -shear, force(2), &
+         force(1), moment(1, 1), -force(1), moment(1, 2), &
+         -shear, -force(1), shear, -force(2), &
+         force(2), moment(1, 2), -force(2), moment(2, 2)], [4, 4])
+      dofs = element_dofs(model, element)
+      do j = 1, 4
+         do i = 1, 4
+            if (min(dofs(i), dofs(j)) == 0 .or. dofs(i) > dofs(j)) cycle
+            place = model%mass%diagonal(dofs(j)) - (dofs(j) - dofs(i))
+            values(place) = values(place) + stiffness(i, j)
+         end do
+      end do
+   end subroutine add_stiffness
+
+   !> Negative pivots of L D L^T, as `factorise` of `skyline_matrix` finds it, with what is held left out.
+   pure subroutine count_negative_pivots(model, is_held, values, negative)
+      !> The profile
+      type(beam_model_t), intent(in) :: model
+      logical, intent(in) :: is_held(:)
+      !> The matrix; the factors on return
+      real(qp), intent(inout) :: values(:)
+      integer, intent(out) :: negative
+
+      real(qp), parameter :: least = epsilon(1.0_qp)**2
+      real(qp) :: pivot, smallest
+      integer :: column, first, k, offset, row, row_offset
+
+      negative = 0
+      associate (first_row => model%mass%first_row, diagonal => model%mass%diagonal)
+         do column = 1, model%mass%order
+            first = first_row(column)
+            offset = diagonal(column) - column
+            if (is_held(column)) then
+               values(offset + first:offset + column - 1) = 0.0_qp
+               values(offset + column) = 1.0_qp
+               cycle
+            end if
+            do row = first, column - 1
+               row_offset = diagonal(row) - row
+               do k = max(first, first_row(row)), row - 1
+                  values(offset + row) = values(offset + row) - values(row_offset + k)*values(offset + k)
+               end do
+               if (is_held(row)) values(offset + row) = 0.0_qp
+            end do
+            pivot = values(offset + column)
+            ! a mode of what lies before: next to it the count is the same
+            smallest = least*abs(pivot) + real(tiny(1.0_wp), qp)
+            do row = first, column - 1
+               pivot = pivot - values(offset + row)**2/values(diagonal(row))
+               values(offset + row) = values(offset + row)/values(diagonal(row))
+            end do
+            if (pivot < 0.0_qp) negative = negative + 1
+            values(offset + column) = sign(max(abs(pivot), smallest), pivot)
+         end do
+      end associate
+   end subroutine count_negative_pivots
+
+end module mode_count
