@@ -74,22 +74,26 @@ contains
       greatest = maxval(abs(value))
       allocate (active, source=pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest))
       modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
-      call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, &
-         oscillators%mass_rate(active), spring, problem)
-      n = problem%roots
-      allocate (near(n), offset(n))
-      call find_joint_roots(problem, near, offset, converged)
-      if (.not. converged) then
-         call fail(error, status_run_failed, 'the exponents of a contact with several stops were not found')
-         return
-      end if
-      allocate (s, source=problem%pole(near) + offset)
-      allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
       modes%mass_rate = oscillators%mass_rate(:oscillators%count)
-      call make_room(modes, oscillators%count, size(spring), size(keep))
-      call add_terms(problem, active, near, offset, s, keep, modes)
+      if (size(active) == 0) then
+         call add_lone_branches(oscillators%count, modes)
+      else
+         call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, &
+            oscillators%mass_rate(active), spring, problem)
+         n = problem%roots
+         allocate (near(n), offset(n))
+         call find_joint_roots(problem, near, offset, converged)
+         if (.not. converged) then
+            call fail(error, status_run_failed, 'the exponents of a contact with several stops were not found')
+            return
+         end if
+         allocate (s, source=problem%pole(near) + offset)
+         allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
+         call make_room(modes, oscillators%count, size(spring), size(keep))
+         call add_terms(problem, active, near, offset, s, keep, modes)
+      end if
       call cut_to_size(modes)
       allocate (modes%decay(padded(modes%count)), modes%swing(padded(modes%count)), source=0.0_wp)
       modes%decay(:modes%count) = -real(modes%exponent, wp)
@@ -200,10 +204,6 @@ contains
          modes%exponent(place) = s
          modes%viscous(place) = viscous
          modes%weight(place) = merge(2.0_wp, 1.0_wp, aimag(s) > 0.0_wp)
-         if (vectors%mode == 0) then
-            call add_lone_branch(problem, s, place, modes)
-            return
-         end if
          size_right = max(1.0_wp, maxval(size_of(vectors%right)))
          size_left = max(1.0_wp, maxval(size_of(vectors%left)))
          apart = vectors%slope/(size_right*size_left)
@@ -224,21 +224,32 @@ contains
       end associate
    end subroutine add_root
 
-   !> A branch on a stop that nothing moves relaxes alone.
-   subroutine add_lone_branch(problem, s, place, modes)
-      type(joint_secular_t), intent(in) :: problem
-      complex(wp), intent(in) :: s
-      integer, intent(in) :: place
+   !> Where no mode moves the stops, each branch relaxes alone.
+   pure subroutine add_lone_branches(beam, modes)
+      !> Modes of the beam
+      integer, intent(in) :: beam
+      !> Has its stops
       type(joint_modes_t), intent(inout) :: modes
 
       integer :: j
 
-      j = minloc(abs(s - problem%pole(problem%branch_pole)), dim=1, mask=problem%branch_pole > 0)
-      modes%force(j, place) = 1.0_wp
-      modes%branch(j, place) = 1.0_wp
-      modes%of_memory(j, place) = 1.0_wp
-      modes%of_height(j, place) = problem%spring(j)%branch_stiffness*s
-   end subroutine add_lone_branch
+      call make_room(modes, beam, size(modes%spring), size(modes%spring))
+      do j = 1, size(modes%spring)
+         associate (spring => modes%spring(j))
+            if (spring%branch_stiffness <= 0.0_wp) cycle
+            modes%count = modes%count + 1
+            associate (place => modes%count)
+               modes%exponent(place) = -spring%relaxation_rate
+               modes%viscous(place) = 1.0_wp - modes%two_zeta*spring%relaxation_rate
+               modes%weight(place) = 1.0_wp
+               modes%force(j, place) = 1.0_wp
+               modes%branch(j, place) = 1.0_wp
+               modes%of_memory(j, place) = 1.0_wp
+               modes%of_height(j, place) = -spring%branch_stiffness*spring%relaxation_rate
+            end associate
+         end associate
+      end do
+   end subroutine add_lone_branches
 
    !> A point of a circle, with a term for each stop that gives something there.
    subroutine add_point(problem, active, center, arm, modes)
