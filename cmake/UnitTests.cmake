@@ -34,11 +34,12 @@ if(IMPACTBEAM_SANITIZE)
   set(seconds_a_suite 6000)
 endif()
 
-# unit_tests(<name> TEST_SOURCES <.pf files> [LINK_LIBRARIES ...] [LABELS ...] [ENVIRONMENT <NAME=value>...])
+# unit_tests(<name> TEST_SOURCES <.pf files> [LINK_LIBRARIES ...] [LABELS ...] [ENVIRONMENT <NAME=value>...] [SECONDS <number>])
 #
+# SECONDS: about so long it takes, if that is long; the longest start first, so that none is left alone at the end.
 # A suite passes only if run_suite.py says so, which looks at its status, its words, its count of tests and the time.
 function(unit_tests name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TEST_SOURCES;OTHER_SOURCES;LINK_LIBRARIES;LABELS;ENVIRONMENT")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "SECONDS" "TEST_SOURCES;OTHER_SOURCES;LINK_LIBRARIES;LABELS;ENVIRONMENT")
   add_pfunit_ctest(test_${name}
     TEST_SOURCES ${arg_TEST_SOURCES}
     OTHER_SOURCES ${arg_OTHER_SOURCES}
@@ -58,6 +59,9 @@ function(unit_tests name)
     "${PROJECT_SOURCE_DIR}/tests/framework/run_suite.py" --timeout ${seconds_a_suite} --tests ${files} --)
   math(EXPR seconds_for_ctest "${seconds_a_suite} + 60")
   set_tests_properties(test_${name} PROPERTIES TIMEOUT ${seconds_for_ctest})
+  if(arg_SECONDS)
+    set_tests_properties(test_${name} PROPERTIES COST ${arg_SECONDS})
+  endif()
   if(arg_ENVIRONMENT)
     set_tests_properties(test_${name} PROPERTIES ENVIRONMENT "${arg_ENVIRONMENT}")
   endif()

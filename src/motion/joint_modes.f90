@@ -5,9 +5,11 @@
 module joint_modes
    use contact_secular, only: distances, size_of
    use damped_oscillators, only: lanes, oscillators_t, padded
+   use dependent_stops, only: part_stops, stop_parts_t
    use exponential_powers, only: powers
    use failures, only: fail, failure_t, status_run_failed
    use joint_secular, only: find_joint_roots
+   use joint_terms, only: add_room, cut_to_size, joint_modes_t, make_room
    use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
    use kinds, only: wp
    use point_forces, only: find_point_forces
@@ -24,32 +26,6 @@ module joint_modes
    real(wp), parameter :: greatest_condition = 10.0_wp
    integer, parameter :: circle_points = 48
 
-   type :: joint_modes_t
-      !> The stops
-      type(impedance_t), allocatable :: spring(:)
-      real(wp) :: two_zeta = 0.0_wp
-      !> alpha, [modes of the beam]
-      real(wp), allocatable :: mass_rate(:)
-      !> Number of terms; of a conjugate pair only the one with Im s > 0 is kept
-      integer :: count = 0
-      !> Exponents s, and 1 for a real one, 2 for a pair, [count]
-      complex(wp), allocatable :: exponent(:)
-      real(wp), allocatable :: weight(:)
-      !> -Re s and Im s, filled up with zeros to whole vectors
-      real(wp), allocatable :: decay(:), swing(:)
-      !> P of each stop, its indentation and its P2 per unit of amplitude, [stops, count]
-      complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
-      !> Each mode of the beam per unit of amplitude, [modes, count], and 1 + 2 zeta s, [count]
-      complex(wp), allocatable :: shape(:, :), viscous(:)
-      !> What makes the amplitude of the state at the start: of heights, of what the stops keep, [stops, count], and of
-      !> the modes, [modes, count]
-      complex(wp), allocatable :: of_height(:, :), of_memory(:, :), of_mode(:, :)
-      !> Modes with nodes at all stops: they swing on as if alone
-      integer, allocatable :: inactive(:)
-      !> Displacement and force of the state of rest per unit of height, [modes, stops], [stops, stops]
-      real(wp), allocatable :: static_shape(:, :), static_force(:, :)
-   end type joint_modes_t
-
 contains
 
    !> Find all exponents.
@@ -64,16 +40,58 @@ contains
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
+      type(joint_modes_t) :: of_parts
+      type(stop_parts_t) :: parts
+      real(wp) :: greatest
+      integer :: i
+
+      greatest = maxval(abs(value))
+      modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
+      call part_stops(value, spring, parts)
+      if (parts%is_needed) then
+         of_parts%inactive = modes%inactive
+         if (size(modes%inactive) < oscillators%count) then
+            call find_terms(oscillators, parts%value, parts%spring, of_parts, error)
+         else
+            call make_room(of_parts, oscillators%count, size(parts%spring), 0)
+         end if
+         if (.not. allocated(error)) call join_parts(of_parts, parts, spring, oscillators%two_zeta, modes)
+      else if (size(modes%inactive) < oscillators%count) then
+         call find_terms(oscillators, value, spring, modes, error)
+      else
+         call make_room(modes, oscillators%count, size(spring), 0)
+      end if
+      if (allocated(error)) return
+      modes%spring = spring
+      modes%two_zeta = oscillators%two_zeta
+      modes%mass_rate = oscillators%mass_rate(:oscillators%count)
+      call cut_to_size(modes)
+      allocate (modes%decay(padded(modes%count)), modes%swing(padded(modes%count)), source=0.0_wp)
+      modes%decay(:modes%count) = -real(modes%exponent, wp)
+      modes%swing(:modes%count) = aimag(modes%exponent)
+      call find_rest(oscillators%square, value, spring, modes)
+   end subroutine make_joint_modes
+
+   !> All terms, for stops that the beam can move apart.
+   subroutine find_terms(oscillators, value, spring, modes, error)
+      type(oscillators_t), intent(in) :: oscillators
+      !> [modes, stops]
+      real(wp), intent(in) :: value(:, :)
+      !> [stops]
+      type(impedance_t), intent(in) :: spring(:)
+      !> Knows which modes are inactive
+      type(joint_modes_t), intent(inout) :: modes
+      !> Set when the iteration does not converge
+      type(failure_t), allocatable, intent(inout) :: error
+
       type(joint_secular_t) :: problem
       integer, allocatable :: active(:), near(:), keep(:)
       complex(wp), allocatable :: offset(:), s(:)
-      real(wp) :: greatest
       integer :: i, n
       logical :: converged
 
-      greatest = maxval(abs(value))
-      allocate (active, source=pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) > least_coupling*greatest))
-      modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
+      allocate (active, source=pack([(i, i=1, oscillators%count)], &
+         [(all(modes%inactive /= i), i=1, oscillators%count)]))
       call make_joint_secular(oscillators%square(active), value(active, :), 0.5_wp*oscillators%two_zeta, &
          oscillators%mass_rate(active), spring, problem)
       n = problem%roots
@@ -85,17 +103,68 @@ contains
       end if
       allocate (s, source=problem%pole(near) + offset)
       allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
-      modes%spring = spring
-      modes%two_zeta = oscillators%two_zeta
-      modes%mass_rate = oscillators%mass_rate(:oscillators%count)
       call make_room(modes, oscillators%count, size(spring), size(keep))
       call add_terms(problem, active, near, offset, s, keep, modes)
-      call cut_to_size(modes)
-      allocate (modes%decay(padded(modes%count)), modes%swing(padded(modes%count)), source=0.0_wp)
-      modes%decay(:modes%count) = -real(modes%exponent, wp)
-      modes%swing(:modes%count) = aimag(modes%exponent)
-      call find_rest(oscillators%square, value, spring, modes)
-   end subroutine make_joint_modes
+   end subroutine find_terms
+
+   !> From the terms of stops that stand for others those of all, and what relaxes alone.
+   pure subroutine join_parts(of_parts, parts, spring, two_zeta, modes)
+      type(joint_modes_t), intent(in) :: of_parts
+      type(stop_parts_t), intent(in) :: parts
+      !> [stops]
+      type(impedance_t), intent(in) :: spring(:)
+      real(wp), intent(in) :: two_zeta
+      !> Gets them
+      type(joint_modes_t), intent(inout) :: modes
+
+      complex(wp), dimension(size(parts%spring)) :: free, kept
+      integer :: i, j, m, n
+
+      n = of_parts%count
+      call make_room(modes, size(of_parts%shape, 1), size(spring), n + size(parts%rate))
+      modes%exponent(:n) = of_parts%exponent(:n)
+      modes%weight(:n) = of_parts%weight(:n)
+      modes%viscous(:n) = of_parts%viscous(:n)
+      modes%shape(:, :n) = of_parts%shape(:, :n)
+      modes%of_mode(:, :n) = of_parts%of_mode(:, :n)
+      do m = 1, n
+         ! of the equation (s + nu) P = M u, M = k (s + nu) + beta k s, what goes with k and with beta k
+         kept = of_parts%exponent(m)*of_parts%of_memory(:, m)
+         free = 0.0_wp
+         where (parts%spring%stiffness > 0.0_wp) free = (of_parts%of_height(:, m) &
+            - parts%spring%branch_stiffness*kept)/parts%spring%stiffness
+         do j = 1, size(spring)
+            associate (share => parts%share(:, j))
+               modes%of_memory(j, m) = sum(share*of_parts%of_memory(:, m))
+               if (parts%is_itself(j)) then
+                  i = maxloc(share, dim=1)
+                  modes%force(j, m) = of_parts%force(i, m)
+                  modes%indentation(j, m) = of_parts%indentation(i, m)
+                  modes%branch(j, m) = of_parts%branch(i, m)
+                  modes%of_height(j, m) = of_parts%of_height(i, m)
+               else
+                  modes%indentation(j, m) = sum(share*of_parts%indentation(:, m))
+                  modes%branch(j, m) = spring(j)%branch_stiffness*sum(share*of_parts%branch(:, m) &
+                     /parts%spring%branch_stiffness, mask=abs(share) > 0.0_wp)
+                  modes%force(j, m) = spring(j)%stiffness*modes%indentation(j, m) + modes%branch(j, m)
+                  modes%of_height(j, m) = spring(j)%stiffness*sum(share*free, mask=abs(share) > 0.0_wp) &
+                     + spring(j)%branch_stiffness*sum(share*kept)
+               end if
+            end associate
+         end do
+      end do
+      do i = 1, size(parts%rate)
+         m = n + i
+         modes%exponent(m) = -parts%rate(i)
+         modes%viscous(m) = 1.0_wp - two_zeta*parts%rate(i)
+         modes%weight(m) = 1.0_wp
+         modes%force(:, m) = parts%alone(:, i)
+         modes%branch(:, m) = parts%alone(:, i)
+         modes%of_memory(:, m) = parts%of_memory(:, i)
+         modes%of_height(:, m) = -parts%rate(i)*spring%branch_stiffness*parts%of_memory(:, i)
+      end do
+      modes%count = n + size(parts%rate)
+   end subroutine join_parts
 
    !> The state of rest under heights of the stops: the same forces in beam and springs.
    subroutine find_rest(square, value, spring, modes)
@@ -200,10 +269,6 @@ contains
          modes%exponent(place) = s
          modes%viscous(place) = viscous
          modes%weight(place) = merge(2.0_wp, 1.0_wp, aimag(s) > 0.0_wp)
-         if (vectors%mode == 0) then
-            call add_lone_branch(problem, s, place, modes)
-            return
-         end if
          size_right = max(1.0_wp, maxval(size_of(vectors%right)))
          size_left = max(1.0_wp, maxval(size_of(vectors%left)))
          apart = vectors%slope/(size_right*size_left)
@@ -223,22 +288,6 @@ contains
          modes%of_memory(:, place) = vectors%left/size_left/apart
       end associate
    end subroutine add_root
-
-   !> A branch on a stop that nothing moves relaxes alone.
-   subroutine add_lone_branch(problem, s, place, modes)
-      type(joint_secular_t), intent(in) :: problem
-      complex(wp), intent(in) :: s
-      integer, intent(in) :: place
-      type(joint_modes_t), intent(inout) :: modes
-
-      integer :: j
-
-      j = minloc(abs(s - problem%pole(problem%branch_pole)), dim=1, mask=problem%branch_pole > 0)
-      modes%force(j, place) = 1.0_wp
-      modes%branch(j, place) = 1.0_wp
-      modes%of_memory(j, place) = 1.0_wp
-      modes%of_height(j, place) = problem%spring(j)%branch_stiffness*s
-   end subroutine add_lone_branch
 
    !> A point of a circle, with a term for each stop that gives something there.
    subroutine add_point(problem, active, center, arm, modes)
@@ -334,65 +383,6 @@ contains
          end associate
       end do
    end subroutine find_stop_values
-
-   !> Room for some terms.
-   pure subroutine make_room(modes, beam, stops, most)
-      type(joint_modes_t), intent(inout) :: modes
-      !> Modes of the beam
-      integer, intent(in) :: beam
-      integer, intent(in) :: stops
-      !> Terms at most
-      integer, intent(in) :: most
-
-      if (allocated(modes%exponent)) deallocate (modes%exponent, modes%weight, modes%viscous, modes%force, &
-         modes%indentation, modes%branch, modes%of_height, modes%of_memory, modes%shape, modes%of_mode)
-      allocate (modes%exponent(most), modes%weight(most), modes%viscous(most))
-      allocate (modes%force(stops, most), modes%indentation(stops, most), modes%branch(stops, most), &
-         modes%of_height(stops, most), modes%of_memory(stops, most), modes%shape(beam, most), &
-         modes%of_mode(beam, most), source=(0.0_wp, 0.0_wp))
-   end subroutine make_room
-
-   !> Room for so many more.
-   pure subroutine add_room(modes, more)
-      type(joint_modes_t), intent(inout) :: modes
-      integer, intent(in) :: more
-
-      type(joint_modes_t) :: old
-
-      old = modes
-      call make_room(modes, size(old%shape, 1), size(old%force, 1), size(old%exponent) + more)
-      associate (n => old%count)
-         modes%exponent(:n) = old%exponent(:n)
-         modes%weight(:n) = old%weight(:n)
-         modes%viscous(:n) = old%viscous(:n)
-         modes%force(:, :n) = old%force(:, :n)
-         modes%indentation(:, :n) = old%indentation(:, :n)
-         modes%branch(:, :n) = old%branch(:, :n)
-         modes%of_height(:, :n) = old%of_height(:, :n)
-         modes%of_memory(:, :n) = old%of_memory(:, :n)
-         modes%shape(:, :n) = old%shape(:, :n)
-         modes%of_mode(:, :n) = old%of_mode(:, :n)
-      end associate
-   end subroutine add_room
-
-   !> Keep the room that is used.
-   pure subroutine cut_to_size(modes)
-      type(joint_modes_t), intent(inout) :: modes
-
-      if (modes%count == size(modes%exponent)) return
-      associate (n => modes%count)
-         modes%exponent = modes%exponent(:n)
-         modes%weight = modes%weight(:n)
-         modes%viscous = modes%viscous(:n)
-         modes%force = modes%force(:, :n)
-         modes%indentation = modes%indentation(:, :n)
-         modes%branch = modes%branch(:, :n)
-         modes%of_height = modes%of_height(:, :n)
-         modes%of_memory = modes%of_memory(:, :n)
-         modes%shape = modes%shape(:, :n)
-         modes%of_mode = modes%of_mode(:, :n)
-      end associate
-   end subroutine cut_to_size
 
    !> Amplitudes from the state at the start of a contact: what moves is rest + sum weight Re (amplitude value exp(s
    !> t)).
