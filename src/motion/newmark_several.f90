@@ -181,7 +181,7 @@ contains
       call divide_step(held, settings%zeta, settings%response, run%parts, error)
       if (allocated(error)) return
       call prepare_loads(held, settings, run)
-      call further_damping(settings, held, damping, error)
+      call further_damping(settings, model, held, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
          call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
