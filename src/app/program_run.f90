@@ -13,8 +13,9 @@ module program_run
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
    use scene_checks, only: check_scene, misfits_of
-   use scene_reader, only: read_scene
+   use scene_reader, only: complain_of_scene, read_scene
    use scene_reference, only: reference_table
+   use scene_resolve, only: trouble_with_damping
    use scene_templates, only: template_text
    use scene_types, only: scene_t
    use study_job, only: job_t
@@ -204,12 +205,17 @@ contains
       !> Set where there is nothing to estimate
       type(failure_t), allocatable, intent(inout) :: error
 
+      character(:), allocatable :: problem
       integer :: i
 
       do i = 1, size(scenes)
          if (.not. scenes(i)%wants_response .and. .not. allocated(error)) call fail(error, status_bad_input, &
             '--estimate: '//scenes(i)%file//' has no &response whose error could be estimated')
          scenes(i)%mesh%estimate = .true.
+         problem = trouble_with_damping(scenes(i))
+         if (problem /= '' .and. .not. allocated(error)) then
+            call complain_of_scene(scenes(i), 'damping', 'mode_ratios', problem, error)
+         end if
       end do
    end subroutine ask_for_estimates
 

@@ -4,6 +4,7 @@ module scene_needs
    use few_modes, only: first_count, takes_few_modes
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
+   use load_settings, only: is_in_mode
    use measure_list, only: measure_count
    use memory_needs, only: add_modes, add_need, bytes_of_number, need_t, overhead, so_many
    use mesh_choice, only: most_elements_found
@@ -256,6 +257,8 @@ contains
       character(*), parameter :: fewer = 'give &mesh fewer elements'
       !> Of an element for each mode: the iteration, and two sets of them; measured
       real(wp), parameter :: numbers = 13.0_wp
+      !> Of Newmark's method with damping of single modes: mass, stiffness, damping, and factors for each length of the step
+      real(wp), parameter :: matrices = 40.0_wp
 
       if (scene%response%method == method_exact .and. takes_few_modes(elements, run_of(scene))) then
          associate (modes => max(scene%response%mode_count, 2*first_count))
@@ -266,6 +269,11 @@ contains
          call add_modes(elements, runs, fewer//", or &response method = 'newmark'", need)
       else
          call add_need(need, real(runs, wp)*800.0_wp*real(elements, wp), to_text(elements)//' elements', fewer)
+         if (allocated(scene%mode_ratios)) then
+            call add_need(need, real(runs, wp)*matrices*0.5_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2, &
+               'the full matrices of '//to_text(elements)//' elements', fewer//", or &response method = 'exact'")
+         end if
+         if (allocated(scene%mode_ratios) .or. is_in_mode(scene%start%start_settings_t)) call add_modes(elements, runs, fewer, need)
       end if
    end subroutine add_beam
 

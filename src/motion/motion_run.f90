@@ -7,7 +7,7 @@ module motion_run
    use few_modes, only: wants_few_modes
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use load_settings, only: field_mode, start_mode, start_pull, start_velocity
+   use load_settings, only: is_in_mode, start_pull
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
    use newmark_several, only: check_several_newmark, several_newmark_response
@@ -129,8 +129,7 @@ contains
 
       integer :: modes
 
-      if (settings%start%kind /= start_mode .and. .not. (settings%start%kind == start_velocity .and. &
-         settings%start%field == field_mode)) return
+      if (.not. is_in_mode(settings%start)) return
       modes = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
       if (settings%response%mode_count > 0) modes = min(modes, settings%response%mode_count)
       if (settings%start%mode > modes) then

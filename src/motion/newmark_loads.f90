@@ -147,12 +147,14 @@ contains
       end associate
    end subroutine pass_jump
 
-   !> Damping besides 2 zeta K: in proportion to the mass, or of each mode, for which the model's matrices get a full
-   !> profile.
-   subroutine further_damping(settings, model, damping, error)
+   !> Damping besides 2 zeta K: in proportion to the mass, or of each mode, for which the matrices of the held beam get
+   !> a full profile.
+   subroutine further_damping(settings, model, held, damping, error)
       type(run_settings_t), intent(in) :: settings
-      !> Rigid supports are held
-      type(beam_model_t), intent(inout) :: model
+      !> Its modes are those that have ratios
+      type(beam_model_t), intent(in) :: model
+      !> The same with its rigid supports held
+      type(beam_model_t), intent(inout) :: held
       !> C beyond the stiffness's part; unallocated: there is none
       type(skyline_t), allocatable, intent(out) :: damping
       !> Set when the modes cannot be found
@@ -163,15 +165,16 @@ contains
       integer :: column, i, row
 
       if (allocated(settings%mode_ratios)) then
+         ! supports are attached to the modes of the free beam, whose mass matrix has held degrees of freedom as well
          call find_free_modes(model, modes, error)
          if (allocated(error)) return
-         model%stiffness = fill(model%stiffness)
-         model%mass = fill(model%mass)
-         allocate (damping, source=model%mass)
+         held%stiffness = fill(held%stiffness)
+         held%mass = fill(held%mass)
+         allocate (damping, source=held%mass)
          damping%values = 0.0_wp
-         allocate (force(model%mass%order))
+         allocate (force(held%mass%order))
          do i = 1, size(modes%square)
-            call multiply(model%mass, modes%mode(:, i), force)
+            call multiply(held%mass, modes%mode(:, i), force)
             associate (ratio => settings%mode_ratios(min(i, size(settings%mode_ratios))))
                do column = 1, damping%order
                   do row = 1, column
@@ -183,7 +186,7 @@ contains
             end associate
          end do
       else if (settings%zeta_mass > 0.0_wp) then
-         allocate (damping, source=model%mass)
+         allocate (damping, source=held%mass)
          damping%values = 2.0_wp*settings%zeta_mass*damping%values
       end if
    end subroutine further_damping

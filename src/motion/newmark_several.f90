@@ -180,8 +180,14 @@ contains
       end if
       call divide_step(held, settings%zeta, settings%response, run%parts, error)
       if (allocated(error)) return
+      ! before matrices become full ones
+      call check_mesh(held, error)
+      if (allocated(error)) then
+         if (error%status /= status_bad_input) call blame_mesh(error)
+         return
+      end if
       call prepare_loads(held, settings, run)
-      call further_damping(settings, held, damping, error)
+      call further_damping(settings, model, held, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
          call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
@@ -193,8 +199,6 @@ contains
          if (error%status /= status_bad_input) call blame_mesh(error)
          return
       end if
-      call check_mesh(held, error)
-      if (allocated(error)) return
       run%states(2) = run%states(1)
       call make_surfaces(model, surfaces, run, error)
       if (allocated(error)) return

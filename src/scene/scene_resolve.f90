@@ -7,7 +7,7 @@ module scene_resolve
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
-   use run_settings, only: response_settings_t
+   use run_settings, only: method_exact, response_settings_t
    use scene_beam, only: check_stations, mean_section, resolve_beam
    use scene_body, only: resolve_masses, resolve_root
    use scene_frequency_response, only: resolve_frequency_response
@@ -30,7 +30,7 @@ module scene_resolve
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text, spread_problem
    implicit none (type, external)
    private
-   public :: resolve_scene
+   public :: resolve_scene, trouble_with_damping
 
    !> What the name of a scene begins with, and what it is made of.
    character(*), parameter :: letters_and_digits = &
@@ -46,6 +46,9 @@ module scene_resolve
    integer, parameter :: most_elements_full = 5000
    !> Most elements for which `natural` is the default, 0.03 s; beyond that it is `auto`.
    integer, parameter :: most_elements_natural = 100
+   !> Most elements for damping of single modes by Newmark's method, which takes all modes and full matrices, one for each
+   !> length of the step: with so many 10 s before the first step, and 0.2 GB. Time grows with the third power.
+   integer, parameter :: most_elements_damped = 500
 
 contains
 
@@ -215,6 +218,8 @@ contains
       !> Its loads resolved in
       type(scene_t), intent(inout) :: scene
 
+      character(:), allocatable :: problem
+
       if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
       if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, scene)
       call resolve_orbit(input, scene)
@@ -223,7 +228,26 @@ contains
       end if
       if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
       if (scene%wants_statistics) call resolve_statistics(input, table, physical%statistics, scene)
+      problem = trouble_with_damping(scene)
+      if (problem /= '') call input%complain('damping', 'mode_ratios', problem)
    end subroutine resolve_motion
+
+   !> Why Newmark's method cannot damp single modes on the mesh of a scene; empty: it can.
+   pure function trouble_with_damping(scene) result(problem)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: problem
+
+      integer :: elements
+
+      problem = ''
+      elements = scene%mesh%elements
+      if (scene%mesh%estimate) elements = 4*elements
+      if (.not. (scene%wants_response .and. allocated(scene%mode_ratios)) .or. elements <= most_elements_damped) return
+      if (scene%response%method == method_exact .or. scene%mesh%tolerance > 0.0_wp) return
+      problem = "with method = 'newmark' damping of single modes needs full matrices, for at most "// &
+         to_text(most_elements_damped)//' elements, not for '//to_text(elements)//": take method = 'exact', or damping by " &
+         //'zeta and zeta_mass, or fewer elements'
+   end function trouble_with_damping
 
    !> &response
    subroutine resolve_response(input, table, physical, omega1, response)

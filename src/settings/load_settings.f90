@@ -10,6 +10,7 @@ module load_settings
    public :: course_harmonic, course_step, course_pulse, course_table, course_names
    public :: pulse_half_sine, pulse_names
    public :: base_displacement, base_names
+   public :: is_in_mode
    public :: start_pull, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
    public :: field_uniform, field_rotation, field_mode, field_names
 
@@ -109,5 +110,15 @@ module load_settings
       !> A table: x/L, ascending, displacements and velocities there
       real(wp), allocatable :: position(:), displacements(:), velocities(:)
    end type start_settings_t
+
+contains
+
+   !> Does a motion begin in a mode of the beam, displaced or moving?
+   pure function is_in_mode(start) result(is)
+      type(start_settings_t), intent(in) :: start
+      logical :: is
+
+      is = start%kind == start_mode .or. (start%kind == start_velocity .and. start%field == field_mode)
+   end function is_in_mode
 
 end module load_settings

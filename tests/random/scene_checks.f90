@@ -29,7 +29,7 @@ module scene_checks
    use scene_types, only: echo_t, scene_t
    implicit none (type, external)
    private
-   public :: open_folder, settle, complaint_of, tally_t, clean_up
+   public :: open_folder, settle, complaint_of, is_legal, tally_t, clean_up
 
    !> Where the scenes and their results are.
    character(*), parameter :: folder = 'random_scenes'

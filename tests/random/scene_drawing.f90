@@ -11,7 +11,7 @@ module scene_drawing
    use scene_types, only: scene_t, support_rotation
    implicit none (type, external)
    private
-   public :: draw_scene, bound_periods, give_units, take_ratios, place_of_parameter, table_file
+   public :: draw_scene, draw_steps, bound_periods, give_units, take_ratios, place_of_parameter, table_file
 
    !> A table of loads that stands beside the scene.
    character(*), parameter :: table_file = 'loads.txt'
@@ -1126,6 +1126,136 @@ contains
       end do
       call put(draft, 'cases', 'values', numbers_for(names(i), group, name, 1 + int(3.0_wp*number())))
    end subroutine draw_cases
+
+   !> A small beam that Newmark's steps can follow: damping, supports, roots, masses, loads and starts of all kinds, mostly
+   !> with a stop that it does not touch at once.
+   subroutine draw_steps(names, seed, draft)
+      !> The table of names
+      type(name_t), intent(in) :: names(:)
+      !> Which scene
+      integer, intent(in) :: seed
+      !> The scene
+      type(draft_t), intent(out) :: draft
+
+      character(*), parameter :: schemes(4) = [character(22) :: '''average_acceleration''', '''linear_acceleration''', &
+         '''explicit''', '''average_acceleration''']
+      character(*), parameter :: matrices(4) = [character(15) :: '''consistent''', '''redistributed''', '''auto''', &
+         '''consistent''']
+      character(:), allocatable :: group
+      integer :: i, k
+      logical :: is_so
+
+      call start_random(seed, 1, random)
+      ! seeds that follow each other begin alike
+      do i = 1, 16
+         is_so = chance(0.5_wp)
+      end do
+      call put(draft, 'mesh', 'elements', to_text(1 + int(3.0_wp*number())))
+      call put(draft, 'mesh', 'ratio', to_text(between(0.8_wp, 1.25_wp, .true.)))
+      call put(draft, 'mesh', 'mass', trim(matrices(1 + int(4.0_wp*number()))))
+      if (chance(0.3_wp)) call put(draft, 'beam', 'taper', to_text(between(-0.05_wp, 0.05_wp, .false.)))
+      if (chance(0.4_wp)) then
+         call put(draft, 'tip_mass', 'ratio', to_text(between(0.01_wp, 2.0_wp, .true.)))
+      else if (value_of(draft, 'mesh', 'mass') == '''redistributed''') then
+         call drop(draft, 'mesh', 'mass')
+      end if
+      call draw_damping(draft)
+      call draw_held(draft)
+      if (chance(0.8_wp)) then
+         call put(draft, 'stop', '', '')
+         call draw_group(names, 'stop', 0.3_wp, draft)
+         call drop(draft, 'stop', 'impulse')
+         call put(draft, 'stop', 'preload', to_text(-between(0.01_wp, 2.0_wp, .true.)))
+         if (value_of(draft, 'stop', 'side') == '''both''') then
+            call drop(draft, 'stop', 'preload')
+            call put(draft, 'stop', 'clearance_ratio', to_text(between(0.01_wp, 2.0_wp, .true.)))
+         end if
+      end if
+      if (has_name(draft, 'stop', '') .and. chance(0.2_wp)) then
+         call put(draft, 'stop_2', 'position', to_text(between(0.3_wp, 1.0_wp, .false.)))
+         call put(draft, 'stop_2', 'clearance_ratio', to_text(between(0.01_wp, 2.0_wp, .true.)))
+         call put(draft, 'stop_2', 'side', '''both''')
+      end if
+      do k = 1, int(3.0_wp*number())
+         group = 'force_'//to_text(k)
+         if (chance(0.7_wp)) call put(draft, group, 'position', list([(number(), i=1, 1 + int(2.0_wp*number()))]))
+         if (.not. has_name(draft, group, 'position')) call put(draft, group, 'stretch', ascending(2, 1.0_wp))
+         call draw_short_course(draft, group)
+      end do
+      do k = 1, int(3.0_wp*number())
+         group = 'base_'//to_text(k)
+         call draw_short_course(draft, group)
+         if (chance(0.4_wp)) call put(draft, group, 'quantity', '''displacement''')
+         if (chance(0.3_wp)) call put(draft, group, 'gravity_ratio', to_text(between(0.01_wp, 1.0_wp, .true.)))
+      end do
+      if (chance(0.8_wp)) call draw_start(names, draft)
+      if (has_name(draft, 'start', 'mode')) call put(draft, 'start', 'mode', to_text(1 + int(3.0_wp*number())))
+      call put(draft, 'response', 'method', '''newmark''')
+      call put(draft, 'response', 'newmark_scheme', trim(schemes(1 + int(4.0_wp*number()))))
+      call put(draft, 'response', 'substep', '.true.')
+      call put(draft, 'response', 'duration', to_text(between(0.5_wp, 8.0_wp, .true.)))
+      if (chance(0.3_wp)) call put(draft, 'stress', 'position', list([number()]))
+   end subroutine draw_steps
+
+   !> None, one of either kind, both, or ratios of modes; none beyond critical damping.
+   subroutine draw_damping(draft)
+      type(draft_t), intent(inout) :: draft
+
+      integer :: i, kind
+
+      kind = int(5.0_wp*number())
+      if (kind == 1 .or. kind == 3) call put(draft, 'damping', 'zeta', to_text(between(1.0e-4_wp, 0.02_wp, .true.)))
+      if (kind == 2 .or. kind == 3) call put(draft, 'damping', 'zeta_mass', to_text(between(0.01_wp, 0.5_wp, .true.)))
+      if (kind == 4) call put(draft, 'damping', 'mode_ratios', list([(between(0.001_wp, 0.5_wp, .true.), &
+         i=1, 1 + int(4.0_wp*number()))]))
+   end subroutine draw_damping
+
+   !> A root that moves, supports, rigid or not, and a mass.
+   subroutine draw_held(draft)
+      type(draft_t), intent(inout) :: draft
+
+      character(:), allocatable :: group
+      integer :: k
+
+      select case (int(8.0_wp*number()))
+      case (0)
+         call put(draft, 'root', 'kind', '''pinned''')
+      case (1)
+         call put(draft, 'root', 'rotation_stiffness_ratio', to_text(between(0.1_wp, 30.0_wp, .true.)))
+      case (2)
+         call put(draft, 'root', 'translation_stiffness_ratio', to_text(between(1.0_wp, 100.0_wp, .true.)))
+         if (chance(0.5_wp)) call put(draft, 'root', 'rotation_stiffness_ratio', to_text(between(0.1_wp, 30.0_wp, .true.)))
+      end select
+      do k = 1, max(0, int(4.0_wp*number()) - 1)
+         group = 'support_'//to_text(k)
+         call put(draft, group, 'position', to_text(min(1.0_wp, between(0.2_wp, 1.2_wp, .false.))))
+         if (chance(0.4_wp)) call put(draft, group, 'motion', '''rotation''')
+         if (chance(0.4_wp)) call put(draft, group, 'stiffness_ratio', to_text(between(0.1_wp, 100.0_wp, .true.)))
+      end do
+      if (chance(0.8_wp)) return
+      call put(draft, 'mass_1', 'position', to_text(between(0.2_wp, 1.0_wp, .false.)))
+      call put(draft, 'mass_1', 'mass_ratio', to_text(between(0.01_wp, 2.0_wp, .true.)))
+      if (chance(0.5_wp)) call put(draft, 'mass_1', 'rotary_inertia_ratio', to_text(between(0.001_wp, 0.1_wp, .true.)))
+   end subroutine draw_held
+
+   !> A course of any kind that changes within a short run.
+   subroutine draw_short_course(draft, group)
+      type(draft_t), intent(inout) :: draft
+      character(*), intent(in) :: group
+
+      character(*), parameter :: kinds(4) = [character(10) :: '''harmonic''', '''step''', '''pulse''', '''table''']
+
+      call put(draft, group, 'kind', trim(kinds(1 + int(4.0_wp*number()))))
+      if (value_of(draft, group, 'kind') == '''harmonic''') then
+         call put(draft, group, 'frequency_ratio', to_text(between(0.1_wp, 10.0_wp, .true.)))
+         call put(draft, group, 'phase', to_text(between(-180.0_wp, 180.0_wp, .false.)))
+      else if (value_of(draft, group, 'kind') == '''pulse''') then
+         if (chance(0.5_wp)) call put(draft, group, 'shape', '''half_sine''')
+      end if
+      if (chance(0.5_wp)) call put(draft, group, 'start', to_text(number()))
+      if (chance(0.3_wp)) call put(draft, group, 'end', to_text(1.0_wp + 2.0_wp*number()))
+      call draw_course(draft, group)
+   end subroutine draw_short_course
 
    !> Give some of the ratios in the units of the scene instead.
    subroutine give_units(scene, draft)

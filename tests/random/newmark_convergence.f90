@@ -1,0 +1,324 @@
+!> A scene by Newmark's steps of three lengths beside its exact motion, up to the first contact.
+module newmark_convergence
+   use beam_model, only: beam_model_t, hold_supports
+   use failures, only: failure_t
+   use history_list, only: eta_stop, eta_tip, velocity_stop
+   use kinds, only: lambda1, wp
+   use load_settings, only: course_harmonic, course_pulse, course_table, time_course_t
+   use motion_run, only: run_motion
+   use newmark_stability, only: highest_frequency
+   use number_text, only: to_text
+   use response_types, only: event_t, response_t
+   use run_settings, only: method_exact, run_settings_t
+   use scene_beam_model, only: motion_model_of, run_of
+   use scene_checks, only: is_legal
+   use scene_types, only: scene_t
+   implicit none (type, external)
+   private
+   public :: complaint_of_steps
+
+   !> Steps of length h, h/2 and h/4.
+   integer, parameter :: lengths = 3
+   !> What second order leaves of an error, and how much more it may be beside terms of higher order.
+   real(wp), parameter :: quarter = 0.25_wp, freedom = 1.5_wp
+   !> What rounding may be of a quantity.
+   real(wp), parameter :: rounding_of_size = 1.0e-8_wp
+
+   !> A quantity at the samples.
+   type :: signal_t
+      character(24) :: name = ''
+      real(wp), allocatable :: values(:)
+      !> What rounding is a share of
+      real(wp) :: size = 0.0_wp
+      !> Whose it is; 0: no surface's
+      integer :: surface = 0
+   end type signal_t
+
+contains
+
+   !> What differs; empty: nothing.
+   function complaint_of_steps(scene, is_compared) result(complaint)
+      !> Read, of method 'newmark'
+      type(scene_t), intent(in) :: scene
+      !> It could be
+      logical, intent(out) :: is_compared
+      character(:), allocatable :: complaint
+
+      type(beam_model_t) :: model
+      type(run_settings_t) :: settings
+      type(response_t) :: exact, steps(lengths)
+      type(failure_t), allocatable :: error
+      real(wp) :: h
+      integer :: i
+
+      complaint = ''
+      is_compared = .false.
+      call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, error)
+      settings = run_of(scene)
+      if (.not. allocated(error)) call set_steps(model, settings, h, error)
+      if (allocated(error)) return
+      if (.not. h > 0.0_wp) return
+      settings%response%contact_tolerance = 1.0e-12_wp
+      settings%response%keep_all_modes = .true.
+      settings%output%history = scene%has_stop
+      settings%output%history(eta_tip) = .true.
+      settings%output%energy = .true.
+      call run_exactly(model, settings, h, exact, error)
+      if (.not. allocated(error)) then
+         if (.not. settings%response%duration > 0.0_wp) return
+         do i = 1, lengths
+            settings%response%step = scale(h, 1 - i)
+            call run_motion(model, settings, steps(i), error)
+            if (allocated(error)) exit
+         end do
+      end if
+      if (allocated(error)) then
+         if (.not. is_legal(error%message)) complaint = error%message
+         return
+      end if
+      is_compared = .true.
+      call compare(exact, steps, h, complaint)
+   end function complaint_of_steps
+
+   !> A step that turns the fastest mode, load or decay by little over a step, and by little too much over the run;
+   !> breaks of tables are moved to its multiples, as steps go over them.
+   subroutine set_steps(model, settings, h, error)
+      type(beam_model_t), intent(in) :: model
+      !> Duration and courses of loads may change
+      type(run_settings_t), intent(inout) :: settings
+      !> 0: too short a step
+      real(wp), intent(out) :: h
+      !> Set where the stiffness cannot be factorised
+      type(failure_t), allocatable, intent(out) :: error
+
+      ! (h W)^2 W T of the fastest mode, and h W
+      real(wp), parameter :: most_late = 0.2_wp, most_turned = 0.05_wp
+      real(wp), parameter :: most_steps = 1.0e4_wp, shortest = 0.02_wp
+      type(beam_model_t) :: held
+      real(wp) :: fastest, rate
+      integer :: i
+
+      held = hold_supports(model)
+      h = 0.0_wp
+      if (any(held%mass%values(held%mass%diagonal) <= 0.0_wp)) return
+      call highest_frequency(held%stiffness, held%mass, held%stop_dof, 0.0_wp, fastest, error)
+      if (allocated(error)) return
+      fastest = fastest/lambda1**2
+      rate = max(fastest, 2.0_wp*(settings%zeta*fastest**2 + settings%zeta_mass))
+      if (allocated(settings%forces)) rate = max(rate, maxval(rate_of(settings%forces%course)))
+      if (allocated(settings%bases)) rate = max(rate, maxval(rate_of(settings%bases%course)))
+      associate (duration => settings%response%duration)
+         duration = min(duration, (most_steps**2*most_late)**(1.0_wp/3.0_wp)/fastest, most_steps*most_turned/rate)
+         if (duration < shortest) return
+         h = min(most_turned/rate, sqrt(most_late/(fastest**3*duration)))
+         h = duration/aint(1.0_wp + duration/h)
+      end associate
+      if (allocated(settings%forces)) then
+         do i = 1, size(settings%forces)
+            call round_breaks(h, settings%forces(i)%course)
+         end do
+      end if
+      if (.not. allocated(settings%bases)) return
+      do i = 1, size(settings%bases)
+         call round_breaks(h, settings%bases(i)%course)
+      end do
+   end subroutine set_steps
+
+   !> How fast a load changes.
+   elemental function rate_of(course) result(rate)
+      type(time_course_t), intent(in) :: course
+      real(wp) :: rate
+
+      rate = 0.0_wp
+      if (course%kind == course_harmonic) rate = course%frequency
+      if (course%kind == course_pulse) rate = 1.0_wp/course%duration
+      if (course%kind /= course_table) return
+      associate (t => course%time)
+         ! no more than that breaks stay apart
+         rate = 0.1_wp/minval(t(2:) - t(:size(t) - 1))
+      end associate
+   end function rate_of
+
+   !> The inner breaks of a table become multiples of the step.
+   pure subroutine round_breaks(h, course)
+      real(wp), intent(in) :: h
+      type(time_course_t), intent(inout) :: course
+
+      if (course%kind /= course_table .or. h <= 0.0_wp) return
+      associate (inner => course%time(2:size(course%time) - 1))
+         inner = h*anint((course%start + inner)/h) - course%start
+      end associate
+   end subroutine round_breaks
+
+   !> The exact motion; runs by steps are to end soon after its first contact.
+   subroutine run_exactly(model, settings, h, exact, error)
+      type(beam_model_t), intent(in) :: model
+      !> Duration changes; 0: it begins with a contact
+      type(run_settings_t), intent(inout) :: settings
+      real(wp), intent(in) :: h
+      type(response_t), intent(out) :: exact
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(run_settings_t) :: whole
+
+      whole = settings
+      whole%response%method = method_exact
+      whole%response%step = h
+      call run_motion(model, whole, exact, error)
+      if (allocated(error)) return
+      if (exact%event_count == 0) return
+      associate (duration => settings%response%duration, contact => exact%events(1)%tau)
+         duration = min(duration, h*(aint(contact/h) + 2.0_wp))
+         if (contact < h) duration = 0.0_wp
+      end associate
+   end subroutine run_exactly
+
+   !> Each quantity errs a quarter as much at half the step, and so does the instant of the first contact.
+   subroutine compare(exact, steps, h, complaint)
+      type(response_t), intent(in) :: exact
+      type(response_t), intent(in) :: steps(lengths)
+      !> The longest step
+      real(wp), intent(in) :: h
+      !> Gets what does not
+      character(:), allocatable, intent(inout) :: complaint
+
+      ! of the extent of a quantity: the error of the longest step, and rounding
+      real(wp), parameter :: most_wrong = 0.2_wp, rounding = 1.0e-7_wp
+      type(signal_t), allocatable :: expected(:), found(:)
+      real(wp), allocatable :: errors(:, :)
+      real(wp) :: extent, last, least
+      integer :: i, k, samples
+
+      last = h*real(size(steps(1)%tau), wp)
+      if (exact%event_count > 0) last = exact%events(1)%tau
+      do i = 1, lengths
+         if (steps(i)%event_count > 0) last = min(last, steps(i)%events(1)%tau)
+      end do
+      samples = min(size(steps(1)%tau), int(last/h + 0.5_wp))
+      call gather(exact, 1, samples, expected)
+      allocate (errors(lengths, size(expected)))
+      do i = 1, lengths
+         call gather(steps(i), 2**(i - 1), samples, found)
+         errors(i, :) = [(maxval(abs(found(k)%values - expected(k)%values)), k=1, size(expected))]
+      end do
+      do k = 1, size(expected)
+         associate (values => expected(k)%values, error => errors(:, k))
+            extent = maxval(values) - minval(values)
+            least = rounding*extent + rounding_of_size*expected(k)%size
+            if (error(1) <= most_wrong*extent + least .and. &
+               all(error(2:) <= freedom*[quarter, quarter**2]*error(1) + least)) cycle
+            complaint = complaint//trim(expected(k)%name)//' errs by '//to_text(error(1)/extent)//', '// &
+               to_text(error(2)/extent)//', '//to_text(error(3)/extent)//'; '
+         end associate
+      end do
+      if (complaint == '' .and. exact%event_count > 0) call compare_contacts(exact, steps, expected, errors, complaint)
+   end subroutine compare
+
+   !> The first contact is one of the same surface, as soon as the errors there allow.
+   subroutine compare_contacts(exact, steps, expected, errors, complaint)
+      type(response_t), intent(in) :: exact
+      type(response_t), intent(in) :: steps(lengths)
+      type(signal_t), intent(in) :: expected(:)
+      !> Of these, [lengths, signals]
+      real(wp), intent(in) :: errors(:, :)
+      character(:), allocatable, intent(inout) :: complaint
+
+      ! of the greatest speed there: what is slower grazes
+      real(wp), parameter :: slow = 0.1_wp
+      type(event_t) :: found(lengths)
+      integer :: i, place, speed
+
+      associate (contact => exact%events(1))
+         place = findloc(expected%surface == contact%surface .and. expected%name == 'eta', .true., dim=1)
+         speed = findloc(expected%surface == contact%surface .and. expected%name == 'velocity', .true., dim=1)
+         if (abs(contact%velocity_before) < slow*maxval(abs(expected(speed)%values))) return
+         if (any(steps%event_count == 0)) then
+            complaint = complaint//'no contact; '
+            return
+         end if
+         found = [(steps(i)%events(1), i=1, lengths)]
+         if (any(found%kind /= contact%kind .or. found%surface /= contact%surface)) complaint = 'another contact; '
+         if (.not. falls(abs((found%tau - contact%tau)*contact%velocity_before), errors(:, place), &
+            rounding_of_size*expected(place)%size)) complaint = complaint//'instants of contact err by '// &
+            to_text(found(1)%tau - contact%tau)//', '//to_text(found(3)%tau - contact%tau)//'; '
+         if (.not. falls(abs(found%velocity_before - contact%velocity_before), errors(:, speed), &
+            rounding_of_size*expected(speed)%size)) complaint = complaint//'speeds of contact err by '// &
+            to_text(found(1)%velocity_before - contact%velocity_before)//', ' &
+            //to_text(found(3)%velocity_before - contact%velocity_before)//'; '
+      end associate
+   end subroutine compare_contacts
+
+   !> Does a single error fall with the square of the step? It may pass through zero: then it is not above others that do.
+   pure function falls(error, others, least) result(does)
+      !> For each length of the step
+      real(wp), intent(in) :: error(lengths)
+      real(wp), intent(in) :: others(lengths)
+      !> What may be rounding
+      real(wp), intent(in) :: least
+      logical :: does
+
+      ! errors may grow until the contact
+      real(wp), parameter :: grown = 4.0_wp
+
+      does = all(error <= grown*others + least) .or. all(error(2:) <= freedom*[quarter, quarter**2]*error(1) + least)
+   end function falls
+
+   !> All that is compared, at the samples of the longest step.
+   subroutine gather(response, stride, samples, signals)
+      type(response_t), intent(in) :: response
+      !> Samples from one to the next
+      integer, intent(in) :: stride
+      !> How many are taken
+      integer, intent(in) :: samples
+      type(signal_t), allocatable, intent(out) :: signals(:)
+
+      real(wp) :: whole
+      integer :: k
+
+      whole = maxval(response%energy%kinetic + response%energy%strain)
+      allocate (signals(0))
+      call add('tip', response%history(eta_tip)%values, sqrt(whole))
+      if (allocated(response%surfaces)) then
+         do k = 1, size(response%surfaces)
+            call add('eta', response%surfaces(k)%eta, sqrt(whole), k)
+            call add('velocity', response%surfaces(k)%velocity, sqrt(whole), k)
+         end do
+      else
+         call add('eta', response%history(eta_stop)%values, sqrt(whole), 1)
+         call add('velocity', response%history(velocity_stop)%values, sqrt(whole), 1)
+      end if
+      associate (energy => response%energy)
+         call add('kinetic', energy%kinetic, whole)
+         call add('strain', energy%strain, whole)
+         call add('dissipated_beam', energy%dissipated_beam, whole)
+         if (allocated(energy%work)) call add('work', energy%work, whole)
+      end associate
+      if (.not. allocated(response%moments)) return
+      do k = 1, size(response%moments)
+         call add('moment', response%moments(k)%moment, 0.0_wp)
+      end do
+
+   contains
+
+      subroutine add(name, values, least_size, surface)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: values(:)
+         !> What rounding is a share of, at least
+         real(wp), intent(in) :: least_size
+         !> Whose it is
+         integer, intent(in), optional :: surface
+
+         type(signal_t) :: signal
+         integer :: i
+
+         signal%name = name
+         if (present(surface)) signal%surface = surface
+         signal%size = max(least_size, maxval(abs(values)))
+         allocate (signal%values(samples))
+         signal%values(:) = [(values(1 + stride*(i - 1)), i=1, samples)]
+         signals = [signals, signal]
+      end subroutine add
+
+   end subroutine gather
+
+end module newmark_convergence
