@@ -31,9 +31,8 @@ module scene_checks
    private
    public :: open_folder, settle, complaint_of, is_legal, tally_t, clean_up
 
-   !> Where the scenes and their results are.
-   character(*), parameter :: folder = 'random_scenes'
-   character(*), parameter :: scene_file = folder//'/scene.nml'
+   !> Where the scenes and their results are: a folder of this process, as suites run side by side.
+   character(:), allocatable, save :: folder, scene_file
    !> Share of the energy at the start, and of the greatest displacement, that rounding may take
    real(wp), parameter :: rounding = 1.0e-11_wp
 
@@ -54,6 +53,12 @@ module scene_checks
          integer(c_int), value :: seconds
          integer(c_int) :: left
       end function c_alarm
+      !> C: the number of this process.
+      function c_getpid() result(number) bind(c, name='getpid')
+         use, intrinsic :: iso_c_binding, only: c_int
+         implicit none (type, external)
+         integer(c_int) :: number
+      end function c_getpid
       !> C: what a signal does; no handler: what it does by default.
       function c_signal(number, handler) result(before) bind(c, name='signal')
          use, intrinsic :: iso_c_binding, only: c_funptr, c_int
@@ -73,6 +78,8 @@ contains
 
       ! the process that started this one may ignore it
       before = c_signal(signal_of_alarm, c_null_funptr)
+      folder = 'random_scenes_'//to_text(int(c_getpid()))
+      scene_file = folder//'/scene.nml'
       call execute_command_line('rm -rf '//folder//' && mkdir '//folder)
       call save_text(folder//'/'//table_file, '0 0'//new_line('a')//'1 1'//new_line('a')//'2.5 -1 # and so on' &
          //new_line('a')//'4 0'//new_line('a'))
