@@ -13,8 +13,8 @@ module block_statistics
    use student, only: student_quantile
    implicit none (type, external)
    private
-   public :: open_blocks, blocks_begun, width_of_blocks, take_events, take_contact, take_flight, finish_blocks, &
-      finish_statistics
+   public :: open_blocks, empty_block, blocks_begun, width_of_blocks, take_events, take_contact, take_flight
+   public :: finish_blocks, finish_statistics
 
    !> How a statistic follows from sums.
    type :: form_t
@@ -94,17 +94,28 @@ contains
       real(wp), intent(in) :: edge(0:)
       type(surface_sums_t), intent(inout) :: surface
 
-      integer :: blocks
+      integer :: blocks, i
 
       blocks = ubound(edge, 1)
       surface%yields = yields
-      allocate (surface%sums(sum_count, blocks), source=0.0_wp)
-      surface%sums(sum_time, :) = edge(1:) - edge(:blocks - 1)
-      surface%sums(top_displacement, :) = -huge(1.0_wp)
-      surface%sums(top_tip, :) = -huge(1.0_wp)
-      surface%sums(lows, :) = huge(1.0_wp)
+      allocate (surface%sums(sum_count, blocks))
+      do i = 1, blocks
+         surface%sums(:, i) = empty_block(edge(i - 1:i))
+      end do
       allocate (surface%impacts(16))
    end subroutine open_surface
+
+   !> Sums of a block in which nothing has gathered.
+   pure function empty_block(edge) result(sums)
+      !> Its beginning and end
+      real(wp), intent(in) :: edge(2)
+      real(wp) :: sums(sum_count)
+
+      sums = 0.0_wp
+      sums(sum_time) = edge(2) - edge(1)
+      sums([top_displacement, top_tip]) = -huge(1.0_wp)
+      sums(lows) = huge(1.0_wp)
+   end function empty_block
 
    !> The block to which an instant belongs; 0: to none.
    pure integer function block_at(blocks, tau)

@@ -11,6 +11,7 @@ module newmark_several
    use load_settings, only: start_pull
    use moment_places, only: finish_moments, open_moments
    use newmark_energies, only: kinetic_energy, strain_energy
+   use newmark_flights, only: keep_flight_start
    use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_moments, only: measure_moments, sample_moments, start_moments
    use newmark_motion, only: blame_mesh, check_ledger, check_mesh, divide_step
@@ -90,6 +91,7 @@ contains
          call advance(run, response)
          if (allocated(run%error)) exit
          if (allocated(run%blocks)) call take_events(run%blocks, response)
+         call keep_flight_start(run, response%event_count)
          if (run%part > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
          call tell_reach(real(run%sample, wp), real(samples, wp))
@@ -130,6 +132,7 @@ contains
          call begin_at_surfaces(run, response)
       end if
       if (allocated(run%blocks)) call take_events(run%blocks, response)
+      call keep_flight_start(run, response%event_count)
    end subroutine begin
 
    !> Can a run start? What would keep it from that is known without running it.
@@ -165,8 +168,7 @@ contains
       run%sample_step = settings%response%step
       run%contact_tolerance = settings%response%contact_tolerance
       run%release_force = settings%response%release_tolerance/settings%height_ratio
-      ! a flight may begin anywhere within the tolerance
-      run%hop_height = max(settings%response%hop_tolerance, 2.0_wp*settings%response%contact_tolerance)
+      run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
       surfaces = surfaces_of(settings)

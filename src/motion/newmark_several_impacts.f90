@@ -4,9 +4,10 @@ module newmark_several_impacts
    use failures, only: fail, status_run_failed
    use kinds, only: wp
    use newmark_events, only: find_impulse_level
+   use newmark_flights, only: take_flight_back
    use newmark_run, only: nowhere
    use newmark_several_contacts, only: event_here, keep_event, let_fly
-   use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_open, several_run_t
+   use newmark_several_run, only: begins_now, gap_at, gap_rate_at, instant_of, is_held, is_open, several_run_t
    use newmark_several_steps, only: eliminate
    use number_text, only: to_text
    use response_types, only: event_blow, event_capture, event_impact, event_release, event_t, response_t
@@ -30,7 +31,7 @@ contains
       integer :: members(size(run%surfaces)), k, n, round
       logical :: has_hit, is_soft
 
-      call stop_chatter(run, response)
+      call capture_low_flights(run, response)
       if (allocated(run%error)) return
       do round = 1, most_rounds
          n = 0
@@ -55,37 +56,61 @@ contains
             call after_impulse(run, members(k), rate(k), impulse(k), is_soft, response)
             if (allocated(run%error)) return
          end do
-         if (run%impulse_level < 0) call find_impulse_level(run%stepper, run%impulse_level, run%error)
+         call shorten_next_step(run)
          if (allocated(run%error)) return
-         run%next_level = max(run%next_level, run%impulse_level)
       end do
       call fail(run%error, status_run_failed, 'the impacts at tau = '//to_text(instant_of(run))// &
          ' do not come to an end')
    end subroutine strike
 
 
-   !> Where captures at one surface throw the beam off another again and again, low flights all of them, those surfaces
-   !> bring it to rest together.
-   pure subroutine stop_chatter(run, response)
+   !> Flights that stayed low, with no event since they began, end where they began, in capture. Where captures at one
+   !> surface throw the beam off another again and again, flights that were interrupted but low all of them, those
+   !> surfaces bring it to rest together.
+   pure subroutine capture_low_flights(run, response)
       type(several_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
       integer, parameter :: patience = 10
+      logical, dimension(size(run%surfaces)) :: chatters, is_caught
+      integer :: k
+
+      is_caught = run%arrives .and. run%surfaces%judged .and. run%surfaces%flight_events == response%event_count
+      if (any(is_caught)) then
+         call take_flight_back(run)
+         run%arrives = .false.
+         call bring_to_rest(run, is_caught, response)
+         return
+      end if
+      chatters = run%surfaces%captures >= patience
+      if (.not. any(run%arrives .and. run%surfaces%judged .and. chatters)) return
+      do k = 1, size(run%surfaces)
+         chatters(k) = chatters(k) .and. run%surfaces(k)%status /= is_held .and. takes_part(run, k, leaving_too=.true.)
+      end do
+      call bring_to_rest(run, chatters, response)
+   end subroutine capture_low_flights
+
+
+   !> Bring the beam to rest at surfaces by impulses at them and at those that hold it.
+   pure subroutine bring_to_rest(run, is_caught, response)
+      type(several_run_t), intent(inout) :: run
+      !> Of each surface; at least one
+      logical, intent(in) :: is_caught(:)
+      !> Events
+      type(response_t), intent(inout) :: response
+
       integer :: members(size(run%surfaces)), k, last, n
       real(wp), dimension(size(run%surfaces)) :: impulse, rate
       type(event_t) :: event
 
-      associate (state => run%states(run%now), chatters => run%surfaces%captures >= patience)
-         if (.not. any(run%arrives .and. run%surfaces%judged .and. chatters)) return
+      associate (state => run%states(run%now))
          n = 0
          last = 0
          do k = 1, size(run%surfaces)
-            if (run%surfaces(k)%status /= is_held) then
-               if (.not. (chatters(k) .and. takes_part(run, k, leaving_too=.true.))) cycle
-               last = n + 1
-            end if
+            if (.not. (is_caught(k) .or. run%surfaces(k)%status == is_held)) cycle
             n = n + 1
+            if (is_caught(k)) last = n
             members(n) = k
             rate(n) = gap_rate_at(run, k, state)
          end do
@@ -107,6 +132,7 @@ contains
                end if
                met%is_stopped = .true.
                met%is_captured = .true.
+               met%captures = met%captures + 1
                met%judged = .false.
                met%refused_end = nowhere
                event = event_here(run, members(k), event_capture)
@@ -119,7 +145,17 @@ contains
             end associate
          end do
       end associate
-   end subroutine stop_chatter
+      call shorten_next_step(run)
+   end subroutine bring_to_rest
+
+
+   !> The first step after an impulse is short, and the next ones grow.
+   pure subroutine shorten_next_step(run)
+      type(several_run_t), intent(inout) :: run
+
+      if (run%impulse_level < 0) call find_impulse_level(run%stepper, run%impulse_level, run%error)
+      run%next_level = max(run%next_level, run%impulse_level)
+   end subroutine shorten_next_step
 
 
    !> Does a surface take part in an impact?
@@ -201,8 +237,7 @@ contains
                if (met%status == is_held .or. met%is_captured) call keep_event(run, k, event, response)
                call let_fly(run, k)
                met%armed = .true.
-               met%judged = .true.
-               met%peak = gap_at(run, k, state)
+               call begin_flight(run, k)
                if (.not. is_soft) met%captures = 0
             end if
             return
@@ -216,12 +251,27 @@ contains
          met%is_captured = event%kind == event_capture
          if (met%is_captured) met%captures = met%captures + 1
          met%is_stopped = .not. rate_after > 0.0_wp
-         met%judged = .not. met%is_stopped
-         met%peak = gap_at(run, k, state)
+         met%judged = .false.
+         if (.not. met%is_stopped) call begin_flight(run, k)
          met%refused_end = nowhere
          call keep_event(run, k, event, response)
       end associate
    end subroutine after_impulse
+
+
+   !> A flight begins that is a capture if it stays low.
+   pure subroutine begin_flight(run, k)
+      type(several_run_t), intent(inout) :: run
+      !> The surface
+      integer, intent(in) :: k
+
+      associate (met => run%surfaces(k))
+         met%judged = .true.
+         met%peak = gap_at(run, k, run%states(run%now))
+         met%flight_events = begins_now
+      end associate
+      run%begins_flight = .true.
+   end subroutine begin_flight
 
 
    !> What a surface on which the stop point is at rest gives the beam as others are hit.

@@ -10,14 +10,14 @@ module newmark_several_run
    use response_types, only: moment_record_t, run_measures_t
    use run_recorder, only: ledger_t
    use section_types, only: run_sections_t
-   use statistic_types, only: block_sums_t
+   use statistic_types, only: block_sums_t, impact_t
    use step_measures, only: step_measurer_t
    use stop_surfaces, only: surface_t
    use yielding_stop, only: rounding_of_force, stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: several_run_t
-   public :: is_open, is_held, is_in_contact, is_lifted, is_idle
+   public :: several_run_t, several_state_t, run_progress_t, contact_progress_t
+   public :: begins_now, is_open, is_held, is_in_contact, is_lifted, is_idle
    public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, surface_energy, energy_left
 
    !> The beam is away from the surface.
@@ -31,6 +31,10 @@ module newmark_several_run
    !> Another rigid surface lies before it.
    integer, parameter :: is_idle = 5
 
+   !> No numbers of events: the flight begins at this instant; it cannot be taken back.
+   integer, parameter :: begins_now = -1
+   integer, parameter :: is_interrupted = -2
+
    !> The beam, and of each surface the force P, the indentation u and the branch force.
    type :: several_state_t
       type(newmark_state_t) :: beam
@@ -41,26 +45,19 @@ module newmark_several_run
       real(wp) :: load_tau = 0.0_wp
    end type several_state_t
 
-   !> A surface, and how it stands with the beam.
-   type :: met_surface_t
-      type(surface_t) :: surface
-      !> Degree of freedom of the stop point, and its place among the stop points
-      integer :: dof = 0
-      integer :: point = 0
-      !> Unallocated: it is rigid
-      class(yielding_stop_t), allocatable :: stop
-      !> Spring and damper: the surface does not come back on its own
-      logical :: is_viscous = .false.
-      !> How often the first step of a contact is halved
-      integer :: contact_level = 0
+   !> How a surface stands with the beam; numbers only, so that it can be put back where a flight is taken back.
+   type :: contact_progress_t
       !> One of the constants above
       integer :: status = is_open
-      !> As with one stop: the flight is judged by its height, the highest point of it so far, it may touch, it is on
-      !> the way out from beyond the surface
+      !> The flight is judged by its height, the highest point of it so far, it may touch, it is on the way out from
+      !> beyond the surface: after a separation with a rest of force the springs came back beyond the beam, or rounding
+      !> left it there
       logical :: judged = .false.
       real(wp) :: peak = 0.0_wp
       logical :: armed = .true.
       logical :: leaving = .false.
+      !> Number of events of the run when the flight began, or one of the constants above
+      integer :: flight_events = is_interrupted
       !> Rigid: the impact problem has brought it to rest, and whether that is in the list of events as a capture
       logical :: is_stopped = .false.
       logical :: is_captured = .false.
@@ -71,10 +68,24 @@ module newmark_several_run
       real(wp) :: shift = 0.0_wp
       !> End of the last step taken back on its account, as an offset, as long as it is ahead
       integer(i8) :: refused_end = nowhere
-      !> What the beam gave it over the last step tried, and what it has dissipated, at impacts too
-      real(wp) :: work = 0.0_wp
+      !> What it has dissipated, at impacts too
       real(wp) :: dissipated = 0.0_wp
       type(step_measurer_t) :: measurer
+   end type contact_progress_t
+
+   type, extends(contact_progress_t) :: met_surface_t
+      type(surface_t) :: surface
+      !> Degree of freedom of the stop point, and its place among the stop points
+      integer :: dof = 0
+      integer :: point = 0
+      !> Unallocated: it is rigid
+      class(yielding_stop_t), allocatable :: stop
+      !> Spring and damper: the surface does not come back on its own
+      logical :: is_viscous = .false.
+      !> How often the first step of a contact is halved
+      integer :: contact_level = 0
+      !> What the beam gave it over the last step tried
+      real(wp) :: work = 0.0_wp
       type(run_measures_t) :: measures
    end type met_surface_t
 
@@ -89,14 +100,48 @@ module newmark_several_run
       type(stop_step_t), allocatable :: stops(:)
    end type several_factors_t
 
-   type :: several_run_t
+   !> Where a run stands on the grid of steps, and what has gathered until then; numbers only.
+   type :: run_progress_t
+      !> Samples passed, whole steps since the last one, the part of the present one in shortest steps, the next shape
+      integer :: sample = 0
+      integer :: part = 0
+      integer(i8) :: offset = 0_i8
+      integer :: next_shape = 1
+      !> How often the next step is halved at least
+      integer :: next_level = 0
+      !> The next instant at which loads jump
+      integer :: next_jump = 1
+      !> All work of loads so far, won and lost
+      real(wp) :: turnover = 0.0_wp
+      type(ledger_t) :: ledger
+      !> Where there are no surfaces
+      type(step_measurer_t) :: measurer
+   end type run_progress_t
+
+   !> Where the last flight after a rebound began.
+   type :: flight_start_t
+      type(several_state_t) :: state
+      type(run_progress_t) :: progress
+      type(contact_progress_t), allocatable :: surfaces(:)
+      !> Least and greatest moments, and when, [4, places]
+      real(wp), allocatable :: moments(:, :)
+      !> Sections that had come
+      integer :: sections = 0
+      !> Sums of the block under way, of each surface and of the tip, [sum_count, 0:surfaces], its number, and of each
+      !> surface the last impact and whether the beam has been away from it since
+      integer :: block = 0
+      real(wp), allocatable :: sums(:, :)
+      type(impact_t), allocatable :: impacts(:)
+      logical, allocatable :: has_flown(:)
+   end type flight_start_t
+
+   type, extends(run_progress_t) :: several_run_t
       type(newmark_stepper_t) :: stepper
       type(met_surface_t), allocatable :: surfaces(:)
       !> Place of the surface at which histories are taken, from which a beam is released, and d there; 0: there are no
       !> surfaces, and the run measures with a measurer of its own
       integer :: pulled = 1
       real(wp) :: height = 0.0_wp
-      type(step_measurer_t) :: measurer
       !> Made when first needed, [0:deepest_level]
       type(several_factors_t) :: factors(0:deepest_level)
       !> M*^-1 e of each stop point, [order, points], and s_j s_l e_j' M*^-1 e_l, [surfaces, surfaces]
@@ -105,9 +150,10 @@ module newmark_several_run
       !> Steps between two samples, and their distance
       integer :: parts = 1
       real(wp) :: sample_step = 0.0_wp
-      !> As with one stop
+      !> Gap within which an approach is a contact; force below which, at a sign change, the beam leaves
       real(wp) :: contact_tolerance = 0.0_wp
       real(wp) :: release_force = 0.0_wp
+      !> A flight that begins with a rebound and never rises above this is captured
       real(wp) :: hop_height = 0.0_wp
       integer :: event_limit = 0
       real(wp) :: height_ratio = 0.0_wp
@@ -123,18 +169,14 @@ module newmark_several_run
       !> The present state and, in the other place, the one a step leads to or came from
       type(several_state_t) :: states(2)
       integer :: now = 1
-      !> Samples passed, whole steps since the last one, the part of the present one in shortest steps, the next shape
-      integer :: sample = 0
-      integer :: part = 0
-      integer(i8) :: offset = 0_i8
-      integer :: next_shape = 1
-      !> How often the first step after an impulse is halved (negative: not known yet), and the next step at least
+      !> A flight begins that its height will judge, and where the last such began
+      logical :: begins_flight = .false.
+      type(flight_start_t) :: flight_start
+      !> How often the first step after an impulse is halved; negative: not known yet
       integer :: impulse_level = -1
-      integer :: next_level = 0
-      !> What acts on the beam, the instants at which that may jump, and the next of them
+      !> What acts on the beam, and the instants at which that may jump
       type(applied_loads_t) :: loads
       real(wp), allocatable :: jumps(:)
-      integer :: next_jump = 1
       !> Bending moments: what makes them of the state, and what is kept of them; unallocated: none are asked for
       type(moment_places_t) :: places
       type(moment_record_t), allocatable :: moments(:)
@@ -142,9 +184,6 @@ module newmark_several_run
       real(wp) :: mass_damping = 0.0_wp
       logical :: damps_modes = .false.
       real(wp) :: start_energy = 0.0_wp
-      !> All work of loads so far, won and lost
-      real(wp) :: turnover = 0.0_wp
-      type(ledger_t) :: ledger
       !> Room for the equations of the closed surfaces: which, their matrix, and right side or forces
       integer, allocatable :: closed(:)
       real(wp), allocatable :: rows(:, :)

@@ -479,6 +479,7 @@ contains
       to%displacement(:) = from%displacement
       to%velocity(:) = from%velocity
       to%acceleration(:) = from%acceleration
+      if (allocated(from%load)) to%load(:) = from%load
       to%force = from%force
       to%indentation = from%indentation
       to%branch_force = from%branch_force

@@ -1,0 +1,141 @@
+!> Flights of a Newmark run that are judged by their height: one that stays low is taken back, as if the run had not
+!> gone past the instant at which it began. Histories and shapes that were kept meanwhile are kept anew.
+module newmark_flights
+   use block_statistics, only: blocks_begun, empty_block
+   use newmark_several_run, only: begins_now, instant_of, several_run_t, several_state_t
+   use newmark_stepper, only: copy_state
+   implicit none (type, external)
+   private
+   public :: keep_flight_start, take_flight_back
+
+contains
+
+   !> The present state is that at which flights begin, if any do.
+   subroutine keep_flight_start(run, events)
+      type(several_run_t), intent(inout) :: run
+      !> How many there are
+      integer, intent(in) :: events
+
+      integer :: k
+
+      if (.not. run%begins_flight) return
+      run%begins_flight = .false.
+      associate (start => run%flight_start)
+         if (.not. allocated(start%surfaces)) then
+            start%state = run%states(run%now)
+            allocate (start%surfaces(size(run%surfaces)))
+            if (allocated(run%moments)) allocate (start%moments(4, size(run%moments)))
+         end if
+         do k = 1, size(run%surfaces)
+            if (run%surfaces(k)%flight_events == begins_now) run%surfaces(k)%flight_events = events
+            start%surfaces(k) = run%surfaces(k)%contact_progress_t
+         end do
+         call copy(run%states(run%now), start%state)
+         start%progress = run%run_progress_t
+         if (allocated(run%moments)) then
+            do k = 1, size(run%moments)
+               associate (moment => run%moments(k))
+                  start%moments(:, k) = [moment%least, moment%least_tau, moment%greatest, moment%greatest_tau]
+               end associate
+            end do
+         end if
+         if (allocated(run%sections)) start%sections = run%sections%count
+         if (allocated(run%blocks)) call keep_sums(run)
+      end associate
+   end subroutine keep_flight_start
+
+   !> Back to where the last flight began.
+   pure subroutine take_flight_back(run)
+      type(several_run_t), intent(inout) :: run
+
+      integer :: k, last
+
+      last = 0
+      if (allocated(run%blocks)) last = min(blocks_begun(run%blocks, instant_of(run)), size(run%blocks%tip%sums, 2))
+      associate (start => run%flight_start)
+         call copy(start%state, run%states(run%now))
+         run%run_progress_t = start%progress
+         do k = 1, size(run%surfaces)
+            run%surfaces(k)%contact_progress_t = start%surfaces(k)
+         end do
+         if (allocated(run%moments)) then
+            do k = 1, size(run%moments)
+               associate (moment => run%moments(k), kept => start%moments(:, k))
+                  moment%least = kept(1)
+                  moment%least_tau = kept(2)
+                  moment%greatest = kept(3)
+                  moment%greatest_tau = kept(4)
+               end associate
+            end do
+         end if
+         if (allocated(run%sections)) run%sections%count = start%sections
+         if (allocated(run%blocks)) call put_sums_back(run, last)
+      end associate
+   end subroutine take_flight_back
+
+   !> Statistics as they are.
+   subroutine keep_sums(run)
+      type(several_run_t), intent(inout) :: run
+
+      integer :: k
+
+      associate (start => run%flight_start, blocks => run%blocks)
+         start%block = blocks_begun(blocks, instant_of(run))
+         if (.not. allocated(start%impacts)) then
+            allocate (start%impacts(size(blocks%surface)), start%has_flown(size(blocks%surface)))
+            allocate (start%sums(size(blocks%tip%sums, 1), 0:size(blocks%surface)))
+         end if
+         associate (block => min(max(start%block, 1), size(blocks%tip%sums, 2)))
+            start%sums(:, 0) = blocks%tip%sums(:, block)
+            do k = 1, size(blocks%surface)
+               associate (surface => blocks%surface(k))
+                  start%sums(:, k) = surface%sums(:, block)
+                  if (surface%count > 0) start%impacts(k) = surface%impacts(surface%count)
+                  start%has_flown(k) = surface%has_flown
+               end associate
+            end do
+         end associate
+      end associate
+   end subroutine keep_sums
+
+   !> Statistics as they were, with nothing in the blocks that have begun since. No impact has.
+   pure subroutine put_sums_back(run, last)
+      type(several_run_t), intent(inout) :: run
+      !> The block under way
+      integer, intent(in) :: last
+
+      integer :: block, first, k
+
+      associate (start => run%flight_start, blocks => run%blocks)
+         first = min(max(start%block, 1), size(blocks%tip%sums, 2))
+         blocks%tip%sums(:, first) = start%sums(:, 0)
+         do block = first + 1, last
+            blocks%tip%sums(:, block) = empty_block(blocks%edge(block - 1:block))
+         end do
+         do k = 1, size(blocks%surface)
+            associate (surface => blocks%surface(k))
+               surface%sums(:, first) = start%sums(:, k)
+               do block = first + 1, last
+                  surface%sums(:, block) = empty_block(blocks%edge(block - 1:block))
+               end do
+               if (surface%count > 0) surface%impacts(surface%count) = start%impacts(k)
+               surface%has_flown = start%has_flown(k)
+            end associate
+         end do
+      end associate
+   end subroutine put_sums_back
+
+   !> Copy without allocating.
+   pure subroutine copy(from, to)
+      type(several_state_t), intent(in) :: from
+      !> Allocated to the same size
+      type(several_state_t), intent(inout) :: to
+
+      call copy_state(from%beam, to%beam)
+      to%force(:) = from%force
+      to%indentation(:) = from%indentation
+      to%branch_force(:) = from%branch_force
+      to%load_tau = from%load_tau
+   end subroutine copy
+
+end module newmark_flights
