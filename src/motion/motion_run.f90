@@ -10,7 +10,6 @@ module motion_run
    use load_settings, only: is_in_mode, start_pull
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
-   use newmark_several, only: check_several_newmark, several_newmark_response
    use number_text, only: to_text
    use response_types, only: response_t
    use run_settings, only: impulse_momentum, method_exact, method_newmark, run_settings_t
@@ -53,11 +52,7 @@ contains
       case (method_exact)
          call exact_response(model, settings, response, error, shared, sets, carried)
       case (method_newmark)
-         if (is_plain_run(model, settings)) then
-            call newmark_response(model, settings, response, error)
-         else
-            call several_newmark_response(model, settings, response, error, carried)
-         end if
+         call newmark_response(model, settings, response, error, carried)
       end select
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
@@ -80,11 +75,7 @@ contains
       if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
       if (allocated(error)) return
       if (settings%response%method /= method_newmark) return
-      if (is_plain_run(model, settings)) then
-         call check_newmark(model, settings, error)
-      else
-         call check_several_newmark(model, settings, error)
-      end if
+      call check_newmark(model, settings, error)
    end subroutine check_motion
 
    !> One stop below the beam, and no supports along it?

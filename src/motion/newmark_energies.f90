@@ -1,11 +1,12 @@
 !> Energies of the beam of Newmark's steps, and what a step dissipates.
 module newmark_energies
+   use contact_rows, only: along, contact_row_t
    use kinds, only: wp
    use newmark_stepper, only: negative_product, newmark_state_t, newmark_stepper_t
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
-   public :: kinetic_energy, strain_energy, beam_dissipation, momentum_at_stop
+   public :: kinetic_energy, strain_energy, beam_dissipation, momentum_along
 
 contains
 
@@ -67,18 +68,21 @@ contains
       end associate
    end subroutine beam_dissipation
 
-   !> (M* y')_c
-   pure subroutine momentum_at_stop(stepper, state, momentum)
+   !> w . M* y', and w . M* w
+   pure subroutine momentum_along(stepper, state, row, momentum, mass)
       !> The beam; its room is used
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
-      !> The component
+      !> w
+      type(contact_row_t), intent(in) :: row
       real(wp), intent(out) :: momentum
+      real(wp), intent(out) :: mass
 
       associate (n => stepper%order)
          call multiply(stepper%mass, state%velocity(1:n), stepper%result(1:n))
-         momentum = stepper%result(stepper%stop_dof)
+         momentum = along(row, stepper%result(1:n))
       end associate
-   end subroutine momentum_at_stop
+      mass = stepper%mass%values(stepper%mass%diagonal(row%dof))
+   end subroutine momentum_along
 
 end module newmark_energies

@@ -10,7 +10,7 @@ module newmark_flights
 
 contains
 
-   !> The present state is that at which flights begin, if any do.
+   !> The present state is that at which flights begin.
    subroutine keep_flight_start(run, events)
       type(several_run_t), intent(inout) :: run
       !> How many there are
@@ -18,7 +18,6 @@ contains
 
       integer :: k
 
-      if (.not. run%begins_flight) return
       run%begins_flight = .false.
       associate (start => run%flight_start)
          if (.not. allocated(start%surfaces)) then
@@ -55,6 +54,7 @@ contains
       associate (start => run%flight_start)
          call copy(start%state, run%states(run%now))
          run%run_progress_t = start%progress
+         run%is_closing = .true.
          do k = 1, size(run%surfaces)
             run%surfaces(k)%contact_progress_t = start%surfaces(k)
          end do

@@ -12,8 +12,7 @@ module newmark_loads
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
-   use newmark_run, only: whole_step
-   use newmark_several_run, only: instant_of, several_run_t
+   use newmark_several_run, only: instant_of, several_run_t, whole_step
    use newmark_stepper, only: band, deepest_level, newmark_stepper_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: make_skyline, multiply, skyline_t

@@ -71,7 +71,7 @@ contains
    pure subroutine measure_moments(run)
       type(several_run_t), intent(inout) :: run
 
-      if (.not. (allocated(run%moments) .and. run%keeps_measures)) return
+      if (.not. run%keeps_measures) return
       call enter_moment(run%moments, moments_now(run), instant_of(run))
    end subroutine measure_moments
 

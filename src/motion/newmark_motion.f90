@@ -1,290 +1,343 @@
-!> The beam and the stop through time, the paper's way: Newmark steps, halved at an event until the condition of
-!> the stop is met (docs/theory.md, section 10).
+!> The beam and any number of surfaces through time by Newmark steps, halved at an event until the condition of each
+!> surface is met: a second way beside exact motion (docs/theory.md, section 10). Rigid supports are held exactly.
 !>
-!> Every state stands at a dyadic fraction of the step; after an event the steps grow again as fast as
-!> this grid allows, so that the samples are met exactly. A step is taken back by not changing to the state that it
-!> led to.
+!> Every state stands at a dyadic fraction of the step; after an event the steps grow again as fast as this grid allows,
+!> so that the samples are met exactly. A step is taken back by not changing to the state that it led to.
 module newmark_motion
-   use beam_model, only: beam_model_t, static_shape
-   use failures, only: fail, failure_t, status_bad_input, status_run_failed
-   use kinds, only: i8, lambda1_power4, wp
-   use newmark_energies, only: beam_dissipation, kinetic_energy, strain_energy
-   use newmark_events, only: give_way, look_for_event
-   use newmark_run, only: gap, instant, level_of, nowhere, phase_contact, phase_free, phase_held, run_t, stop_energy, &
-      whole_step
-   use newmark_samples, only: keep_shapes, take_sample
-   use newmark_stability, only: critical_step, highest_frequency, is_unconditionally_stable
-   use newmark_stepper, only: change_force, deepest_level, finish_step, make_factors, make_newmark_stepper, &
-      make_start_state, predict_step
+   use applied_loads, only: has_loads
+   use beam_model, only: beam_model_t, hold_supports, is_mechanism
+   use block_statistics, only: finish_statistics, take_events
+   use contact_rows, only: along, contact_row_t, put_along
+   use failures, only: fail, failure_t, status_bad_input
+   use kinds, only: i8, wp
+   use load_settings, only: start_pull
+   use moment_places, only: finish_moments, open_moments
+   use newmark_energies, only: kinetic_energy, strain_energy
+   use newmark_flights, only: keep_flight_start
+   use newmark_limits, only: blame_mesh, check_ledger, check_mesh, divide_step
+   use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
+   use newmark_moments, only: measure_moments, start_moments
+   use newmark_samples, only: shapes_in_step, take_sample
+   use newmark_sections, only: resume, start_sections, state_of, take_over, take_sections
+   use newmark_several_contacts, only: settle
+   use newmark_several_events, only: give_way, look_for_events
+   use newmark_several_run, only: energy_left, instant_of, is_held, is_idle, is_in_contact, level_of, nowhere, &
+      several_run_t, surface_energy, whole_step
+   use newmark_several_start, only: begin_at_surfaces, make_several_start, open_surfaces
+   use newmark_several_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
+   use newmark_statistics, only: open_statistics, take_step
+   use newmark_stepper, only: deepest_level, make_newmark_stepper
    use number_text, only: to_text
    use response_records, only: open_records
-   use response_types, only: miss_of_energies, response_t
-   use run_measures, only: start_tally
+   use response_types, only: miss_of_energies, response_t, run_measures_t
+   use run_measures, only: gather_measures, no_rest, open_tally
    use run_reach, only: tell_reach
-   use run_settings, only: count_samples, response_settings_t, run_settings_t
-   use skyline_matrix, only: multiply, skyline_t
-   use step_measures, only: finish_steps, measure_contact, measure_energy, measure_motion, piece_t
-   use stop_laws, only: make_yielding_stop
-   use yielding_stop, only: contact_force, mean_force_coefficients
+   use run_settings, only: count_samples, law_spring_damper, run_settings_t
+   use section_records, only: finish_sections
+   use section_types, only: section_state_t
+   use skyline_matrix, only: skyline_t, solve_factorised
+   use static_states, only: find_static_rest, find_static_start
+   use step_measures, only: finish_steps
+   use stop_laws, only: make_yielding_stop, static_stiffness
+   use stop_surfaces, only: acting, is_plain, surface_t, surfaces_of
    implicit none (type, external)
    private
-   public :: newmark_response, check_newmark, rounding_of_energy
-   public :: divide_step, check_mesh, blame_mesh, check_ledger
+   public :: newmark_response, check_newmark
 
 contains
 
-   !> The motion from rest in the static shape, eta_c = 1, until the end of the run.
-   subroutine newmark_response(model, settings, response, error)
+   !> The motion from rest in the static shape of a force at the pulled stop until the end of the run.
+   subroutine newmark_response(model, settings, response, error, carried)
       type(beam_model_t), intent(in) :: model
-      !> Stop, damping, steps, tolerances, output
+      !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
       !> Events and histories
       type(response_t), intent(out) :: response
-      !> Set when the step is too long for the scheme, an event cannot be located, or rounding opens the ledger
+      !> Set when it cannot start, an event cannot be located, or rounding opens the ledger
       type(failure_t), allocatable, intent(out) :: error
+      !> The motion that the run takes over, if it has a state; then that at its end
+      type(section_state_t), intent(inout), optional :: carried
 
       ! at least so many samples, if there are, are held against the ledger where energies are no output
       integer, parameter :: fewest_checks = 8
-      type(run_t) :: run
+      type(several_run_t) :: run
       integer :: between_checks, samples
-      real(wp) :: miss
+      logical :: goes_on
 
       call make_run(model, settings, run, error)
       if (allocated(error)) return
+      goes_on = .false.
+      if (present(carried)) goes_on = allocated(carried%q)
+      if (goes_on) call take_over(carried, run)
       samples = count_samples(settings%response%duration, settings%response%step)
       between_checks = max(1, samples/fewest_checks)
-      call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response)
+      call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
+         has_loads(settings))
+      call open_moments(model, settings, samples, response)
+      call start_moments(model, settings, response, run)
+      call open_surfaces(settings, run, response)
       run%keeps_measures = settings%output%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
       run%keeps_shapes = allocated(response%shape_tau)
       run%root_dofs = model%root_dofs
-      call strain_energy(run%stepper, run%states(1), response%initial_energy)
-      call start_tally(settings%stop, response%initial_energy, settings%height_ratio, run%progress%measurer%tally)
-      if (run%keeps_shapes) then
-         call keep_shapes(run%root_dofs, run%states(1), run%states(1), 0.0_wp, 0.0_wp, settings%stop%preload, &
-            run%progress%next_shape, response)
-      end if
-      call take_sample(run, response)
-
-      do while (run%progress%sample < samples)
+      response%initial_energy = run%start_energy
+      if (run%keeps_measures) call start_measures(model, run, error)
+      if (allocated(error)) return
+      if (run%keeps_shapes) call shapes_in_step(run, 0.0_wp, response)
+      call begin(settings, goes_on, run, response)
+      if (allocated(run%moments)) call measure_moments(run)
+      if (.not. allocated(run%error)) call take_sample(run, response)
+      do while (run%sample < samples .and. .not. allocated(run%error))
          call advance(run, response)
-         if (allocated(run%error)) then
-            call move_alloc(run%error, error)
-            return
-         end if
-         if (run%progress%part > 0 .or. run%progress%offset > 0_i8) cycle
+         if (allocated(run%error)) exit
+         if (allocated(run%blocks)) call take_events(run%blocks, response)
+         if (run%begins_flight) call keep_flight_start(run, response%event_count)
+         if (run%part > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
-         call tell_reach(real(run%progress%sample, wp), real(samples, wp))
-         if (.not. run%keeps_ledger .or. modulo(samples - run%progress%sample, between_checks) > 0) cycle
-         call miss_of_ledger(run, miss)
-         call check_ledger(instant(run, run%progress), miss, whole_energy(run), error)
-         if (allocated(error)) return
+         call tell_reach(real(run%sample, wp), real(samples, wp))
+         if (.not. run%keeps_ledger .or. modulo(samples - run%sample, between_checks) > 0) cycle
+         call check_energy(run)
       end do
-      response%ends_in_contact = run%phase /= phase_free
-      response%factorisations = run%stepper%factorisations
-      if (allocated(response%energy)) then
-         call check_ledger(instant(run, run%progress), miss_of_energies(response), whole_energy(run), error)
-         if (allocated(error)) return
+      if (.not. allocated(run%error) .and. allocated(response%energy)) then
+         call check_ledger(instant_of(run), miss_of_energies(response), run%start_energy + run%ledger%created &
+            + run%turnover, run%error)
       end if
-      if (.not. run%keeps_measures) return
-      run%measures%final_energy = energy_of(run)
-      associate (ledger => run%progress%ledger)
-         call finish_steps(run%progress%measurer, instant(run, run%progress), &
-            [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, &
-            settings%output%most_peaks, run%measures, response)
-      end associate
+      if (allocated(run%error)) then
+         call move_alloc(run%error, error)
+         return
+      end if
+      call finish(settings, run, response)
+      if (present(carried)) call state_of(run, carried)
    end subroutine newmark_response
+
+   !> What is asked of the motion from its start on, and that.
+   subroutine begin(settings, goes_on, run, response)
+      type(run_settings_t), intent(in) :: settings
+      !> It takes over a motion
+      logical, intent(in) :: goes_on
+      type(several_run_t), intent(inout) :: run
+      type(response_t), intent(inout) :: response
+
+      if (allocated(settings%statistics)) call open_statistics(settings, run)
+      if (allocated(settings%poincare)) call start_sections(settings, run)
+      if (goes_on) then
+         call resume(run, response)
+      else
+         call begin_at_surfaces(run, response)
+      end if
+      if (allocated(run%blocks)) call take_events(run%blocks, response)
+      if (run%begins_flight) call keep_flight_start(run, response%event_count)
+   end subroutine begin
+
+   !> What is told at the end.
+   subroutine finish(settings, run, response)
+      type(run_settings_t), intent(in) :: settings
+      type(several_run_t), intent(inout) :: run
+      type(response_t), intent(inout) :: response
+
+      response%ends_in_contact = any(run%surfaces%status == is_held .or. run%surfaces%status == is_in_contact)
+      response%factorisations = run%stepper%factorisations
+      if (allocated(run%moments)) call move_alloc(run%moments, response%moments)
+      if (run%keeps_measures) call finish_measures(run, settings%output%most_peaks, response)
+      if (allocated(run%blocks)) call finish_statistics(run%blocks, response)
+      if (allocated(run%sections)) call finish_sections(run%sections, response)
+      call finish_moments(response)
+      if (.not. run%keeps_surfaces) deallocate (response%surfaces)
+   end subroutine finish
 
    !> Can a run start? What would keep it from that is known without running it.
    subroutine check_newmark(model, settings, error)
       type(beam_model_t), intent(in) :: model
-      !> Stop, damping, steps, tolerances, output
+      !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
       !> Set when it cannot
       type(failure_t), allocatable, intent(out) :: error
 
-      type(run_t) :: run
+      type(several_run_t) :: run
 
       call make_run(model, settings, run, error)
    end subroutine check_newmark
 
-   !> Check the step, make the stepper, the stop and the start.
+   !> Check the step and the surfaces, make the stepper, the stops and the start.
    subroutine make_run(model, settings, run, error)
       type(beam_model_t), intent(in) :: model
-      !> Stop, damping, steps, tolerances, output
+      !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
       !> The run at its start
-      type(run_t), intent(out) :: run
-      !> Set when the step is too long for the scheme
+      type(several_run_t), intent(out) :: run
+      !> Set when the step is too long for the scheme, or the surfaces do not allow a start
       type(failure_t), allocatable, intent(out) :: error
 
-      run%settings = settings%stop
+      type(beam_model_t) :: held
+      type(surface_t), allocatable :: surfaces(:)
+      type(skyline_t), allocatable :: damping
+      real(wp), allocatable :: shape(:)
+      real(wp) :: kinetic
+      integer :: k
+
       run%sample_step = settings%response%step
       run%contact_tolerance = settings%response%contact_tolerance
       run%release_force = settings%response%release_tolerance/settings%height_ratio
       run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
-      call make_yielding_stop(settings%stop, run%stop)
-      call divide_step(model, settings%zeta, settings%response, run%parts, error)
+      run%keeps_surfaces = .not. (is_plain(settings) .and. size(model%supports) == 0)
+      surfaces = surfaces_of(settings)
+      if (settings%start%kind == start_pull) call find_static_start(model, surfaces, shape, error)
+      if (allocated(error)) return
+      run%pulled = findloc(surfaces%is_pulled, .true., dim=1)
+      held = hold_supports(model)
+      if (run%pulled > 0) then
+         held%stop_dof = model%stop_dofs(surfaces(run%pulled)%stop)
+         run%height = surfaces(run%pulled)%sign*surfaces(run%pulled)%height
+      end if
+      call divide_step(held, settings%zeta, settings%response, run%parts, error)
+      if (allocated(error)) return
+      ! before matrices become full ones
+      call check_mesh(held, error)
+      if (allocated(error)) then
+         if (error%status /= status_bad_input) call blame_mesh(error)
+         return
+      end if
+      call prepare_loads(held, settings, run)
+      call further_damping(settings, model, held, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
-         call make_newmark_stepper(model, settings%zeta, scheme%newmark_beta, scheme%newmark_gamma, &
-            scheme%step/real(run%parts, wp), run%stepper, error)
+         call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
+            scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
       end associate
-      if (.not. allocated(error)) then
-         call make_start_state(model, run%stepper, 1.0_wp + settings%stop%preload, run%states(1), error)
-      end if
-      if (.not. allocated(error)) call make_factors(run%stepper, 0, error, run%stop)
+      if (.not. allocated(error)) call make_several_start(model, held, settings, surfaces, &
+         acting(surfaces, model%stop_dofs(surfaces%stop)), run, error)
       if (allocated(error)) then
-         call blame_mesh(error)
+         if (error%status /= status_bad_input) call blame_mesh(error)
          return
       end if
-      call check_mesh(model, error)
-      if (allocated(error)) return
       run%states(2) = run%states(1)
-      run%flight_state = run%states(1)
-      run%leaving = gap(run, run%states(1)) < -run%contact_tolerance
-      if (.not. allocated(run%stop)) return
-      if (run%stop%branch_stiffness > 0.0_wp .and. run%stop%relaxation_rate > 0.0_wp) then
-         run%contact_level = level_of(run%stepper%step, 1.0_wp/run%stop%relaxation_rate)
-      end if
+      call make_surfaces(model, surfaces, run, error)
+      if (allocated(error)) return
+      call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
+      call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
+      run%start_energy = run%start_energy + kinetic + sum([(energy_carrying(surfaces(k), run%states(1)%force(k)), &
+         k=1, size(surfaces))])
    end subroutine make_run
 
-   !> What a matrix that cannot be factorised tells of a mesh.
-   pure subroutine blame_mesh(error)
-      !> The message changes
-      type(failure_t), intent(inout) :: error
+   !> Energy of a surface that carries the beam at the start.
+   pure function energy_carrying(surface, force) result(energy)
+      type(surface_t), intent(in) :: surface
+      real(wp), intent(in) :: force
+      real(wp) :: energy
 
-      error%message = "on this mesh Newmark's steps are lost in rounding ("//error%message// &
-         "): take elements of more equal length, a shorter step, or method = 'exact'"
-   end subroutine blame_mesh
+      real(wp) :: stiffness
 
-   !> Refuse a step that is too long for a conditionally stable scheme, or divide it if that was asked for.
-   pure subroutine divide_step(model, zeta, settings, parts, error)
+      stiffness = static_stiffness(surface%settings)
+      energy = 0.0_wp
+      if (stiffness > 0.0_wp) energy = 0.5_wp*force**2/stiffness
+   end function energy_carrying
+
+   !> The surfaces as the run sees them.
+   subroutine make_surfaces(model, surfaces, run, error)
       type(beam_model_t), intent(in) :: model
-      real(wp), intent(in) :: zeta
-      !> Step and scheme
-      type(response_settings_t), intent(in) :: settings
-      !> Number of steps between two samples
-      integer, intent(out) :: parts
-      !> Set when the step is too long
+      type(surface_t), intent(in) :: surfaces(:)
+      !> Gets them
+      type(several_run_t), intent(inout) :: run
+      !> Set when the tolerance of contact is too wide for them, or a law is for one stop alone
       type(failure_t), allocatable, intent(out) :: error
 
-      ! close to the limit M* leaves the highest modes hardly any mass, and velocities grow
-      real(wp), parameter :: share = 0.5_wp
-      real(wp) :: frequency, limit
-      ! beyond so many parts the step between two samples is a slip
-      real(wp), parameter :: most_parts = 1.0e6_wp
-      character(24) :: gamma_text
-      character(:), allocatable :: way_out
+      integer :: j, k, n
+      logical :: acts(size(surfaces))
 
-      parts = 1
-      if (settings%newmark_gamma < 0.5_wp) then
-         write (gamma_text, '(f24.4)') settings%newmark_gamma
-         call fail(error, status_bad_input, 'newmark_gamma must be at least 1/2: with '//trim(adjustl(gamma_text))// &
-            ' every step would feed energy into the motion')
-         return
-      end if
-      if (is_unconditionally_stable(settings%newmark_beta, settings%newmark_gamma)) return
-      call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
-      if (allocated(error)) return
-      limit = critical_step(settings%newmark_beta, settings%newmark_gamma, zeta, frequency/sqrt(lambda1_power4))
-      if (settings%step <= limit) return
-      if (settings%step >= most_parts*limit) then
-         way_out = ' or, with substep = .true., below '//rounded_down(most_parts*limit)//'; shorten it, '
-      else if (settings%substep) then
-         parts = ceiling(settings%step/(share*limit))
-         return
-      else
-         way_out = '; shorten it, give substep = .true., '
-      end if
-      call fail(error, status_bad_input, 'step '//to_text(settings%step)// &
-         ' is too long for this Newmark scheme: on this '// &
-         'mesh it must be at most d tau = '//rounded_down(limit)//way_out// &
-         'or take newmark_beta = newmark_gamma / 2 = '//to_text(0.5_wp*settings%newmark_gamma))
-   end subroutine divide_step
+      n = size(surfaces)
+      allocate (run%surfaces(n), run%mass_columns(run%stepper%order, n), run%mobility(n, n), run%closed(n), &
+         run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), run%leaves(n))
+      run%closing = .false.
+      run%surfaces%row = [(contact_row_t(model%stop_dofs(surfaces(k)%stop), surfaces(k)%sign), k=1, n)]
+      acts = acting(surfaces, run%surfaces%row%dof)
+      run%mass_columns = 0.0_wp
+      do k = 1, n
+         associate (met => run%surfaces(k))
+            met%surface = surfaces(k)
+            if (.not. acts(k)) met%status = is_idle
+            call make_yielding_stop(surfaces(k)%settings, met%stop)
+            run%yields = run%yields .or. allocated(met%stop)
+            met%is_viscous = surfaces(k)%settings%law == law_spring_damper
+            call check_surface(run, k, error)
+            if (allocated(error)) return
+            call put_along(met%row, 1.0_wp, run%mass_columns(:, k))
+            call solve_factorised(run%stepper%mass_factors, run%mass_columns(:, k))
+         end associate
+      end do
+      do k = 1, n
+         do j = 1, n
+            run%mobility(j, k) = along(run%surfaces(j)%row, run%mass_columns(:, k))
+         end do
+         associate (met => run%surfaces(k))
+            if (.not. allocated(met%stop)) cycle
+            ! what the force needs to find its way
+            if (met%stop%viscosity > 0.0_wp) then
+               met%contact_level = level_of(run%stepper%step, 1.0_wp/(met%stop%viscosity*run%mobility(k, k)))
+            else if (met%stop%branch_stiffness > 0.0_wp .and. met%stop%relaxation_rate > 0.0_wp) then
+               met%contact_level = level_of(run%stepper%step, 1.0_wp/met%stop%relaxation_rate)
+            end if
+         end associate
+      end do
+   end subroutine make_surfaces
 
-   !> Refuse a mesh on which rounding alone opens the ledger.
-   pure subroutine check_mesh(model, error)
-      type(beam_model_t), intent(in) :: model
-      !> Set when it does
+   !> What one surface, or it and another at its point, cannot be.
+   pure subroutine check_surface(run, k, error)
+      !> The surfaces up to this one are there
+      type(several_run_t), intent(in) :: run
+      !> The surface
+      integer, intent(in) :: k
+      !> Set when it cannot
       type(failure_t), allocatable, intent(out) :: error
 
-      ! a tenth of the bound is mostly seen, and more than 1e-6 must not be
-      real(wp), parameter :: most = 1.0e-5_wp
-      real(wp) :: share
+      integer :: j
+      real(wp) :: clearance
 
-      call rounding_of_energy(model, share, error)
-      if (allocated(error) .or. share <= most) return
-      call fail(error, status_bad_input, "on this mesh the energy of Newmark's steps is lost in rounding, up to "// &
-         to_text(share)//' of it where at most '//to_text(most)//' is allowed: take fewer elements or elements of '// &
-         "more equal length, or method = 'exact'")
-   end subroutine check_mesh
+      associate (met => run%surfaces(k))
+         do j = 1, k - 1
+            associate (other => run%surfaces(j))
+               if (other%row%dof /= met%row%dof .or. other%row%sign*met%row%sign > 0.0_wp) cycle
+               clearance = -(other%surface%height + met%surface%height)
+               if (clearance > 2.0_wp*run%contact_tolerance) cycle
+               call fail(error, status_bad_input, 'contact_tolerance '//to_text(run%contact_tolerance)// &
+                  ' must be below half the clearance at '//to_text(met%surface%settings%position)//', which is '// &
+                  to_text(clearance)//' of the distance that the beam was pulled')
+               return
+            end associate
+         end do
+      end associate
+   end subroutine check_surface
 
-   !> Share of the strain energy that rounding may take: eps |y| |K| |y| / (y K y) for the shape at the start. Where
-   !> short elements move as rigid bodies, large forces cancel.
-   pure subroutine rounding_of_energy(model, share, error)
-      type(beam_model_t), intent(in) :: model
-      real(wp), intent(out) :: share
-      !> Set when the stiffness cannot be factorised
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(skyline_t) :: magnitudes
-      real(wp), allocatable :: shape(:), forces(:), large_forces(:)
-
-      share = 0.0_wp
-      call static_shape(model, shape, error)
-      if (allocated(error)) return
-      magnitudes = model%stiffness
-      magnitudes%values = abs(magnitudes%values)
-      allocate (forces(size(shape)), large_forces(size(shape)))
-      call multiply(model%stiffness, shape, forces)
-      call multiply(magnitudes, abs(shape), large_forces)
-      share = epsilon(1.0_wp)*dot_product(abs(shape), large_forces)/abs(dot_product(shape, forces))
-   end subroutine rounding_of_energy
-
-   !> The first six digits of a number; what is written is not above it.
-   pure function rounded_down(value) result(text)
-      !> The number, > 0
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      character(16) :: buffer
-      real(wp) :: rounded
-
-      write (buffer, '(es16.5)') value
-      read (buffer, *) rounded
-      if (rounded > value) write (buffer, '(es16.5)') value*(1.0_wp - 5.0e-6_wp)
-      read (buffer, *) rounded
-      text = to_text(rounded)
-   end function rounded_down
-
-   !> One accepted step and the event it may end with; or the event that no step leads past.
+   !> One accepted step and the events it may end with; or those that no step leads past.
    pure subroutine advance(run, response)
-      type(run_t), intent(inout) :: run
+      type(several_run_t), intent(inout) :: run
       !> Events and counters
       type(response_t), intent(inout) :: response
 
       integer :: level
       integer(i8) :: span
-      logical :: closing
-      real(wp) :: energy
+      logical :: has_passed, stands
+      real(wp) :: energy, from, step
 
+      from = instant_of(run)
       level = run%next_level
       run%next_level = 0
-      if (run%progress%offset > 0_i8) level = max(level, deepest_level - trailz(run%progress%offset))
+      if (run%offset > 0_i8) level = max(level, deepest_level - trailz(run%offset))
+      if (run%next_jump <= size(run%jumps)) level = level_to_jump(run, level)
       do
-         if (.not. run%stepper%factors(level)%made) then
-            call make_factors(run%stepper, level, run%error, run%stop)
+         if (.not. run%factors(level)%made) then
+            call prepare_level(run, level)
             if (allocated(run%error)) return
          end if
          span = shiftr(whole_step, level)
          call try_step(run, level)
          response%evaluations = response%evaluations + 1_i8
-         if (is_acceptable(run, level)) exit
+         call find_refusals(run, level, stands)
+         if (stands) exit
          response%rejected = response%rejected + 1_i8
-         run%refused_end = run%progress%offset + span
+         run%is_closing = .true.
+         where (run%refuses) run%surfaces%refused_end = run%offset + span
          if (level == deepest_level) then
             call give_way(run, response)
             return
@@ -293,181 +346,113 @@ contains
       end do
 
       run%now = 3 - run%now
-      run%progress%offset = run%progress%offset + span
-      closing = run%progress%offset < run%refused_end
-      if (.not. closing) run%refused_end = nowhere
-      if (run%progress%offset == whole_step) then
-         run%progress%offset = 0_i8
-         run%progress%part = run%progress%part + 1
-         if (run%progress%part == run%parts) then
-            run%progress%part = 0
-            run%progress%sample = run%progress%sample + 1
+      run%offset = run%offset + span
+      if (run%is_closing) then
+         run%closing = run%offset < run%surfaces%refused_end
+         where (.not. run%closing) run%surfaces%refused_end = nowhere
+         run%is_closing = any(run%closing)
+      end if
+      if (run%offset == whole_step) then
+         run%offset = 0_i8
+         run%part = run%part + 1
+         if (run%part == run%parts) then
+            run%part = 0
+            run%sample = run%sample + 1
          end if
       end if
-      energy = energy_of(run)
-      if (run%keeps_ledger) call account_step(run, run%stepper%factors(level)%step)
-      if (run%keeps_measures) call measure_step(run, run%stepper%factors(level)%step, energy)
-      if (run%keeps_shapes) then
-         call keep_shapes(run%root_dofs, run%states(3 - run%now), run%states(run%now), instant(run, run%progress), &
-            run%stepper%factors(level)%step, run%settings%preload, run%progress%next_shape, response)
+      step = run%stepper%factors(level)%step
+      energy = energy_left(run)
+      if (run%keeps_ledger) call account_step(run, step)
+      if (run%keeps_measures) call measure_step(run, from, step, [energy, energy_left(run)])
+      if (allocated(run%moments)) call measure_moments(run)
+      if (allocated(run%blocks)) call take_step(run, from, step)
+      if (allocated(run%sections)) call take_sections(run, step)
+      if (run%keeps_shapes) call shapes_in_step(run, step, response)
+      call look_for_events(run, step, response)
+      if (allocated(run%error)) return
+      if (run%next_jump <= size(run%jumps)) then
+         call pass_jump(run, has_passed)
+         if (has_passed) call settle(run, response)
       end if
-      call look_for_event(run, run%stepper%factors(level)%step, closing, response)
+      if (allocated(run%moments)) call measure_moments(run)
    end subroutine advance
 
-   !> Step from the present state into the other place.
-   pure subroutine try_step(run, level)
-      type(run_t), intent(inout) :: run
-      !> How often the step is halved
-      integer, intent(in) :: level
-
-      real(wp) :: force, free_displacement, slope, rest
-
-      associate (old => run%states(run%now), new => run%states(3 - run%now), factors => run%stepper%factors(level), &
-         stepper => run%stepper, c => run%stepper%stop_dof)
-         call predict_step(stepper, level, old, new)
-         run%stop_work = 0.0_wp
-         select case (run%phase)
-         case (phase_free)
-            call finish_step(stepper, level, 0.0_wp, new)
-            if (old%indentation > 0.0_wp) then
-               new%indentation = old%indentation*factors%stop%surface
-               new%branch_force = -run%stop%stiffness*new%indentation
-            else
-               new%indentation = 0.0_wp
-               new%branch_force = 0.0_wp
-            end if
-         case (phase_held)
-            force = -new%acceleration(c)/factors%column_at_stop
-            call finish_step(stepper, level, force, new)
-            ! zero but for rounding
-            new%displacement(c) = old%displacement(c)
-            new%velocity(c) = 0.0_wp
-            new%acceleration(c) = 0.0_wp
-         case (phase_contact)
-            ! P = slope u + rest in the mean of the step, and u falls with the force at its end through A^-1
-            associate (give => 0.25_wp*factors%step**2)
-               free_displacement = new%displacement(c) + give*new%acceleration(c)
-               call mean_force_coefficients(factors%stop, old%indentation, old%branch_force, slope, rest)
-               force = (2.0_wp*(slope*(run%settings%preload + run%contact_gap - free_displacement) + rest) &
-                  - old%force) /(1.0_wp + 2.0_wp*slope*give*factors%column_at_stop)
-            end associate
-            call finish_step(stepper, level, force, new)
-            new%indentation = run%settings%preload + run%contact_gap - new%displacement(c)
-            new%branch_force = factors%stop%decay*old%branch_force + factors%stop%gain*(new%indentation &
-               - old%indentation)
-            run%stop_work = (slope*new%indentation + rest)*(new%indentation - old%indentation)
-            call change_force(stepper, contact_force(run%stop, new%indentation, new%branch_force), new)
-         end select
-      end associate
-   end subroutine try_step
-
-   !> Does the step in the other place stand? Written so that a NaN does not.
-   pure function is_acceptable(run, level) result(stands)
-      type(run_t), intent(in) :: run
-      !> How often the step was halved
-      integer, intent(in) :: level
-      logical :: stands
-
-      associate (new => run%states(3 - run%now))
-         if (run%phase == phase_free) then
-            stands = gap(run, new) >= -run%contact_tolerance .or. (run%leaving .and. gap(run, new) >= -huge(1.0_wp))
-            ! at the last level rounding may be all that is missing
-            if (.not. stands .and. level == deepest_level) stands = gap(run, new) >= -2.0_wp*run%contact_tolerance
-         else
-            stands = new%force > 0.0_wp
-         end if
-      end associate
-   end function is_acceptable
-
-   !> What the step just accepted cost.
-   pure subroutine account_step(run, step)
-      type(run_t), intent(inout) :: run
-      real(wp), intent(in) :: step
-
-      real(wp) :: dissipated
-
-      associate (old => run%states(3 - run%now), new => run%states(run%now), ledger => run%progress%ledger)
-         call beam_dissipation(run%stepper, step, old, new, dissipated)
-         ledger%dissipated_beam = ledger%dissipated_beam + dissipated
-         ledger%dissipated_stop = ledger%dissipated_stop + run%stop_work &
-            + stop_energy(run, old) - stop_energy(run, new)
-      end associate
-   end subroutine account_step
-
-   !> Measure the step just accepted.
-   pure subroutine measure_step(run, step, energy)
-      type(run_t), intent(inout) :: run
-      real(wp), intent(in) :: step
-      !> Energy at its beginning
-      real(wp), intent(in) :: energy
-
-      real(wp) :: from
-      type(piece_t) :: piece
-
-      from = instant(run, run%progress) - step
-      associate (old => run%states(3 - run%now), new => run%states(run%now), c => run%stepper%stop_dof)
-         piece = piece_t(from, step, [old%displacement(c), new%displacement(c)] - run%settings%preload, &
-            [old%velocity(c), new%velocity(c)])
-         call measure_motion(run%progress%measurer, piece)
-         if (run%phase /= phase_free) then
-            call measure_contact(run%progress%measurer, from, step, [old%force, new%force])
-         end if
-         call measure_energy(run%progress%measurer, from, step, [energy, energy_of(run)])
-      end associate
-   end subroutine measure_step
-
-   !> Energy of beam and stop at the present state: the ledger closes to rounding.
-   pure function energy_of(run) result(energy)
-      type(run_t), intent(in) :: run
-      real(wp) :: energy
-
-      associate (ledger => run%progress%ledger)
-         energy = run%progress%measurer%tally%start_energy + ledger%created - ledger%dissipated_beam &
-            - ledger%dissipated_stop - ledger%dissipated_impact
-      end associate
-   end function energy_of
-
-   !> Energy at the start and created.
-   pure function whole_energy(run) result(energy)
-      type(run_t), intent(in) :: run
-      real(wp) :: energy
-
-      energy = run%progress%measurer%tally%start_energy + run%progress%ledger%created
-   end function whole_energy
-
-   !> By how much beam and stop miss, at the present state, the energy that the ledger leaves them.
-   pure subroutine miss_of_ledger(run, miss)
+   !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.
+   pure subroutine check_energy(run)
       !> The run, which keeps its ledger
-      type(run_t), intent(inout) :: run
-      !> The difference
-      real(wp), intent(out) :: miss
+      type(several_run_t), intent(inout) :: run
 
-      real(wp) :: kinetic, strain
+      real(wp) :: energy, kinetic, strain
+      integer :: k
 
       associate (state => run%states(run%now))
-         call kinetic_energy(run%stepper, state, kinetic)
-         call strain_energy(run%stepper, state, strain)
-         miss = abs(kinetic + strain + stop_energy(run, state) - energy_of(run))
+         call kinetic_energy(run%stepper, state%beam, kinetic)
+         call strain_energy(run%stepper, state%beam, strain)
+         energy = kinetic + strain
+         do k = 1, size(run%surfaces)
+            energy = energy + surface_energy(run, k, state)
+         end do
       end associate
-   end subroutine miss_of_ledger
+      call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created &
+         + run%turnover, run%error)
+   end subroutine check_energy
 
-   !> Refuse what misses the ledger by more than a share of the energy: rounding has moved the beam.
-   pure subroutine check_ledger(tau, miss, whole, error)
-      !> The instant
-      real(wp), intent(in) :: tau
-      !> By how much energy
-      real(wp), intent(in) :: miss
-      !> Energy at the start and created
-      real(wp), intent(in) :: whole
-      !> Set when it is too much
+   !> Begin to measure each surface.
+   subroutine start_measures(model, run, error)
+      type(beam_model_t), intent(in) :: model
+      type(several_run_t), intent(inout) :: run
+      !> Set when the state of rest is not found
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), parameter :: tolerance = 1.0e-6_wp
+      real(wp) :: forces(size(run%surfaces)), energy
+      integer :: k
+      integer, allocatable :: acting_ones(:)
 
-      if (miss <= tolerance*whole) return
-      call fail(error, status_run_failed, "Newmark's steps are lost in rounding: by tau = "//to_text(tau)// &
-         ' the energy is off by '//to_text(miss/whole)//' of that at the start, and at most '//to_text(tolerance)// &
-         " is allowed: take a shorter step, fewer elements or elements of more equal length, or method = 'exact'")
-   end subroutine check_ledger
+      acting_ones = pack([(k, k=1, size(run%surfaces))], run%surfaces%status /= is_idle)
+      forces = 0.0_wp
+      energy = no_rest
+      if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
+         call find_static_rest(model, run%surfaces(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
+         if (allocated(error)) return
+      end if
+      forces(acting_ones) = forces(:size(acting_ones))
+      if (run%pulled == 0) call open_tally(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
+         run%measurer%tally)
+      do k = 1, size(run%surfaces)
+         if (run%surfaces(k)%status == is_idle) forces(k) = 0.0_wp
+         associate (met => run%surfaces(k))
+            call open_tally(allocated(met%stop), run%start_energy, forces(k), energy, run%height_ratio, &
+               met%measurer%tally)
+         end associate
+      end do
+   end subroutine start_measures
+
+   !> The measures of each surface, and of the run.
+   pure subroutine finish_measures(run, most_peaks, response)
+      type(several_run_t), intent(inout) :: run
+      !> Peaks are kept of so many rebounds
+      integer, intent(in) :: most_peaks
+      !> Gets the measures
+      type(response_t), intent(inout) :: response
+
+      type(run_measures_t) :: free
+      integer :: k
+
+      associate (ledger => run%ledger)
+         do k = 1, size(run%surfaces)
+            run%surfaces(k)%measures%final_energy = energy_left(run)
+            call finish_steps(run%surfaces(k)%measurer, instant_of(run), &
+               [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, most_peaks, &
+               run%surfaces(k)%measures, response, run%surfaces(k)%surface%number)
+         end do
+      end associate
+      if (run%pulled > 0) then
+         call gather_measures(response, run%surfaces(run%pulled)%surface%number)
+      else
+         free%final_energy = energy_left(run)
+         call finish_steps(run%measurer, instant_of(run), [run%ledger%dissipated_beam, 0.0_wp, 0.0_wp], &
+            run%ledger%created, most_peaks, free, response)
+      end if
+   end subroutine finish_measures
 
 end module newmark_motion

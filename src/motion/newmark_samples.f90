@@ -3,39 +3,67 @@ module newmark_samples
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_run, only: run_t, stop_energy
+   use newmark_moments, only: sample_moments
+   use newmark_several_run, only: instant_of, several_run_t, surface_energy
    use newmark_stepper, only: newmark_state_t
    use response_types, only: response_t
    use run_recorder, only: keep_sample, sample_t
    implicit none (type, external)
    private
-   public :: take_sample, keep_shapes
+   public :: take_sample, shapes_in_step
 
 contains
 
    !> Keep the present state as a sample.
    pure subroutine take_sample(run, response)
-      !> Its stepper's room is used
-      type(run_t), intent(inout) :: run
+      type(several_run_t), intent(inout) :: run
       !> Gets what it has room for
       type(response_t), intent(inout) :: response
 
       type(sample_t) :: sample
+      integer :: k, place
+      real(wp) :: energy
 
-      associate (state => run%states(run%now), stepper => run%stepper, preload => run%settings%preload, &
-         history => sample%history)
-         history(eta_stop) = state%displacement(stepper%stop_dof) - preload
-         history(eta_tip) = state%displacement(stepper%tip_dof) - preload
-         history(velocity_stop) = state%velocity(stepper%stop_dof)
-         history(force_stop) = run%height_ratio*state%force
+      place = run%sample + 1
+      kept: associate (state => run%states(run%now), stepper => run%stepper)
+         sample%history(eta_stop) = state%beam%displacement(stepper%stop_dof) - run%height
+         sample%history(eta_tip) = state%beam%displacement(stepper%tip_dof) - run%height
+         sample%history(velocity_stop) = state%beam%velocity(stepper%stop_dof)
+         sample%history(force_stop) = run%height_ratio*sum(state%force)
          if (allocated(response%energy)) then
-            call kinetic_energy(stepper, state, sample%beam_energy(1))
-            call strain_energy(stepper, state, sample%beam_energy(2))
-            sample%stop_energy = stop_energy(run, state)
+            call kinetic_energy(stepper, state%beam, sample%beam_energy(1))
+            call strain_energy(stepper, state%beam, sample%beam_energy(2))
          end if
-      end associate
-      call keep_sample(run%progress%sample + 1, sample, run%progress%ledger, response)
+         if (.not. (run%keeps_surfaces .or. allocated(response%energy))) exit kept
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k), record => response%surfaces(run%surfaces(k)%surface%number))
+               if (allocated(record%eta)) record%eta(place) = state%beam%displacement(met%row%dof) - record%height
+               if (allocated(record%velocity)) record%velocity(place) = state%beam%velocity(met%row%dof)
+               if (allocated(record%force)) record%force(place) = run%height_ratio*state%force(k)
+               if (.not. allocated(response%energy)) cycle
+               energy = surface_energy(run, k, state)
+               sample%stop_energy = sample%stop_energy + energy
+               if (.not. allocated(record%energy)) cycle
+               record%energy(place) = energy
+               record%dissipated(place) = met%dissipated
+            end associate
+         end do
+      end associate kept
+      call keep_sample(place, sample, run%ledger, response)
+      call sample_moments(run, place)
    end subroutine take_sample
+
+   !> Keep the shapes asked for within the last step.
+   pure subroutine shapes_in_step(run, step, response)
+      type(several_run_t), intent(inout) :: run
+      !> Its length; 0: the start
+      real(wp), intent(in) :: step
+      !> What is kept
+      type(response_t), intent(inout) :: response
+
+      call keep_shapes(run%root_dofs, run%states(3 - run%now)%beam, run%states(run%now)%beam, instant_of(run), &
+         step, run%height, run%next_shape, response)
+   end subroutine shapes_in_step
 
    !> Keep the shapes asked for within a step: displacements by the cubic through both states and their rates, rates on
    !> the straight line between them. At an event the state before it counts.

@@ -1,5 +1,6 @@
 !> Sections of a Newmark run among several surfaces, and a run that takes over a motion (docs/theory.md, section 21).
 module newmark_sections
+   use contact_rows, only: along
    use kinds, only: wp
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_several_contacts, only: settle
@@ -47,7 +48,7 @@ contains
             share = 1.0_wp + min(0.0_wp, (sections%tau(sections%count) - end)/step)
             sections%tip(:, sections%count) = at(run%stepper%tip_dof)
             do k = 1, size(run%surfaces)
-               sections%stop(:, run%surfaces(k)%surface%number, sections%count) = at(run%surfaces(k)%dof)
+               sections%stop(:, run%surfaces(k)%surface%number, sections%count) = at(run%surfaces(k)%row%dof)
             end do
          end do
       end associate
@@ -115,11 +116,11 @@ contains
                if (state%is_closed(k)) met%status = merge(is_in_contact, is_held, allocated(met%stop))
                ! as deep as it was
                if (met%status == is_in_contact) met%shift = state%depth(k) - met%surface%height &
-                  + met%surface%sign*now%beam%displacement(met%dof)
+                  + along(met%row, now%beam%displacement(1:))
                met%leaving = met%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
             end associate
          end do
-         call restart_acceleration(run%stepper, now%beam, .false.)
+         call restart_acceleration(run%stepper, now%beam)
          call strain_energy(run%stepper, now%beam, run%start_energy)
          call kinetic_energy(run%stepper, now%beam, kinetic)
          run%start_energy = run%start_energy + kinetic + sum([(surface_energy(run, k, now), k=1, size(run%surfaces))])

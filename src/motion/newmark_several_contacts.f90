@@ -2,11 +2,11 @@
 !> the rigid ones those that the complementarity of reactions and accelerations finds.
 module newmark_several_contacts
    use complementarity, only: solve_complementarity
+   use contact_rows, only: along, put_along
    use failures, only: fail, status_run_failed
    use kinds, only: wp
-   use newmark_run, only: nowhere
    use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_in_contact, is_lifted, is_open, &
-      lets_go, lifted_force, several_run_t, surface_energy
+      lets_go, lifted_force, nowhere, several_run_t, surface_energy
    use newmark_stepper, only: restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, event_t, &
@@ -107,7 +107,7 @@ contains
 
       call settle_yielding(run, response)
       associate (state => run%states(run%now), order => run%stepper%order)
-         call restart_acceleration(run%stepper, state%beam, .false.)
+         call restart_acceleration(run%stepper, state%beam)
          n = 0
          do k = 1, size(run%surfaces)
             associate (met => run%surfaces(k))
@@ -119,16 +119,14 @@ contains
          end do
          if (n == 0) return
          do k = 1, n
-            associate (met => run%surfaces(members(k)))
-               pull(k) = met%surface%sign*state%beam%acceleration(met%dof)
-            end associate
+            pull(k) = along(run%surfaces(members(k))%row, state%beam%acceleration(1:))
          end do
          call solve_complementarity(run%mobility(members(:n), members(:n)), pull(:n), reaction(:n), pushes(:n))
          do k = 1, n
             call accelerate(state%beam%acceleration(1:order), members(k), reaction(k))
          end do
          do k = 1, n
-            if (reaction(k) > 0.0_wp) state%beam%acceleration(run%surfaces(members(k))%dof) = 0.0_wp
+            if (reaction(k) > 0.0_wp) call put_along(run%surfaces(members(k))%row, 0.0_wp, state%beam%acceleration(1:))
             call hold_or_release(run, members(k), reaction(k), response)
             if (allocated(run%error)) return
          end do
@@ -143,7 +141,7 @@ contains
          integer, intent(in) :: k
          real(wp), intent(in) :: force
 
-         acceleration = acceleration + run%surfaces(k)%surface%sign*force*run%mass_columns(:, run%surfaces(k)%point)
+         acceleration = acceleration + force*run%mass_columns(:, k)
       end subroutine accelerate
 
    end subroutine settle
@@ -222,9 +220,9 @@ contains
       associate (state => run%states(run%now)%beam, met => run%surfaces(k))
          event%tau = instant_of(run)
          event%kind = kind
-         event%eta = state%displacement(met%dof) - met%surface%sign*met%surface%height
-         event%velocity_before = state%velocity(met%dof)
-         event%velocity_after = state%velocity(met%dof)
+         event%eta = met%row%sign*(along(met%row, state%displacement(1:)) - met%surface%height)
+         event%velocity_before = met%row%sign*along(met%row, state%velocity(1:))
+         event%velocity_after = event%velocity_before
          event%surface = met%surface%number
       end associate
    end function event_here
@@ -251,7 +249,7 @@ contains
       associate (met => run%surfaces(k))
          met%dissipated = met%dissipated - event%energy_change
          seen_from_it = event
-         seen_from_it%eta = met%surface%sign*event%eta
+         seen_from_it%eta = met%row%sign*event%eta
          if (run%keeps_measures) call measure_event(met%measurer, seen_from_it, met%measures)
       end associate
    end subroutine keep_event

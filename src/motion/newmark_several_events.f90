@@ -1,6 +1,7 @@
 !> Where the beam meets surfaces or leaves them at the end of a step: the rules of one stop, contact and release within
 !> their tolerances, for each surface.
 module newmark_several_events
+   use contact_rows, only: along
    use failures, only: fail, status_run_failed
    use kinds, only: wp
    use newmark_several_contacts, only: begin_contact, end_contact, event_here, keep_event, let_fly, settle
@@ -24,22 +25,25 @@ contains
       type(response_t), intent(inout) :: response
 
       integer :: k
+      logical :: happens
 
-      run%arrives = .false.
-      run%leaves = .false.
+      happens = .false.
       do k = 1, size(run%surfaces)
+         run%arrives(k) = .false.
+         run%leaves(k) = .false.
          select case (run%surfaces(k)%status)
          case (is_open)
             call look_at_flight(run, k, step)
          case (is_held, is_in_contact)
-            run%leaves(k) = run%closing(k) .and. fades(run, k)
+            if (run%closing(k)) run%leaves(k) = fades(run, k)
          case (is_lifted)
             call look_at_lifted(run, k)
          case (is_idle)
             cycle
          end select
+         happens = happens .or. run%arrives(k) .or. run%leaves(k)
       end do
-      if (any(run%arrives) .or. any(run%leaves)) call meet_and_leave(run, response)
+      if (happens) call meet_and_leave(run, response)
    end subroutine look_for_events
 
 
@@ -56,7 +60,7 @@ contains
          fades = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
          if (.not. allocated(met%stop)) return
          if (fades .and. met%is_viscous) fades = lets_go(run, k, new)
-         fades = fades .or. (met%surface%sign*new%beam%velocity(met%dof) > 0.0_wp .and. &
+         fades = fades .or. (along(met%row, new%beam%velocity(1:)) > 0.0_wp .and. &
             new%force(k) <= rounding_at(run, k, new))
       end associate
    end function fades

@@ -1,16 +1,21 @@
 !> Impacts on several rigid surfaces: Newton's law as one complementarity problem of velocities and impulses.
 module newmark_several_impacts
    use complementarity, only: solve_complementarity
-   use failures, only: fail, status_run_failed
+   use contact_rows, only: put_along
+   use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use newmark_events, only: find_impulse_level
+   use newmark_energies, only: momentum_along
    use newmark_flights, only: take_flight_back
-   use newmark_run, only: nowhere
    use newmark_several_contacts, only: event_here, keep_event, let_fly
-   use newmark_several_run, only: begins_now, gap_at, gap_rate_at, instant_of, is_held, is_open, several_run_t
+   use newmark_several_run, only: begins_now, gap_at, gap_rate_at, instant_of, is_held, is_open, level_of, &
+      nowhere, several_run_t
    use newmark_several_steps, only: eliminate
+   use newmark_stability, only: highest_frequency
+   use newmark_stepper, only: newmark_stepper_t
    use number_text, only: to_text
    use response_types, only: event_blow, event_capture, event_impact, event_release, event_t, response_t
+   use restitution_stop, only: nodal_energy_change, nodal_impulse
+   use run_settings, only: impulse_nodal
    implicit none (type, external)
    private
    public :: strike
@@ -34,6 +39,8 @@ contains
       call capture_low_flights(run, response)
       if (allocated(run%error)) return
       do round = 1, most_rounds
+         call replace_velocities(run, response)
+         if (allocated(run%error)) return
          n = 0
          has_hit = .false.
          is_soft = .true.
@@ -53,7 +60,8 @@ contains
          if (.not. has_hit) return
          call share_impulse(run, members(:n), rate(:n), restitution(:n), impulse(:n))
          do k = 1, n
-            call after_impulse(run, members(k), rate(k), impulse(k), is_soft, response)
+            call after_impulse(run, members(k), rate(k), impulse(k), &
+               0.5_wp*impulse(k)*(rate(k) + gap_rate_at(run, members(k), run%states(run%now))), is_soft, response)
             if (allocated(run%error)) return
          end do
          call shorten_next_step(run)
@@ -118,13 +126,13 @@ contains
          run%rows(:n, :n) = run%mobility(members(:n), members(:n))
          call eliminate(run%rows, impulse, n)
          do k = 1, n
-            associate (met => run%surfaces(members(k)), v => state%beam%velocity(1:run%stepper%order))
-               v = v + met%surface%sign*impulse(k)*run%mass_columns(:, met%point)
+            associate (v => state%beam%velocity(1:run%stepper%order))
+               v = v + impulse(k)*run%mass_columns(:, members(k))
             end associate
          end do
          do k = 1, n
             associate (met => run%surfaces(members(k)))
-               state%beam%velocity(met%dof) = 0.0_wp
+               call put_along(met%row, 0.0_wp, state%beam%velocity(1:))
                if (met%status == is_held) then
                   call keep_blow(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
@@ -136,7 +144,7 @@ contains
                met%judged = .false.
                met%refused_end = nowhere
                event = event_here(run, members(k), event_capture)
-               event%velocity_before = met%surface%sign*rate(k)
+               event%velocity_before = met%row%sign*rate(k)
                event%impulse = impulse(k)
                ! one by one they may win what the others lose
                if (k == last) event%energy_change = 0.5_wp*dot_product(impulse(:n), rate(:n))
@@ -158,6 +166,23 @@ contains
    end subroutine shorten_next_step
 
 
+   !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
+   !> them ring instead, and lose digits in their accelerations; so the first step should be that short.
+   pure subroutine find_impulse_level(stepper, level, error)
+      type(newmark_stepper_t), intent(in) :: stepper
+      !> How often that step is halved
+      integer, intent(out) :: level
+      !> Set when the highest frequency is not found
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp) :: frequency
+
+      level = 0
+      if (stepper%double_zeta <= 0.0_wp) return
+      call highest_frequency(stepper%stiffness, stepper%mass, stepper%stop_dof, 0.0_wp, frequency, error)
+      if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%double_zeta*frequency**2))
+   end subroutine find_impulse_level
+
    !> Does a surface take part in an impact?
    pure function takes_part(run, k, leaving_too) result(answer)
       type(several_run_t), intent(in) :: run
@@ -178,6 +203,33 @@ contains
    end function takes_part
 
 
+   !> The nodal reading of impacts: a velocity is replaced, whatever that does to the beam beside it.
+   pure subroutine replace_velocities(run, response)
+      type(several_run_t), intent(inout) :: run
+      !> Events
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+      real(wp) :: mass, momentum, rate
+
+      associate (beam => run%states(run%now)%beam)
+         do k = 1, size(run%surfaces)
+            associate (met => run%surfaces(k), own => run%surfaces(k)%surface%settings)
+               rate = gap_rate_at(run, k, run%states(run%now))
+               if (own%impulse /= impulse_nodal .or. met%status /= is_open .or. met%judged) cycle
+               if (.not. (rate < 0.0_wp .and. takes_part(run, k, leaving_too=.false.))) cycle
+               call momentum_along(run%stepper, beam, met%row, momentum, mass)
+               call put_along(met%row, -own%restitution*rate, beam%velocity(1:))
+               call after_impulse(run, k, rate, nodal_impulse(rate, own%restitution, mass), &
+                  nodal_energy_change(rate, own%restitution, momentum, mass), .false., response)
+               if (.not. allocated(run%error)) call shorten_next_step(run)
+               if (allocated(run%error)) return
+            end associate
+         end do
+      end associate
+   end subroutine replace_velocities
+
+
    !> Impulses such that no rate falls below -eps times that before, and where it rises above there is none.
    pure subroutine share_impulse(run, members, rate, restitution, impulse)
       type(several_run_t), intent(inout) :: run
@@ -195,28 +247,25 @@ contains
       call solve_complementarity(run%mobility(members, members), (1.0_wp + restitution)*rate, impulse, pushes)
       associate (velocity => run%states(run%now)%beam%velocity, n => run%stepper%order)
          do i = 1, size(members)
-            associate (met => run%surfaces(members(i)))
-               velocity(1:n) = velocity(1:n) + met%surface%sign*impulse(i)*run%mass_columns(:, met%point)
-            end associate
+            velocity(1:n) = velocity(1:n) + impulse(i)*run%mass_columns(:, members(i))
          end do
          do i = 1, size(members)
             if (.not. impulse(i) > 0.0_wp) cycle
-            associate (met => run%surfaces(members(i)))
-               velocity(met%dof) = -met%surface%sign*restitution(i)*rate(i)
-            end associate
+            call put_along(run%surfaces(members(i))%row, -restitution(i)*rate(i), velocity(1:))
          end do
       end associate
    end subroutine share_impulse
 
 
    !> What an impact has made of one surface that took part.
-   pure subroutine after_impulse(run, k, rate, impulse, is_soft, response)
+   pure subroutine after_impulse(run, k, rate, impulse, energy_change, is_soft, response)
       type(several_run_t), intent(inout) :: run
       !> The surface
       integer, intent(in) :: k
       !> Rate of its gap before, and the impulse it gave
       real(wp), intent(in) :: rate
       real(wp), intent(in) :: impulse
+      real(wp), intent(in) :: energy_change
       !> No surface was hit but to be captured
       logical, intent(in) :: is_soft
       !> Events
@@ -245,9 +294,9 @@ contains
          met%armed = .true.
          if (.not. impulse > 0.0_wp) return
          event = event_here(run, k, merge(event_capture, event_impact, met%judged .or. rate >= 0.0_wp))
-         event%velocity_before = met%surface%sign*rate
+         event%velocity_before = met%row%sign*rate
          event%impulse = impulse
-         event%energy_change = 0.5_wp*impulse*(rate + rate_after)
+         event%energy_change = energy_change
          met%is_captured = event%kind == event_capture
          if (met%is_captured) met%captures = met%captures + 1
          met%is_stopped = .not. rate_after > 0.0_wp

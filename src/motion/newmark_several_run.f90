@@ -2,10 +2,10 @@
 !> state, and where it stands on the grid of steps.
 module newmark_several_run
    use applied_loads, only: applied_loads_t
+   use contact_rows, only: along, contact_row_t
    use failures, only: failure_t
    use kinds, only: i8, wp
    use moment_places, only: moment_places_t
-   use newmark_run, only: nowhere
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use response_types, only: moment_record_t, run_measures_t
    use run_recorder, only: ledger_t
@@ -17,8 +17,13 @@ module newmark_several_run
    implicit none (type, external)
    private
    public :: several_run_t, several_state_t, run_progress_t, contact_progress_t
-   public :: begins_now, is_open, is_held, is_in_contact, is_lifted, is_idle
+   public :: whole_step, nowhere, level_of, begins_now, is_open, is_held, is_in_contact, is_lifted, is_idle
    public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, surface_energy, energy_left
+
+   !> The undivided step in units of the shortest.
+   integer(i8), parameter :: whole_step = 2_i8**deepest_level
+   !> No step was taken back that ends ahead of the present state.
+   integer(i8), parameter :: nowhere = -1_i8
 
    !> The beam is away from the surface.
    integer, parameter :: is_open = 1
@@ -75,9 +80,7 @@ module newmark_several_run
 
    type, extends(contact_progress_t) :: met_surface_t
       type(surface_t) :: surface
-      !> Degree of freedom of the stop point, and its place among the stop points
-      integer :: dof = 0
-      integer :: point = 0
+      type(contact_row_t) :: row
       !> Unallocated: it is rigid
       class(yielding_stop_t), allocatable :: stop
       !> Spring and damper: the surface does not come back on its own
@@ -92,9 +95,9 @@ module newmark_several_run
    !> What a step of one length needs besides the stepper's factors.
    type :: several_factors_t
       logical :: made = .false.
-      !> A^-1 e of each stop point, padded, [-2 : order + 3, points]
+      !> A^-1 w of each row, padded, [-2 : order + 3, surfaces]
       real(wp), allocatable :: columns(:, :)
-      !> The same seen from the surfaces: s_j s_l e_j' A^-1 e_l, [surfaces, surfaces]
+      !> w_j . A^-1 w_l, [surfaces, surfaces]
       real(wp), allocatable :: gains(:, :)
       !> Surfaces that yield, over this step, [surfaces]
       type(stop_step_t), allocatable :: stops(:)
@@ -144,7 +147,7 @@ module newmark_several_run
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
       type(several_factors_t) :: factors(0:deepest_level)
-      !> M*^-1 e of each stop point, [order, points], and s_j s_l e_j' M*^-1 e_l, [surfaces, surfaces]
+      !> M*^-1 w of each row, [order, surfaces], and w_j . M*^-1 w_l, [surfaces, surfaces]
       real(wp), allocatable :: mass_columns(:, :)
       real(wp), allocatable :: mobility(:, :)
       !> Steps between two samples, and their distance
@@ -160,6 +163,8 @@ module newmark_several_run
       logical :: keeps_ledger = .false.
       logical :: keeps_measures = .false.
       logical :: keeps_shapes = .false.
+      !> What happens at each surface is told besides what the run tells; a scene of one stop keeps to that
+      logical :: keeps_surfaces = .true.
       !> What &statistics asks for; unallocated: nothing
       type(block_sums_t), allocatable :: blocks
       !> What &poincare asks for; unallocated: nothing
@@ -194,6 +199,9 @@ module newmark_several_run
       logical, allocatable :: closing(:)
       logical, allocatable :: arrives(:)
       logical, allocatable :: leaves(:)
+      !> Some surface may be closing, and some yields
+      logical :: is_closing = .false.
+      logical :: yields = .false.
       !> Set where the run cannot go on
       type(failure_t), allocatable :: error
    end type several_run_t
@@ -207,12 +215,13 @@ contains
       integer(i8), intent(in), optional :: further
       real(wp) :: tau
 
+      real(wp), parameter :: shortest = 0.5_wp**deepest_level
       integer(i8) :: offset
 
       offset = run%offset
       if (present(further)) offset = offset + further
-      tau = (real(run%sample, wp) + (real(run%part, wp) + scale(real(offset, wp), -deepest_level)) &
-         /real(run%parts, wp))*run%sample_step
+      tau = (real(run%sample, wp) + (real(run%part, wp) + shortest*real(offset, wp))/real(run%parts, wp)) &
+         *run%sample_step
    end function instant_of
 
    !> Distance of the stop point from a surface, which may be indented still.
@@ -224,7 +233,7 @@ contains
       real(wp) :: gap
 
       associate (met => run%surfaces(k))
-         gap = met%surface%sign*state%beam%displacement(met%dof) - met%surface%height
+         gap = along(met%row, state%beam%displacement(1:)) - met%surface%height
          if (.not. met%is_viscous) gap = gap + state%indentation(k)
       end associate
    end function gap_at
@@ -238,7 +247,7 @@ contains
       real(wp) :: rate
 
       associate (met => run%surfaces(k))
-         rate = met%surface%sign*state%beam%velocity(met%dof)
+         rate = along(met%row, state%beam%velocity(1:))
          if (met%is_viscous) return
          if (state%indentation(k) > 0.0_wp) rate = rate - met%stop%surface_rate*state%indentation(k)
       end associate
@@ -253,7 +262,7 @@ contains
       real(wp) :: depth
 
       associate (met => run%surfaces(k))
-         depth = met%surface%height + met%shift - met%surface%sign*state%beam%displacement(met%dof)
+         depth = met%surface%height + met%shift - along(met%row, state%beam%displacement(1:))
       end associate
    end function depth_at
 
@@ -266,8 +275,7 @@ contains
       real(wp) :: force
 
       associate (met => run%surfaces(k))
-         force = met%stop%stiffness*state%indentation(k) &
-            - met%stop%viscosity*met%surface%sign*state%beam%velocity(met%dof)
+         force = met%stop%stiffness*state%indentation(k) - met%stop%viscosity*along(met%row, state%beam%velocity(1:))
       end associate
    end function lifted_force
 
@@ -280,8 +288,8 @@ contains
       real(wp) :: force
 
       associate (met => run%surfaces(k))
-         force = rounding_of_force(met%stop, abs(met%surface%height) + abs(state%beam%displacement(met%dof)), &
-            abs(state%beam%velocity(met%dof)))
+         force = rounding_of_force(met%stop, abs(met%surface%height) &
+            + abs(along(met%row, state%beam%displacement(1:))), abs(along(met%row, state%beam%velocity(1:))))
       end associate
    end function rounding_at
 
@@ -299,7 +307,7 @@ contains
       force = lifted_force(run, k, state)
       associate (met => run%surfaces(k))
          lets_go = force <= rounding_at(run, k, state) .or. &
-            (force <= run%release_force .and. met%surface%sign*state%beam%velocity(met%dof) >= 0.0_wp)
+            (force <= run%release_force .and. along(met%row, state%beam%velocity(1:)) >= 0.0_wp)
       end associate
    end function lets_go
 
@@ -327,5 +335,22 @@ contains
             - ledger%dissipated_impact
       end associate
    end function energy_left
+
+   !> How often the step must be halved to be no longer than this.
+   pure function level_of(step, time) result(level)
+      !> Length of the undivided step
+      real(wp), intent(in) :: step
+      !> The time to resolve
+      real(wp), intent(in) :: time
+      integer :: level
+
+      ! beyond this, what happens at once and what happens in the shortest step differ by less than rounding
+      integer, parameter :: deepest_start = 30
+
+      level = 0
+      do while (level < deepest_start .and. scale(step, -level) > time)
+         level = level + 1
+      end do
+   end function level_of
 
 end module newmark_several_run

@@ -72,7 +72,7 @@ contains
          end select
          if (start%kind /= start_pull) call check_surfaces(model, surfaces, run, error)
          if (.not. allocated(error)) call move_onto_surfaces(model, held, surfaces, acts, run, error)
-         if (.not. allocated(error)) call restart_acceleration(run%stepper, beam, .false.)
+         if (.not. allocated(error)) call restart_acceleration(run%stepper, beam)
       end associate
    end subroutine make_several_start
 
@@ -195,6 +195,7 @@ contains
                record%sign = nint(surface%sign)
                record%position = surface%settings%position
                record%height = surface%sign*surface%height
+               if (.not. run%keeps_surfaces) cycle
                if (settings%output%history(eta_stop)) allocate (record%eta(n), source=0.0_wp)
                if (settings%output%history(velocity_stop)) allocate (record%velocity(n), source=0.0_wp)
                if (settings%output%history(force_stop)) allocate (record%force(n), source=0.0_wp)

@@ -6,13 +6,13 @@
 !> give the mean of their force by the indentation at the end, P = slope u+ + rest, exact where u is linear; spring and
 !> damper give the force at the end itself, k u+ + c u'+.
 module newmark_several_steps
+   use contact_rows, only: along, put_along
    use kinds, only: wp
    use newmark_energies, only: beam_dissipation
    use newmark_loads, only: load_at_end
-   use newmark_run, only: whole_step
    use newmark_several_run, only: depth_at, gap_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, is_open, &
-      lets_go, several_run_t, surface_energy
-   use newmark_stepper, only: band, deepest_level, finish_step, make_factors, predict_step, solve_for_force
+      lets_go, several_run_t, surface_energy, whole_step
+   use newmark_stepper, only: band, deepest_level, finish_step, make_factors, predict_step, solve_for_row
    use step_measures, only: measure_contact, measure_energy, measure_motion, piece_t
    use yielding_stop, only: contact_force, mean_force_coefficients
    implicit none (type, external)
@@ -32,16 +32,12 @@ contains
       call make_factors(run%stepper, level, run%error)
       if (allocated(run%error)) return
       associate (factors => run%factors(level), surfaces => run%surfaces, n => size(run%surfaces))
-         allocate (factors%columns(1 - band:run%stepper%order + band, size(run%mass_columns, 2)))
-         allocate (factors%gains(n, n), factors%stops(n))
+         allocate (factors%columns(1 - band:run%stepper%order + band, n), factors%gains(n, n), factors%stops(n))
          do k = 1, n
-            call solve_for_force(run%stepper, level, surfaces(k)%dof, factors%columns(:, surfaces(k)%point))
+            call solve_for_row(run%stepper, level, surfaces(k)%row, factors%columns(:, k))
             if (allocated(surfaces(k)%stop)) factors%stops(k) = surfaces(k)%stop%step(run%stepper%factors(level)%step)
-         end do
-         do k = 1, n
             do j = 1, n
-               factors%gains(j, k) = surfaces(j)%surface%sign*surfaces(k)%surface%sign &
-                  *factors%columns(surfaces(j)%dof, surfaces(k)%point)
+               factors%gains(j, k) = along(surfaces(j)%row, factors%columns(1:, k))
             end do
          end do
          factors%made = .true.
@@ -61,36 +57,50 @@ contains
       call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
       count_closed = 0
       do k = 1, size(run%surfaces)
-         run%surfaces(k)%work = 0.0_wp
+         run%states(3 - run%now)%force(k) = 0.0_wp
          if (run%surfaces(k)%status == is_held) call enter_closed(run, k, count_closed)
       end do
       count_held = count_closed
-      do k = 1, size(run%surfaces)
-         if (run%surfaces(k)%status == is_in_contact) call enter_closed(run, k, count_closed)
-      end do
+      if (run%yields) then
+         do k = 1, size(run%surfaces)
+            if (run%surfaces(k)%status == is_in_contact) call enter_closed(run, k, count_closed)
+         end do
+      end if
       if (count_closed > 0) call push_back(run, level, count_closed)
-      call finish_step(run%stepper, level, 0.0_wp, run%states(3 - run%now)%beam)
+      call finish_step(run%stepper, level, run%factors(level)%columns, run%closed(:count_closed), run%right, &
+         run%states(3 - run%now)%beam)
       if (count_closed > 0) call settle_closed(run, level, count_held, count_closed)
+      if (run%yields) call move_surfaces(run, level)
+   end subroutine try_step
+
+   !> Surfaces that yield and do not push.
+   pure subroutine move_surfaces(run, level)
+      type(several_run_t), intent(inout) :: run
+      !> How often the step is halved
+      integer, intent(in) :: level
+
+      integer :: k
+
       associate (old => run%states(run%now), new => run%states(3 - run%now))
          do k = 1, size(run%surfaces)
             associate (met => run%surfaces(k), u => new%indentation(k))
                select case (met%status)
                case (is_open)
-                  new%force(k) = 0.0_wp
+                  met%work = 0.0_wp
                   u = 0.0_wp
                   new%branch_force(k) = 0.0_wp
                   if (old%indentation(k) <= 0.0_wp .or. met%is_viscous) cycle
                   u = old%indentation(k)*run%factors(level)%stops(k)%surface
                   new%branch_force(k) = -met%stop%stiffness*u
                case (is_lifted)
-                  new%force(k) = 0.0_wp
+                  met%work = 0.0_wp
                   u = max(depth_at(run, k, new), 0.0_wp)
                   new%branch_force(k) = -met%stop%stiffness*u
                end select
             end associate
          end do
       end associate
-   end subroutine try_step
+   end subroutine move_surfaces
 
    !> One more closed surface.
    pure subroutine enter_closed(run, k, count_closed)
@@ -104,7 +114,7 @@ contains
       run%closed(count_closed) = k
    end subroutine enter_closed
 
-   !> Forces of the closed surfaces at the end of the step: add what they do to the acceleration.
+   !> Forces of the closed surfaces at the end of the step.
    pure subroutine push_back(run, level, count_closed)
       type(several_run_t), intent(inout) :: run
       !> How often the step is halved
@@ -121,16 +131,16 @@ contains
          closed => run%closed(:count_closed))
          do i = 1, count_closed
             k = closed(i)
-            associate (met => run%surfaces(k), s => run%surfaces(k)%surface%sign, right => run%right(i))
-               acceleration = s*new%beam%acceleration(met%dof)
+            associate (met => run%surfaces(k), right => run%right(i))
+               acceleration = along(met%row, new%beam%acceleration(1:))
                if (met%status == is_held) then
                   run%rows(i, :count_closed) = factors%gains(k, closed)
                   right = -acceleration
                   cycle
                end if
-               y = s*new%beam%displacement(met%dof) + give*acceleration
+               y = along(met%row, new%beam%displacement(1:)) + give*acceleration
                if (met%is_viscous) then
-                  v = s*new%beam%velocity(met%dof) + half*acceleration
+                  v = along(met%row, new%beam%velocity(1:)) + half*acceleration
                   factor = met%stop%stiffness*give + met%stop%viscosity*half
                   right = met%stop%stiffness*(met%surface%height + met%shift - y) - met%stop%viscosity*v
                else
@@ -144,10 +154,7 @@ contains
          end do
          call eliminate(run%rows, run%right, count_closed)
          do j = 1, count_closed
-            k = closed(j)
-            new%force(k) = run%right(j)
-            new%beam%acceleration(:) = new%beam%acceleration + run%surfaces(k)%surface%sign*run%right(j) &
-               *factors%columns(:, run%surfaces(k)%point)
+            new%force(closed(j)) = run%right(j)
          end do
       end associate
    end subroutine push_back
@@ -198,11 +205,11 @@ contains
             end do
          end if
          do j = 1, count_held
-            associate (dof => run%surfaces(run%closed(j))%dof)
-               ! zero but for rounding
-               new%beam%displacement(dof) = old%beam%displacement(dof)
-               new%beam%velocity(dof) = 0.0_wp
-               new%beam%acceleration(dof) = 0.0_wp
+            associate (row => run%surfaces(run%closed(j))%row)
+               ! nothing but for rounding
+               new%beam%displacement(row%dof) = old%beam%displacement(row%dof)
+               call put_along(row, 0.0_wp, new%beam%velocity(1:))
+               call put_along(row, 0.0_wp, new%beam%acceleration(1:))
             end associate
          end do
       end associate
@@ -215,9 +222,9 @@ contains
       integer, intent(in) :: k
       real(wp), intent(in) :: force
 
-      associate (new => run%states(3 - run%now), n => run%stepper%order, met => run%surfaces(k))
+      associate (new => run%states(3 - run%now), n => run%stepper%order)
          new%force(k) = new%force(k) + force
-         new%beam%acceleration(1:n) = new%beam%acceleration(1:n) + met%surface%sign*force*run%mass_columns(:, met%point)
+         new%beam%acceleration(1:n) = new%beam%acceleration(1:n) + force*run%mass_columns(:, k)
       end associate
    end subroutine add_force
 
@@ -249,10 +256,12 @@ contains
    end subroutine eliminate
 
    !> Which surfaces do not let the step in the other place stand? Written so that a NaN does not.
-   pure subroutine find_refusals(run, level)
+   pure subroutine find_refusals(run, level, stands)
       type(several_run_t), intent(inout) :: run
       !> How often the step was halved
       integer, intent(in) :: level
+      !> None refuses it
+      logical, intent(out) :: stands
 
       real(wp) :: gap, least
       integer :: k
@@ -260,6 +269,7 @@ contains
       ! at the last level rounding may be all that is missing
       least = -run%contact_tolerance
       if (level == deepest_level) least = 2.0_wp*least
+      stands = .true.
       associate (new => run%states(3 - run%now))
          do k = 1, size(run%surfaces)
             select case (run%surfaces(k)%status)
@@ -273,6 +283,7 @@ contains
             case (is_idle)
                run%refuses(k) = .false.
             end select
+            stands = stands .and. .not. run%refuses(k)
          end do
       end associate
    end subroutine find_refusals
@@ -294,6 +305,7 @@ contains
          end if
          call beam_dissipation(run%stepper, step, old%beam, new%beam, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated
+         if (.not. run%yields) return
          do k = 1, size(run%surfaces)
             if (.not. allocated(run%surfaces(k)%stop)) cycle
             dissipated = run%surfaces(k)%work + surface_energy(run, k, old) - surface_energy(run, k, new)
@@ -316,11 +328,11 @@ contains
 
       associate (old => run%states(3 - run%now), new => run%states(run%now))
          do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k), s => run%surfaces(k)%surface%sign)
+            associate (met => run%surfaces(k))
                if (met%status == is_idle) cycle
                call measure_motion(met%measurer, piece_t(from, step, &
-                  s*[old%beam%displacement(met%dof), new%beam%displacement(met%dof)] - met%surface%height, &
-                  s*[old%beam%velocity(met%dof), new%beam%velocity(met%dof)]))
+                  [along(met%row, old%beam%displacement(1:)), along(met%row, new%beam%displacement(1:))] &
+                  - met%surface%height, [along(met%row, old%beam%velocity(1:)), along(met%row, new%beam%velocity(1:))]))
                if (met%status == is_held .or. met%status == is_in_contact) then
                   call measure_contact(met%measurer, from, step, [old%force(k), new%force(k)])
                end if

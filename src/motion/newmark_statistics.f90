@@ -55,12 +55,12 @@ contains
       end do
       do k = 1, size(run%surfaces)
          associate (met => run%surfaces(k))
-            associate (surface => run%blocks%surface(met%surface%number), sign => met%surface%sign)
+            associate (surface => run%blocks%surface(met%surface%number), sign => met%row%sign)
                if (met%status == is_held .or. met%status == is_in_contact) then
                   ! contact lasts, and no impact begins, whatever counts of it
                   call take_contact(surface, from, from + step, 0, [0.0_wp, 0.0_wp], 0.0_wp)
                else if (.not. surface%has_flown) then
-                  piece = motion_of(run, from, step, met%dof)
+                  piece = motion_of(run, from, step, met%row%dof)
                   piece%eta = sign*piece%eta - met%surface%height
                   piece%rate = sign*piece%rate
                   call take_flight(surface, greatest_in(piece), run%blocks%hop_tolerance)
@@ -92,7 +92,7 @@ contains
       end associate
       do k = 1, size(run%surfaces)
          associate (met => run%surfaces(k), surface => run%blocks%surface(run%surfaces(k)%surface%number))
-            piece = part_of(motion_of(run, from, step, met%dof), begin, end)
+            piece = part_of(motion_of(run, from, step, met%row%dof), begin, end)
             associate (sums => surface%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + integrals_of(piece)

@@ -10,7 +10,7 @@ module scene_checks
    use kinds, only: lambda1, wp
    use load_settings, only: start_pull
    use measure_list, only: measure_count, measure_table
-   use newmark_motion, only: rounding_of_energy
+   use newmark_limits, only: rounding_of_energy
    use newmark_stability, only: highest_frequency
    use number_text, only: to_text
    use response_types, only: event_contact, event_impact, response_t
