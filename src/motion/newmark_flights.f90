@@ -2,7 +2,7 @@
 !> gone past the instant at which it began. Histories and shapes that were kept meanwhile are kept anew.
 module newmark_flights
    use block_statistics, only: blocks_begun, empty_block
-   use newmark_several_run, only: begins_now, instant_of, several_run_t, several_state_t
+   use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t
    use newmark_stepper, only: copy_state
    implicit none (type, external)
    private
@@ -12,7 +12,7 @@ contains
 
    !> The present state is that at which flights begin.
    subroutine keep_flight_start(run, events)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> How many there are
       integer, intent(in) :: events
 
@@ -20,14 +20,14 @@ contains
 
       run%begins_flight = .false.
       associate (start => run%flight_start)
-         if (.not. allocated(start%surfaces)) then
+         if (.not. allocated(start%contacts)) then
             start%state = run%states(run%now)
-            allocate (start%surfaces(size(run%surfaces)))
+            allocate (start%contacts(size(run%contacts)))
             if (allocated(run%moments)) allocate (start%moments(4, size(run%moments)))
          end if
-         do k = 1, size(run%surfaces)
-            if (run%surfaces(k)%flight_events == begins_now) run%surfaces(k)%flight_events = events
-            start%surfaces(k) = run%surfaces(k)%contact_progress_t
+         do k = 1, size(run%contacts)
+            if (run%contacts(k)%flight_events == begins_now) run%contacts(k)%flight_events = events
+            start%contacts(k) = run%contacts(k)%contact_progress_t
          end do
          call copy(run%states(run%now), start%state)
          start%progress = run%run_progress_t
@@ -45,7 +45,7 @@ contains
 
    !> Back to where the last flight began.
    pure subroutine take_flight_back(run)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       integer :: k, last
 
@@ -55,8 +55,8 @@ contains
          call copy(start%state, run%states(run%now))
          run%run_progress_t = start%progress
          run%is_closing = .true.
-         do k = 1, size(run%surfaces)
-            run%surfaces(k)%contact_progress_t = start%surfaces(k)
+         do k = 1, size(run%contacts)
+            run%contacts(k)%contact_progress_t = start%contacts(k)
          end do
          if (allocated(run%moments)) then
             do k = 1, size(run%moments)
@@ -75,7 +75,7 @@ contains
 
    !> Statistics as they are.
    subroutine keep_sums(run)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       integer :: k
 
@@ -100,7 +100,7 @@ contains
 
    !> Statistics as they were, with nothing in the blocks that have begun since. No impact has.
    pure subroutine put_sums_back(run, last)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> The block under way
       integer, intent(in) :: last
 
@@ -127,9 +127,9 @@ contains
 
    !> Copy without allocating.
    pure subroutine copy(from, to)
-      type(several_state_t), intent(in) :: from
+      type(run_state_t), intent(in) :: from
       !> Allocated to the same size
-      type(several_state_t), intent(inout) :: to
+      type(run_state_t), intent(inout) :: to
 
       call copy_state(from%beam, to%beam)
       to%force(:) = from%force

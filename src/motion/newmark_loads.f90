@@ -12,7 +12,7 @@ module newmark_loads
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
-   use newmark_several_run, only: instant_of, several_run_t, whole_step
+   use newmark_run, only: instant_of, newmark_run_t, whole_step
    use newmark_stepper, only: band, deepest_level, newmark_stepper_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: make_skyline, multiply, skyline_t
@@ -28,7 +28,7 @@ contains
       !> Rigid supports are held
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       integer :: g, i
 
@@ -59,7 +59,7 @@ contains
 
    !> The load at an instant; where it jumps, after the jump.
    pure subroutine load_at(run, tau, load)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       real(wp), intent(in) :: tau
       !> Padded
       real(wp), intent(inout) :: load(1 - band:)
@@ -76,7 +76,7 @@ contains
 
    !> The load at the end of a step; where it jumps there, before the jump.
    pure subroutine load_at_end(run, tau, load, instant)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       !> The end
       real(wp), intent(in) :: tau
       !> Padded
@@ -108,7 +108,7 @@ contains
 
    !> How often a step must be halved at least so that it does not go past a jump.
    pure function level_to_jump(run, least) result(level)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       integer, intent(in) :: least
       integer :: level
 
@@ -124,7 +124,7 @@ contains
 
    !> If the present state is at a jump its load is that after it.
    pure subroutine pass_jump(run, has_passed)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       logical, intent(out) :: has_passed
 
       real(wp) :: last

@@ -5,7 +5,7 @@ module newmark_moments
    use kinds, only: wp
    use load_courses, only: value_at
    use moment_places, only: enter_moment, gather_places
-   use newmark_several_run, only: instant_of, several_run_t
+   use newmark_run, only: instant_of, newmark_run_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: multiply, solve_factorised
@@ -22,7 +22,7 @@ contains
       !> Its moments have room, if any are asked for
       type(response_t), intent(in) :: response
       !> Its loads are ready
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       real(wp) :: share
 
@@ -41,7 +41,7 @@ contains
 
    !> Moments of the present state.
    pure function moments_now(run) result(moment)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       real(wp) :: moment(size(run%moments))
 
       real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
@@ -69,7 +69,7 @@ contains
 
    !> Do those of the present state go beyond the extremes so far?
    pure subroutine measure_moments(run)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       if (.not. run%keeps_measures) return
       call enter_moment(run%moments, moments_now(run), instant_of(run))
@@ -77,7 +77,7 @@ contains
 
    !> A sample.
    pure subroutine sample_moments(run, sample)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Its place in the histories
       integer, intent(in) :: sample
 

@@ -12,21 +12,21 @@ module newmark_motion
    use kinds, only: i8, wp
    use load_settings, only: start_pull
    use moment_places, only: finish_moments, open_moments
+   use newmark_contacts, only: settle
    use newmark_energies, only: kinetic_energy, strain_energy
+   use newmark_events, only: give_way, find_events
    use newmark_flights, only: keep_flight_start
    use newmark_limits, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_moments, only: measure_moments, start_moments
+   use newmark_run, only: energy_left, instant_of, is_held, is_inactive, is_in_contact, level_of, nowhere, &
+      newmark_run_t, contact_energy, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
    use newmark_sections, only: resume, start_sections, state_of, take_over, take_sections
-   use newmark_several_contacts, only: settle
-   use newmark_several_events, only: give_way, look_for_events
-   use newmark_several_run, only: energy_left, instant_of, is_held, is_idle, is_in_contact, level_of, nowhere, &
-      several_run_t, surface_energy, whole_step
-   use newmark_several_start, only: begin_at_surfaces, make_several_start, open_surfaces
-   use newmark_several_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
+   use newmark_start, only: begin_at_contacts, make_start, open_contacts
    use newmark_statistics, only: open_statistics, take_step
    use newmark_stepper, only: deepest_level, make_newmark_stepper
+   use newmark_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
    use number_text, only: to_text
    use response_records, only: open_records
    use response_types, only: miss_of_energies, response_t, run_measures_t
@@ -60,7 +60,7 @@ contains
 
       ! at least so many samples, if there are, are held against the ledger where energies are no output
       integer, parameter :: fewest_checks = 8
-      type(several_run_t) :: run
+      type(newmark_run_t) :: run
       integer :: between_checks, samples
       logical :: goes_on
 
@@ -75,7 +75,7 @@ contains
          has_loads(settings))
       call open_moments(model, settings, samples, response)
       call start_moments(model, settings, response, run)
-      call open_surfaces(settings, run, response)
+      call open_contacts(settings, run, response)
       run%keeps_measures = settings%output%measures
       run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
       run%keeps_shapes = allocated(response%shape_tau)
@@ -115,7 +115,7 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> It takes over a motion
       logical, intent(in) :: goes_on
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
       if (allocated(settings%statistics)) call open_statistics(settings, run)
@@ -123,7 +123,7 @@ contains
       if (goes_on) then
          call resume(run, response)
       else
-         call begin_at_surfaces(run, response)
+         call begin_at_contacts(run, response)
       end if
       if (allocated(run%blocks)) call take_events(run%blocks, response)
       if (run%begins_flight) call keep_flight_start(run, response%event_count)
@@ -132,17 +132,17 @@ contains
    !> What is told at the end.
    subroutine finish(settings, run, response)
       type(run_settings_t), intent(in) :: settings
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
-      response%ends_in_contact = any(run%surfaces%status == is_held .or. run%surfaces%status == is_in_contact)
+      response%ends_in_contact = any(run%contacts%status == is_held .or. run%contacts%status == is_in_contact)
       response%factorisations = run%stepper%factorisations
       if (allocated(run%moments)) call move_alloc(run%moments, response%moments)
       if (run%keeps_measures) call finish_measures(run, settings%output%most_peaks, response)
       if (allocated(run%blocks)) call finish_statistics(run%blocks, response)
       if (allocated(run%sections)) call finish_sections(run%sections, response)
       call finish_moments(response)
-      if (.not. run%keeps_surfaces) deallocate (response%surfaces)
+      if (.not. run%keeps_contacts) deallocate (response%surfaces)
    end subroutine finish
 
    !> Can a run start? What would keep it from that is known without running it.
@@ -153,7 +153,7 @@ contains
       !> Set when it cannot
       type(failure_t), allocatable, intent(out) :: error
 
-      type(several_run_t) :: run
+      type(newmark_run_t) :: run
 
       call make_run(model, settings, run, error)
    end subroutine check_newmark
@@ -164,7 +164,7 @@ contains
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
       !> The run at its start
-      type(several_run_t), intent(out) :: run
+      type(newmark_run_t), intent(out) :: run
       !> Set when the step is too long for the scheme, or the surfaces do not allow a start
       type(failure_t), allocatable, intent(out) :: error
 
@@ -181,7 +181,7 @@ contains
       run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
-      run%keeps_surfaces = .not. (is_plain(settings) .and. size(model%supports) == 0)
+      run%keeps_contacts = .not. (is_plain(settings) .and. size(model%supports) == 0)
       surfaces = surfaces_of(settings)
       if (settings%start%kind == start_pull) call find_static_start(model, surfaces, shape, error)
       if (allocated(error)) return
@@ -206,14 +206,14 @@ contains
          call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
             scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
       end associate
-      if (.not. allocated(error)) call make_several_start(model, held, settings, surfaces, &
+      if (.not. allocated(error)) call make_start(model, held, settings, surfaces, &
          acting(surfaces, model%stop_dofs(surfaces%stop)), run, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call blame_mesh(error)
          return
       end if
       run%states(2) = run%states(1)
-      call make_surfaces(model, surfaces, run, error)
+      call make_contacts(model, surfaces, run, error)
       if (allocated(error)) return
       call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
       call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
@@ -235,11 +235,11 @@ contains
    end function energy_carrying
 
    !> The surfaces as the run sees them.
-   subroutine make_surfaces(model, surfaces, run, error)
+   subroutine make_contacts(model, surfaces, run, error)
       type(beam_model_t), intent(in) :: model
       type(surface_t), intent(in) :: surfaces(:)
       !> Gets them
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Set when the tolerance of contact is too wide for them, or a law is for one stop alone
       type(failure_t), allocatable, intent(out) :: error
 
@@ -247,46 +247,46 @@ contains
       logical :: acts(size(surfaces))
 
       n = size(surfaces)
-      allocate (run%surfaces(n), run%mass_columns(run%stepper%order, n), run%mobility(n, n), run%closed(n), &
+      allocate (run%contacts(n), run%mass_columns(run%stepper%order, n), run%mobility(n, n), run%closed(n), &
          run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), run%leaves(n))
       run%closing = .false.
-      run%surfaces%row = [(contact_row_t(model%stop_dofs(surfaces(k)%stop), surfaces(k)%sign), k=1, n)]
-      acts = acting(surfaces, run%surfaces%row%dof)
+      run%contacts%row = [(contact_row_t(model%stop_dofs(surfaces(k)%stop), surfaces(k)%sign), k=1, n)]
+      acts = acting(surfaces, run%contacts%row%dof)
       run%mass_columns = 0.0_wp
       do k = 1, n
-         associate (met => run%surfaces(k))
-            met%surface = surfaces(k)
-            if (.not. acts(k)) met%status = is_idle
-            call make_yielding_stop(surfaces(k)%settings, met%stop)
-            run%yields = run%yields .or. allocated(met%stop)
-            met%is_viscous = surfaces(k)%settings%law == law_spring_damper
-            call check_surface(run, k, error)
+         associate (contact => run%contacts(k))
+            contact%surface = surfaces(k)
+            if (.not. acts(k)) contact%status = is_inactive
+            call make_yielding_stop(surfaces(k)%settings, contact%stop)
+            run%yields = run%yields .or. allocated(contact%stop)
+            contact%is_viscous = surfaces(k)%settings%law == law_spring_damper
+            call check_contact(run, k, error)
             if (allocated(error)) return
-            call put_along(met%row, 1.0_wp, run%mass_columns(:, k))
+            call put_along(contact%row, 1.0_wp, run%mass_columns(:, k))
             call solve_factorised(run%stepper%mass_factors, run%mass_columns(:, k))
          end associate
       end do
       do k = 1, n
          do j = 1, n
-            run%mobility(j, k) = along(run%surfaces(j)%row, run%mass_columns(:, k))
+            run%mobility(j, k) = along(run%contacts(j)%row, run%mass_columns(:, k))
          end do
-         associate (met => run%surfaces(k))
-            if (.not. allocated(met%stop)) cycle
+         associate (contact => run%contacts(k))
+            if (.not. allocated(contact%stop)) cycle
             ! what the force needs to find its way
-            if (met%stop%viscosity > 0.0_wp) then
-               met%contact_level = level_of(run%stepper%step, 1.0_wp/(met%stop%viscosity*run%mobility(k, k)))
-            else if (met%stop%branch_stiffness > 0.0_wp .and. met%stop%relaxation_rate > 0.0_wp) then
-               met%contact_level = level_of(run%stepper%step, 1.0_wp/met%stop%relaxation_rate)
+            if (contact%stop%viscosity > 0.0_wp) then
+               contact%contact_level = level_of(run%stepper%step, 1.0_wp/(contact%stop%viscosity*run%mobility(k, k)))
+            else if (contact%stop%branch_stiffness > 0.0_wp .and. contact%stop%relaxation_rate > 0.0_wp) then
+               contact%contact_level = level_of(run%stepper%step, 1.0_wp/contact%stop%relaxation_rate)
             end if
          end associate
       end do
-   end subroutine make_surfaces
+   end subroutine make_contacts
 
    !> What one surface, or it and another at its point, cannot be.
-   pure subroutine check_surface(run, k, error)
+   pure subroutine check_contact(run, k, error)
       !> The surfaces up to this one are there
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
       !> Set when it cannot
       type(failure_t), allocatable, intent(out) :: error
@@ -294,24 +294,24 @@ contains
       integer :: j
       real(wp) :: clearance
 
-      associate (met => run%surfaces(k))
+      associate (contact => run%contacts(k))
          do j = 1, k - 1
-            associate (other => run%surfaces(j))
-               if (other%row%dof /= met%row%dof .or. other%row%sign*met%row%sign > 0.0_wp) cycle
-               clearance = -(other%surface%height + met%surface%height)
+            associate (other => run%contacts(j))
+               if (other%row%dof /= contact%row%dof .or. other%row%sign*contact%row%sign > 0.0_wp) cycle
+               clearance = -(other%surface%height + contact%surface%height)
                if (clearance > 2.0_wp*run%contact_tolerance) cycle
                call fail(error, status_bad_input, 'contact_tolerance '//to_text(run%contact_tolerance)// &
-                  ' must be below half the clearance at '//to_text(met%surface%settings%position)//', which is '// &
+                  ' must be below half the clearance at '//to_text(contact%surface%settings%position)//', which is '// &
                   to_text(clearance)//' of the distance that the beam was pulled')
                return
             end associate
          end do
       end associate
-   end subroutine check_surface
+   end subroutine check_contact
 
    !> One accepted step and the events it may end with; or those that no step leads past.
    pure subroutine advance(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Events and counters
       type(response_t), intent(inout) :: response
 
@@ -337,7 +337,7 @@ contains
          if (stands) exit
          response%rejected = response%rejected + 1_i8
          run%is_closing = .true.
-         where (run%refuses) run%surfaces%refused_end = run%offset + span
+         where (run%refuses) run%contacts%refused_end = run%offset + span
          if (level == deepest_level) then
             call give_way(run, response)
             return
@@ -348,8 +348,8 @@ contains
       run%now = 3 - run%now
       run%offset = run%offset + span
       if (run%is_closing) then
-         run%closing = run%offset < run%surfaces%refused_end
-         where (.not. run%closing) run%surfaces%refused_end = nowhere
+         run%closing = run%offset < run%contacts%refused_end
+         where (.not. run%closing) run%contacts%refused_end = nowhere
          run%is_closing = any(run%closing)
       end if
       if (run%offset == whole_step) then
@@ -368,7 +368,7 @@ contains
       if (allocated(run%blocks)) call take_step(run, from, step)
       if (allocated(run%sections)) call take_sections(run, step)
       if (run%keeps_shapes) call shapes_in_step(run, step, response)
-      call look_for_events(run, step, response)
+      call find_events(run, step, response)
       if (allocated(run%error)) return
       if (run%next_jump <= size(run%jumps)) then
          call pass_jump(run, has_passed)
@@ -380,7 +380,7 @@ contains
    !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.
    pure subroutine check_energy(run)
       !> The run, which keeps its ledger
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       real(wp) :: energy, kinetic, strain
       integer :: k
@@ -389,8 +389,8 @@ contains
          call kinetic_energy(run%stepper, state%beam, kinetic)
          call strain_energy(run%stepper, state%beam, strain)
          energy = kinetic + strain
-         do k = 1, size(run%surfaces)
-            energy = energy + surface_energy(run, k, state)
+         do k = 1, size(run%contacts)
+            energy = energy + contact_energy(run, k, state)
          end do
       end associate
       call check_ledger(instant_of(run), abs(energy - energy_left(run)), run%start_energy + run%ledger%created &
@@ -400,36 +400,36 @@ contains
    !> Begin to measure each surface.
    subroutine start_measures(model, run, error)
       type(beam_model_t), intent(in) :: model
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Set when the state of rest is not found
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp) :: forces(size(run%surfaces)), energy
+      real(wp) :: forces(size(run%contacts)), energy
       integer :: k
       integer, allocatable :: acting_ones(:)
 
-      acting_ones = pack([(k, k=1, size(run%surfaces))], run%surfaces%status /= is_idle)
+      acting_ones = pack([(k, k=1, size(run%contacts))], run%contacts%status /= is_inactive)
       forces = 0.0_wp
       energy = no_rest
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         call find_static_rest(model, run%surfaces(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
+         call find_static_rest(model, run%contacts(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
          if (allocated(error)) return
       end if
       forces(acting_ones) = forces(:size(acting_ones))
       if (run%pulled == 0) call open_tally(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
          run%measurer%tally)
-      do k = 1, size(run%surfaces)
-         if (run%surfaces(k)%status == is_idle) forces(k) = 0.0_wp
-         associate (met => run%surfaces(k))
-            call open_tally(allocated(met%stop), run%start_energy, forces(k), energy, run%height_ratio, &
-               met%measurer%tally)
+      do k = 1, size(run%contacts)
+         if (run%contacts(k)%status == is_inactive) forces(k) = 0.0_wp
+         associate (contact => run%contacts(k))
+            call open_tally(allocated(contact%stop), run%start_energy, forces(k), energy, run%height_ratio, &
+               contact%measurer%tally)
          end associate
       end do
    end subroutine start_measures
 
    !> The measures of each surface, and of the run.
    pure subroutine finish_measures(run, most_peaks, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Peaks are kept of so many rebounds
       integer, intent(in) :: most_peaks
       !> Gets the measures
@@ -439,15 +439,15 @@ contains
       integer :: k
 
       associate (ledger => run%ledger)
-         do k = 1, size(run%surfaces)
-            run%surfaces(k)%measures%final_energy = energy_left(run)
-            call finish_steps(run%surfaces(k)%measurer, instant_of(run), &
+         do k = 1, size(run%contacts)
+            run%contacts(k)%measures%final_energy = energy_left(run)
+            call finish_steps(run%contacts(k)%measurer, instant_of(run), &
                [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, most_peaks, &
-               run%surfaces(k)%measures, response, run%surfaces(k)%surface%number)
+               run%contacts(k)%measures, response, run%contacts(k)%surface%number)
          end do
       end associate
       if (run%pulled > 0) then
-         call gather_measures(response, run%surfaces(run%pulled)%surface%number)
+         call gather_measures(response, run%contacts(run%pulled)%surface%number)
       else
          free%final_energy = energy_left(run)
          call finish_steps(run%measurer, instant_of(run), [run%ledger%dissipated_beam, 0.0_wp, 0.0_wp], &

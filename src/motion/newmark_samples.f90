@@ -4,7 +4,7 @@ module newmark_samples
    use kinds, only: wp
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_moments, only: sample_moments
-   use newmark_several_run, only: instant_of, several_run_t, surface_energy
+   use newmark_run, only: instant_of, newmark_run_t, contact_energy
    use newmark_stepper, only: newmark_state_t
    use response_types, only: response_t
    use run_recorder, only: keep_sample, sample_t
@@ -16,7 +16,7 @@ contains
 
    !> Keep the present state as a sample.
    pure subroutine take_sample(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Gets what it has room for
       type(response_t), intent(inout) :: response
 
@@ -34,18 +34,18 @@ contains
             call kinetic_energy(stepper, state%beam, sample%beam_energy(1))
             call strain_energy(stepper, state%beam, sample%beam_energy(2))
          end if
-         if (.not. (run%keeps_surfaces .or. allocated(response%energy))) exit kept
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k), record => response%surfaces(run%surfaces(k)%surface%number))
-               if (allocated(record%eta)) record%eta(place) = state%beam%displacement(met%row%dof) - record%height
-               if (allocated(record%velocity)) record%velocity(place) = state%beam%velocity(met%row%dof)
+         if (.not. (run%keeps_contacts .or. allocated(response%energy))) exit kept
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k), record => response%surfaces(run%contacts(k)%surface%number))
+               if (allocated(record%eta)) record%eta(place) = state%beam%displacement(contact%row%dof) - record%height
+               if (allocated(record%velocity)) record%velocity(place) = state%beam%velocity(contact%row%dof)
                if (allocated(record%force)) record%force(place) = run%height_ratio*state%force(k)
                if (.not. allocated(response%energy)) cycle
-               energy = surface_energy(run, k, state)
+               energy = contact_energy(run, k, state)
                sample%stop_energy = sample%stop_energy + energy
                if (.not. allocated(record%energy)) cycle
                record%energy(place) = energy
-               record%dissipated(place) = met%dissipated
+               record%dissipated(place) = contact%dissipated
             end associate
          end do
       end associate kept
@@ -55,7 +55,7 @@ contains
 
    !> Keep the shapes asked for within the last step.
    pure subroutine shapes_in_step(run, step, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Its length; 0: the start
       real(wp), intent(in) :: step
       !> What is kept

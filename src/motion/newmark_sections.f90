@@ -1,11 +1,11 @@
-!> Sections of a Newmark run among several surfaces, and a run that takes over a motion (docs/theory.md, section 21).
+!> Sections of a Newmark run, and a run that takes over a motion (docs/theory.md, section 21).
 module newmark_sections
    use contact_rows, only: along
    use kinds, only: wp
+   use newmark_contacts, only: settle
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_several_contacts, only: settle
-   use newmark_several_run, only: gap_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, is_open, &
-      several_run_t, surface_energy
+   use newmark_run, only: gap_at, instant_of, is_held, is_inactive, is_in_contact, is_lifted, is_open, &
+      newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use response_types, only: response_t
    use run_settings, only: run_settings_t
@@ -22,19 +22,19 @@ contains
       !> With sections
       type(run_settings_t), intent(in) :: settings
       !> Its surfaces are there
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       integer :: pulled
 
       pulled = 0
-      if (run%pulled > 0) pulled = run%surfaces(run%pulled)%surface%number
-      call open_sections(settings, size(run%surfaces), pulled, run%sections)
+      if (run%pulled > 0) pulled = run%contacts(run%pulled)%surface%number
+      call open_sections(settings, size(run%contacts), pulled, run%sections)
    end subroutine start_sections
 
    !> Those within the step just accepted, its end included, from the cubic between its ends.
    pure subroutine take_sections(run, step)
       !> With sections
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Its length
       real(wp), intent(in) :: step
 
@@ -47,8 +47,8 @@ contains
             sections%count = sections%count + 1
             share = 1.0_wp + min(0.0_wp, (sections%tau(sections%count) - end)/step)
             sections%tip(:, sections%count) = at(run%stepper%tip_dof)
-            do k = 1, size(run%surfaces)
-               sections%stop(:, run%surfaces(k)%surface%number, sections%count) = at(run%surfaces(k)%row%dof)
+            do k = 1, size(run%contacts)
+               sections%stop(:, run%contacts(k)%surface%number, sections%count) = at(run%contacts(k)%row%dof)
             end do
          end do
       end associate
@@ -75,19 +75,19 @@ contains
 
    !> The present state.
    pure subroutine state_of(run, state)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       type(section_state_t), intent(out) :: state
 
       state%tau = instant_of(run)
       associate (now => run%states(run%now))
          state%q = now%beam%displacement
          state%v = now%beam%velocity
-         state%is_closed = run%surfaces%status == is_held .or. run%surfaces%status == is_in_contact
-         state%is_indented = run%surfaces%status == is_lifted
+         state%is_closed = run%contacts%status == is_held .or. run%contacts%status == is_in_contact
+         state%is_indented = run%contacts%status == is_lifted
          state%depth = now%indentation
          state%branch_force = now%branch_force
-         state%hop_tolerance = run%surfaces%peak
-         state%is_low = run%surfaces%judged
+         state%hop_tolerance = run%contacts%peak
+         state%is_low = run%contacts%judged
       end associate
    end subroutine state_of
 
@@ -95,7 +95,7 @@ contains
    subroutine take_over(state, run)
       type(section_state_t), intent(in) :: state
       !> Ready to start
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       real(wp) :: kinetic
       integer :: k
@@ -106,39 +106,40 @@ contains
          now%force = 0.0_wp
          now%indentation = state%depth
          now%branch_force = state%branch_force
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k))
-               if (met%status == is_idle) cycle
-               met%status = is_open
-               met%judged = state%is_low(k)
-               met%peak = state%hop_tolerance(k)
-               if (state%is_indented(k)) met%status = is_lifted
-               if (state%is_closed(k)) met%status = merge(is_in_contact, is_held, allocated(met%stop))
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k))
+               if (contact%status == is_inactive) cycle
+               contact%status = is_open
+               contact%judged = state%is_low(k)
+               contact%peak = state%hop_tolerance(k)
+               if (state%is_indented(k)) contact%status = is_lifted
+               if (state%is_closed(k)) contact%status = merge(is_in_contact, is_held, allocated(contact%stop))
                ! as deep as it was
-               if (met%status == is_in_contact) met%shift = state%depth(k) - met%surface%height &
-                  + along(met%row, now%beam%displacement(1:))
-               met%leaving = met%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
+               if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%surface%height &
+                  + along(contact%row, now%beam%displacement(1:))
+               contact%leaving = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
             end associate
          end do
          call restart_acceleration(run%stepper, now%beam)
          call strain_energy(run%stepper, now%beam, run%start_energy)
          call kinetic_energy(run%stepper, now%beam, kinetic)
-         run%start_energy = run%start_energy + kinetic + sum([(surface_energy(run, k, now), k=1, size(run%surfaces))])
+         run%start_energy = run%start_energy + kinetic + sum([(contact_energy(run, k, now), k=1, size(run%contacts))])
       end associate
       run%states(3 - run%now) = run%states(run%now)
    end subroutine take_over
 
    !> Under its loads some that were closed may open at once.
    pure subroutine resume(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
       integer :: k
 
-      allocate (response%starts_closed(size(run%surfaces)))
-      do k = 1, size(run%surfaces)
-         associate (met => run%surfaces(k))
-            response%starts_closed(met%surface%number) = met%status == is_held .or. met%status == is_in_contact
+      allocate (response%starts_closed(size(run%contacts)))
+      do k = 1, size(run%contacts)
+         associate (contact => run%contacts(k))
+            response%starts_closed(contact%surface%number) = contact%status == is_held &
+               .or. contact%status == is_in_contact
          end associate
       end do
       call settle(run, response)

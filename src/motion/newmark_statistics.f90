@@ -1,9 +1,9 @@
-!> What a Newmark step among several surfaces adds to the statistics of a run: displacements go as cubics between the
+!> What a Newmark step adds to the statistics of a run: displacements go as cubics between the
 !> ends of the step, forces on straight lines (docs/theory.md, section 20).
 module newmark_statistics
    use block_statistics, only: blocks_begun, open_blocks, take_contact, take_flight
    use kinds, only: wp
-   use newmark_several_run, only: is_held, is_in_contact, several_run_t
+   use newmark_run, only: is_held, is_in_contact, newmark_run_t
    use run_settings, only: run_settings_t
    use statistic_types, only: low_displacement, low_tip, sum_displacement, sum_square_displacement, &
       sum_square_tip, sum_tip, top_displacement, top_tip
@@ -19,16 +19,16 @@ contains
       !> With statistics
       type(run_settings_t), intent(in) :: settings
       !> Its surfaces are there
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
-      logical :: yields(size(run%surfaces))
+      logical :: yields(size(run%contacts))
       integer :: k, pulled
 
-      do k = 1, size(run%surfaces)
-         yields(run%surfaces(k)%surface%number) = allocated(run%surfaces(k)%stop)
+      do k = 1, size(run%contacts)
+         yields(run%contacts(k)%surface%number) = allocated(run%contacts(k)%stop)
       end do
       pulled = 0
-      if (run%pulled > 0) pulled = run%surfaces(run%pulled)%surface%number
+      if (run%pulled > 0) pulled = run%contacts(run%pulled)%surface%number
       allocate (run%blocks)
       call open_blocks(settings, yields, pulled, run%blocks)
       run%blocks%hop_tolerance = run%hop_height
@@ -37,7 +37,7 @@ contains
    !> The step just accepted, which is cut where a block ends.
    pure subroutine take_step(run, from, step)
       !> With blocks
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Its beginning and length
       real(wp), intent(in) :: from
       real(wp), intent(in) :: step
@@ -53,15 +53,15 @@ contains
          if (end > begin) call take_part(run, from, step, (begin - from)/step, (end - from)/step, block)
          if (run%blocks%edge(block) >= from + step) exit
       end do
-      do k = 1, size(run%surfaces)
-         associate (met => run%surfaces(k))
-            associate (surface => run%blocks%surface(met%surface%number), sign => met%row%sign)
-               if (met%status == is_held .or. met%status == is_in_contact) then
+      do k = 1, size(run%contacts)
+         associate (contact => run%contacts(k))
+            associate (surface => run%blocks%surface(contact%surface%number), sign => contact%row%sign)
+               if (contact%status == is_held .or. contact%status == is_in_contact) then
                   ! contact lasts, and no impact begins, whatever counts of it
                   call take_contact(surface, from, from + step, 0, [0.0_wp, 0.0_wp], 0.0_wp)
                else if (.not. surface%has_flown) then
-                  piece = motion_of(run, from, step, met%row%dof)
-                  piece%eta = sign*piece%eta - met%surface%height
+                  piece = motion_of(run, from, step, contact%row%dof)
+                  piece%eta = sign*piece%eta - contact%surface%height
                   piece%rate = sign*piece%rate
                   call take_flight(surface, greatest_in(piece), run%blocks%hop_tolerance)
                end if
@@ -72,7 +72,7 @@ contains
 
    !> The part of a step within one block.
    pure subroutine take_part(run, from, step, begin, end, block)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       real(wp), intent(in) :: from
       real(wp), intent(in) :: step
       !> As shares of the step
@@ -90,15 +90,15 @@ contains
          sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + integrals_of(piece)
          call extend(piece, sums(low_tip), sums(top_tip))
       end associate
-      do k = 1, size(run%surfaces)
-         associate (met => run%surfaces(k), surface => run%blocks%surface(run%surfaces(k)%surface%number))
-            piece = part_of(motion_of(run, from, step, met%row%dof), begin, end)
+      do k = 1, size(run%contacts)
+         associate (contact => run%contacts(k), surface => run%blocks%surface(run%contacts(k)%surface%number))
+            piece = part_of(motion_of(run, from, step, contact%row%dof), begin, end)
             associate (sums => surface%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + integrals_of(piece)
                call extend(piece, sums(low_displacement), sums(top_displacement))
             end associate
-            if (.not. (met%status == is_held .or. met%status == is_in_contact)) cycle
+            if (.not. (contact%status == is_held .or. contact%status == is_in_contact)) cycle
             associate (old => run%states(3 - run%now)%force(k), new => run%states(run%now)%force(k))
                force = old + [begin, end]*(new - old)
             end associate
@@ -111,7 +111,7 @@ contains
 
    !> How a degree of freedom goes through the step.
    pure function motion_of(run, from, step, dof) result(piece)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       !> Beginning and length of the step
       real(wp), intent(in) :: from
       real(wp), intent(in) :: step

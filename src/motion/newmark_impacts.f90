@@ -1,17 +1,17 @@
-!> Impacts on several rigid surfaces: Newton's law as one complementarity problem of velocities and impulses.
-module newmark_several_impacts
+!> Impacts at rigid contacts: Newton's law as one complementarity problem of velocities and impulses.
+module newmark_impacts
    use complementarity, only: solve_complementarity
    use contact_rows, only: put_along
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
+   use newmark_contacts, only: event_here, keep_event, open_contact
    use newmark_energies, only: momentum_along
    use newmark_flights, only: take_flight_back
-   use newmark_several_contacts, only: event_here, keep_event, let_fly
-   use newmark_several_run, only: begins_now, gap_at, gap_rate_at, instant_of, is_held, is_open, level_of, &
-      nowhere, several_run_t
-   use newmark_several_steps, only: eliminate
+   use newmark_run, only: begins_now, gap_at, gap_rate_at, instant_of, is_held, is_open, level_of, &
+      nowhere, newmark_run_t
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: newmark_stepper_t
+   use newmark_steps, only: eliminate
    use number_text, only: to_text
    use response_types, only: event_blow, event_capture, event_impact, event_release, event_t, response_t
    use restitution_stop, only: nodal_energy_change, nodal_impulse
@@ -25,15 +25,15 @@ contains
    !> Newton's law for the surfaces that are hit, those that hold the beam, and any other that it has reached, all of
    !> which it does not leave. Who is turned back by the impulses takes part in the next problem at the same instant.
    pure subroutine strike(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
       ! from here on no surface gives any velocity back, and those that the beam leaves take part as well
       integer, parameter :: patience = 50
       integer, parameter :: most_rounds = 2*patience
-      real(wp), dimension(size(run%surfaces)) :: rate, restitution, impulse
-      integer :: members(size(run%surfaces)), k, n, round
+      real(wp), dimension(size(run%contacts)) :: rate, restitution, impulse
+      integer :: members(size(run%contacts)), k, n, round
       logical :: has_hit, is_soft
 
       call capture_low_flights(run, response)
@@ -44,17 +44,17 @@ contains
          n = 0
          has_hit = .false.
          is_soft = .true.
-         do k = 1, size(run%surfaces)
+         do k = 1, size(run%contacts)
             if (.not. takes_part(run, k, round > patience)) cycle
             n = n + 1
             members(n) = k
             rate(n) = gap_rate_at(run, k, run%states(run%now))
-            associate (met => run%surfaces(k))
-               if (met%status == is_held .or. met%is_stopped) rate(n) = 0.0_wp
-               restitution(n) = met%surface%settings%restitution
-               if (met%judged .or. rate(n) >= 0.0_wp .or. round > patience) restitution(n) = 0.0_wp
+            associate (contact => run%contacts(k))
+               if (contact%status == is_held .or. contact%is_stopped) rate(n) = 0.0_wp
+               restitution(n) = contact%surface%settings%restitution
+               if (contact%judged .or. rate(n) >= 0.0_wp .or. round > patience) restitution(n) = 0.0_wp
                has_hit = has_hit .or. rate(n) < 0.0_wp
-               is_soft = is_soft .and. (met%judged .or. rate(n) >= 0.0_wp)
+               is_soft = is_soft .and. (contact%judged .or. rate(n) >= 0.0_wp)
             end associate
          end do
          if (.not. has_hit) return
@@ -76,25 +76,25 @@ contains
    !> surface throw the beam off another again and again, flights that were interrupted but low all of them, those
    !> surfaces bring it to rest together.
    pure subroutine capture_low_flights(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
       integer, parameter :: patience = 10
-      logical, dimension(size(run%surfaces)) :: chatters, is_caught
+      logical, dimension(size(run%contacts)) :: chatters, is_caught
       integer :: k
 
-      is_caught = run%arrives .and. run%surfaces%judged .and. run%surfaces%flight_events == response%event_count
+      is_caught = run%arrives .and. run%contacts%judged .and. run%contacts%flight_events == response%event_count
       if (any(is_caught)) then
          call take_flight_back(run)
          run%arrives = .false.
          call bring_to_rest(run, is_caught, response)
          return
       end if
-      chatters = run%surfaces%captures >= patience
-      if (.not. any(run%arrives .and. run%surfaces%judged .and. chatters)) return
-      do k = 1, size(run%surfaces)
-         chatters(k) = chatters(k) .and. run%surfaces(k)%status /= is_held .and. takes_part(run, k, leaving_too=.true.)
+      chatters = run%contacts%captures >= patience
+      if (.not. any(run%arrives .and. run%contacts%judged .and. chatters)) return
+      do k = 1, size(run%contacts)
+         chatters(k) = chatters(k) .and. run%contacts(k)%status /= is_held .and. takes_part(run, k, leaving_too=.true.)
       end do
       call bring_to_rest(run, chatters, response)
    end subroutine capture_low_flights
@@ -102,21 +102,21 @@ contains
 
    !> Bring the beam to rest at surfaces by impulses at them and at those that hold it.
    pure subroutine bring_to_rest(run, is_caught, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Of each surface; at least one
       logical, intent(in) :: is_caught(:)
       !> Events
       type(response_t), intent(inout) :: response
 
-      integer :: members(size(run%surfaces)), k, last, n
-      real(wp), dimension(size(run%surfaces)) :: impulse, rate
+      integer :: members(size(run%contacts)), k, last, n
+      real(wp), dimension(size(run%contacts)) :: impulse, rate
       type(event_t) :: event
 
       associate (state => run%states(run%now))
          n = 0
          last = 0
-         do k = 1, size(run%surfaces)
-            if (.not. (is_caught(k) .or. run%surfaces(k)%status == is_held)) cycle
+         do k = 1, size(run%contacts)
+            if (.not. (is_caught(k) .or. run%contacts(k)%status == is_held)) cycle
             n = n + 1
             if (is_caught(k)) last = n
             members(n) = k
@@ -131,20 +131,20 @@ contains
             end associate
          end do
          do k = 1, n
-            associate (met => run%surfaces(members(k)))
-               call put_along(met%row, 0.0_wp, state%beam%velocity(1:))
-               if (met%status == is_held) then
+            associate (contact => run%contacts(members(k)))
+               call put_along(contact%row, 0.0_wp, state%beam%velocity(1:))
+               if (contact%status == is_held) then
                   call keep_blow(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
                   cycle
                end if
-               met%is_stopped = .true.
-               met%is_captured = .true.
-               met%captures = met%captures + 1
-               met%judged = .false.
-               met%refused_end = nowhere
+               contact%is_stopped = .true.
+               contact%is_captured = .true.
+               contact%captures = contact%captures + 1
+               contact%judged = .false.
+               contact%refused_end = nowhere
                event = event_here(run, members(k), event_capture)
-               event%velocity_before = met%row%sign*rate(k)
+               event%velocity_before = contact%row%sign*rate(k)
                event%impulse = impulse(k)
                ! one by one they may win what the others lose
                if (k == last) event%energy_change = 0.5_wp*dot_product(impulse(:n), rate(:n))
@@ -159,7 +159,7 @@ contains
 
    !> The first step after an impulse is short, and the next ones grow.
    pure subroutine shorten_next_step(run)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
 
       if (run%impulse_level < 0) call find_impulse_level(run%stepper, run%impulse_level, run%error)
       run%next_level = max(run%next_level, run%impulse_level)
@@ -185,18 +185,18 @@ contains
 
    !> Does a surface take part in an impact?
    pure function takes_part(run, k, leaving_too) result(answer)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
       !> Even where the beam leaves it
       logical, intent(in) :: leaving_too
       logical :: answer
 
-      associate (met => run%surfaces(k), state => run%states(run%now))
+      associate (contact => run%contacts(k), state => run%states(run%now))
          answer = .false.
-         if (allocated(met%stop)) return
-         answer = met%status == is_held .or. met%is_stopped
-         if (answer .or. met%status /= is_open) return
+         if (allocated(contact%stop)) return
+         answer = contact%status == is_held .or. contact%is_stopped
+         if (answer .or. contact%status /= is_open) return
          answer = (run%arrives(k) .or. gap_at(run, k, state) < run%contact_tolerance) .and. &
             (leaving_too .or. gap_rate_at(run, k, state) <= 0.0_wp)
       end associate
@@ -205,7 +205,7 @@ contains
 
    !> The nodal reading of impacts: a velocity is replaced, whatever that does to the beam beside it.
    pure subroutine replace_velocities(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
@@ -213,13 +213,13 @@ contains
       real(wp) :: mass, momentum, rate
 
       associate (beam => run%states(run%now)%beam)
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k), own => run%surfaces(k)%surface%settings)
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k), own => run%contacts(k)%surface%settings)
                rate = gap_rate_at(run, k, run%states(run%now))
-               if (own%impulse /= impulse_nodal .or. met%status /= is_open .or. met%judged) cycle
+               if (own%impulse /= impulse_nodal .or. contact%status /= is_open .or. contact%judged) cycle
                if (.not. (rate < 0.0_wp .and. takes_part(run, k, leaving_too=.false.))) cycle
-               call momentum_along(run%stepper, beam, met%row, momentum, mass)
-               call put_along(met%row, -own%restitution*rate, beam%velocity(1:))
+               call momentum_along(run%stepper, beam, contact%row, momentum, mass)
+               call put_along(contact%row, -own%restitution*rate, beam%velocity(1:))
                call after_impulse(run, k, rate, nodal_impulse(rate, own%restitution, mass), &
                   nodal_energy_change(rate, own%restitution, momentum, mass), .false., response)
                if (.not. allocated(run%error)) call shorten_next_step(run)
@@ -232,7 +232,7 @@ contains
 
    !> Impulses such that no rate falls below -eps times that before, and where it rises above there is none.
    pure subroutine share_impulse(run, members, rate, restitution, impulse)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Surfaces taking part
       integer, intent(in) :: members(:)
       !> Rates of their gaps before, and eps
@@ -251,7 +251,7 @@ contains
          end do
          do i = 1, size(members)
             if (.not. impulse(i) > 0.0_wp) cycle
-            call put_along(run%surfaces(members(i))%row, -restitution(i)*rate(i), velocity(1:))
+            call put_along(run%contacts(members(i))%row, -restitution(i)*rate(i), velocity(1:))
          end do
       end associate
    end subroutine share_impulse
@@ -259,8 +259,8 @@ contains
 
    !> What an impact has made of one surface that took part.
    pure subroutine after_impulse(run, k, rate, impulse, energy_change, is_soft, response)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       !> Rate of its gap before, and the impulse it gave
       real(wp), intent(in) :: rate
@@ -274,35 +274,35 @@ contains
       real(wp) :: rate_after
       type(event_t) :: event
 
-      associate (met => run%surfaces(k), state => run%states(run%now))
+      associate (contact => run%contacts(k), state => run%states(run%now))
          rate_after = gap_rate_at(run, k, state)
-         if (met%status == is_held .or. met%is_stopped) then
+         if (contact%status == is_held .or. contact%is_stopped) then
             if (impulse > 0.0_wp) then
                call keep_blow(run, k, impulse, response)
             else if (rate_after > 0.0_wp) then
                ! the others throw the beam off
                event = event_here(run, k, event_release)
                event%velocity_before = 0.0_wp
-               if (met%status == is_held .or. met%is_captured) call keep_event(run, k, event, response)
-               call let_fly(run, k)
-               met%armed = .true.
+               if (contact%status == is_held .or. contact%is_captured) call keep_event(run, k, event, response)
+               call open_contact(run, k)
+               contact%armed = .true.
                call begin_flight(run, k)
-               if (.not. is_soft) met%captures = 0
+               if (.not. is_soft) contact%captures = 0
             end if
             return
          end if
-         met%armed = .true.
+         contact%armed = .true.
          if (.not. impulse > 0.0_wp) return
-         event = event_here(run, k, merge(event_capture, event_impact, met%judged .or. rate >= 0.0_wp))
-         event%velocity_before = met%row%sign*rate
+         event = event_here(run, k, merge(event_capture, event_impact, contact%judged .or. rate >= 0.0_wp))
+         event%velocity_before = contact%row%sign*rate
          event%impulse = impulse
          event%energy_change = energy_change
-         met%is_captured = event%kind == event_capture
-         if (met%is_captured) met%captures = met%captures + 1
-         met%is_stopped = .not. rate_after > 0.0_wp
-         met%judged = .false.
-         if (.not. met%is_stopped) call begin_flight(run, k)
-         met%refused_end = nowhere
+         contact%is_captured = event%kind == event_capture
+         if (contact%is_captured) contact%captures = contact%captures + 1
+         contact%is_stopped = .not. rate_after > 0.0_wp
+         contact%judged = .false.
+         if (.not. contact%is_stopped) call begin_flight(run, k)
+         contact%refused_end = nowhere
          call keep_event(run, k, event, response)
       end associate
    end subroutine after_impulse
@@ -310,14 +310,14 @@ contains
 
    !> A flight begins that is a capture if it stays low.
    pure subroutine begin_flight(run, k)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
 
-      associate (met => run%surfaces(k))
-         met%judged = .true.
-         met%peak = gap_at(run, k, run%states(run%now))
-         met%flight_events = begins_now
+      associate (contact => run%contacts(k))
+         contact%judged = .true.
+         contact%peak = gap_at(run, k, run%states(run%now))
+         contact%flight_events = begins_now
       end associate
       run%begins_flight = .true.
    end subroutine begin_flight
@@ -325,8 +325,8 @@ contains
 
    !> What a surface on which the stop point is at rest gives the beam as others are hit.
    pure subroutine keep_blow(run, k, impulse, response)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       real(wp), intent(in) :: impulse
       !> Events
@@ -339,4 +339,4 @@ contains
       call keep_event(run, k, event, response)
    end subroutine keep_blow
 
-end module newmark_several_impacts
+end module newmark_impacts

@@ -1,12 +1,12 @@
-!> What stays closed and what is let go where the beam meets several surfaces: those that yield as their force tells, of
-!> the rigid ones those that the complementarity of reactions and accelerations finds.
-module newmark_several_contacts
+!> What stays closed and what is let go: contacts that yield as their force tells, of the rigid ones those that the
+!> complementarity of reactions and accelerations finds.
+module newmark_contacts
    use complementarity, only: solve_complementarity
    use contact_rows, only: along, put_along
    use failures, only: fail, status_run_failed
    use kinds, only: wp
-   use newmark_several_run, only: gap_at, gap_rate_at, instant_of, is_held, is_in_contact, is_lifted, is_open, &
-      lets_go, lifted_force, nowhere, several_run_t, surface_energy
+   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_held, is_in_contact, is_lifted, is_open, &
+      lets_go, lifted_force, nowhere, newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use number_text, only: to_text
    use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, event_t, &
@@ -16,48 +16,48 @@ module newmark_several_contacts
    use yielding_stop, only: contact_force
    implicit none (type, external)
    private
-   public :: let_fly, begin_contact, end_contact, settle, event_here, keep_event
+   public :: open_contact, begin_contact, end_contact, settle, event_here, keep_event
 
 contains
 
    !> A surface is open from here on.
-   pure subroutine let_fly(run, k)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+   pure subroutine open_contact(run, k)
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
 
-      associate (state => run%states(run%now), met => run%surfaces(k))
-         met%status = is_open
-         met%judged = .false.
-         met%is_stopped = .false.
-         met%shift = 0.0_wp
-         met%refused_end = nowhere
+      associate (state => run%states(run%now), contact => run%contacts(k))
+         contact%status = is_open
+         contact%judged = .false.
+         contact%is_stopped = .false.
+         contact%shift = 0.0_wp
+         contact%refused_end = nowhere
          state%force(k) = 0.0_wp
-         if (met%is_viscous) then
+         if (contact%is_viscous) then
             state%indentation(k) = 0.0_wp
             state%branch_force(k) = 0.0_wp
          end if
-         met%armed = allocated(met%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
-         met%leaving = gap_at(run, k, state) < -run%contact_tolerance
+         contact%armed = allocated(contact%stop) .and. gap_rate_at(run, k, state) > 0.0_wp
+         contact%leaving = gap_at(run, k, state) < -run%contact_tolerance
       end associate
-   end subroutine let_fly
+   end subroutine open_contact
 
 
    !> A surface that yields begins to push: three elements with P = 0, spring and damper with c u', or, still indented,
    !> with the little that was needed to see it.
    pure subroutine begin_contact(run, k, response)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       !> Events
       type(response_t), intent(inout) :: response
 
-      associate (met => run%surfaces(k))
-         if (met%status == is_open) met%shift = gap_at(run, k, run%states(run%now))
-         met%leaving = .false.
-         met%status = is_in_contact
-         met%refused_end = nowhere
-         run%next_level = max(run%next_level, met%contact_level)
+      associate (contact => run%contacts(k))
+         if (contact%status == is_open) contact%shift = gap_at(run, k, run%states(run%now))
+         contact%leaving = .false.
+         contact%status = is_in_contact
+         contact%refused_end = nowhere
+         run%next_level = max(run%next_level, contact%contact_level)
       end associate
       call keep_event(run, k, event_here(run, k, event_contact), response)
    end subroutine begin_contact
@@ -66,27 +66,27 @@ contains
    !> It pushes no more. Three elements spring back from the rest of the force, spring and damper wait for the beam to
    !> leave.
    pure subroutine end_contact(run, k, response)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       !> Events
       type(response_t), intent(inout) :: response
 
       real(wp) :: lost
 
-      associate (state => run%states(run%now), met => run%surfaces(k))
-         if (met%is_viscous .and. state%indentation(k) > 0.0_wp) then
-            met%status = is_lifted
-            met%armed = .false.
-            met%refused_end = nowhere
+      associate (state => run%states(run%now), contact => run%contacts(k))
+         if (contact%is_viscous .and. state%indentation(k) > 0.0_wp) then
+            contact%status = is_lifted
+            contact%armed = .false.
+            contact%refused_end = nowhere
             state%force(k) = 0.0_wp
          else
-            lost = surface_energy(run, k, state)
-            call met%stop%unload(state%indentation(k), state%branch_force(k))
-            lost = lost - surface_energy(run, k, state)
+            lost = contact_energy(run, k, state)
+            call contact%stop%unload(state%indentation(k), state%branch_force(k))
+            lost = lost - contact_energy(run, k, state)
             run%ledger%dissipated_stop = run%ledger%dissipated_stop + lost
-            met%dissipated = met%dissipated + lost
-            call let_fly(run, k)
+            contact%dissipated = contact%dissipated + lost
+            call open_contact(run, k)
          end if
       end associate
       call keep_event(run, k, event_here(run, k, event_separation), response)
@@ -97,36 +97,36 @@ contains
    !> force tells, of the rigid ones that hold the beam or have stopped it those that the complementarity of reactions
    !> and accelerations finds.
    pure subroutine settle(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
-      real(wp), dimension(size(run%surfaces)) :: reaction, pull
-      integer :: members(size(run%surfaces)), k, n
-      logical :: pushes(size(run%surfaces))
+      real(wp), dimension(size(run%contacts)) :: reaction, pull
+      integer :: members(size(run%contacts)), k, n
+      logical :: pushes(size(run%contacts))
 
       call settle_yielding(run, response)
       associate (state => run%states(run%now), order => run%stepper%order)
          call restart_acceleration(run%stepper, state%beam)
          n = 0
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k))
-               if (met%status == is_in_contact) call accelerate(state%beam%acceleration(1:order), k, state%force(k))
-               if (met%status /= is_held .and. .not. met%is_stopped) cycle
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k))
+               if (contact%status == is_in_contact) call accelerate(state%beam%acceleration(1:order), k, state%force(k))
+               if (contact%status /= is_held .and. .not. contact%is_stopped) cycle
                n = n + 1
                members(n) = k
             end associate
          end do
          if (n == 0) return
          do k = 1, n
-            pull(k) = along(run%surfaces(members(k))%row, state%beam%acceleration(1:))
+            pull(k) = along(run%contacts(members(k))%row, state%beam%acceleration(1:))
          end do
          call solve_complementarity(run%mobility(members(:n), members(:n)), pull(:n), reaction(:n), pushes(:n))
          do k = 1, n
             call accelerate(state%beam%acceleration(1:order), members(k), reaction(k))
          end do
          do k = 1, n
-            if (reaction(k) > 0.0_wp) call put_along(run%surfaces(members(k))%row, 0.0_wp, state%beam%acceleration(1:))
+            if (reaction(k) > 0.0_wp) call put_along(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration(1:))
             call hold_or_release(run, members(k), reaction(k), response)
             if (allocated(run%error)) return
          end do
@@ -137,7 +137,7 @@ contains
       !> What a force at a surface does.
       pure subroutine accelerate(acceleration, k, force)
          real(wp), intent(inout) :: acceleration(:)
-         !> The surface
+         !> The contact
          integer, intent(in) :: k
          real(wp), intent(in) :: force
 
@@ -149,7 +149,7 @@ contains
 
    !> Forces of those that yield: of spring and damper they jump with the velocity.
    pure subroutine settle_yielding(run, response)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
@@ -157,19 +157,21 @@ contains
       integer :: k
 
       associate (state => run%states(run%now))
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k))
-               if (.not. allocated(met%stop)) cycle
-               if (met%is_viscous .and. (met%status == is_in_contact .or. met%status == is_lifted)) then
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k))
+               if (.not. allocated(contact%stop)) cycle
+               if (contact%is_viscous .and. (contact%status == is_in_contact .or. contact%status == is_lifted)) then
                   force = lifted_force(run, k, state)
-                  if (met%status == is_in_contact .and. force < 0.0_wp) call end_contact(run, k, response)
-                  if (met%status == is_lifted .and. .not. lets_go(run, k, state)) call begin_contact(run, k, response)
-                  if (met%status == is_in_contact) then
-                     state%branch_force(k) = force - met%stop%stiffness*state%indentation(k)
+                  if (contact%status == is_in_contact .and. force < 0.0_wp) call end_contact(run, k, response)
+                  if (contact%status == is_lifted) then
+                     if (.not. lets_go(run, k, state)) call begin_contact(run, k, response)
+                  end if
+                  if (contact%status == is_in_contact) then
+                     state%branch_force(k) = force - contact%stop%stiffness*state%indentation(k)
                   end if
                end if
-               if (met%status == is_in_contact) then
-                  state%force(k) = contact_force(met%stop, state%indentation(k), state%branch_force(k))
+               if (contact%status == is_in_contact) then
+                  state%force(k) = contact_force(contact%stop, state%indentation(k), state%branch_force(k))
                end if
             end associate
          end do
@@ -179,8 +181,8 @@ contains
 
    !> A rigid surface holds the beam where it has to push; else the beam leaves.
    pure subroutine hold_or_release(run, k, reaction, response)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       real(wp), intent(in) :: reaction
       !> Events
@@ -188,50 +190,50 @@ contains
 
       logical :: was_held
 
-      associate (met => run%surfaces(k), state => run%states(run%now))
-         was_held = met%status == is_held
+      associate (contact => run%contacts(k), state => run%states(run%now))
+         was_held = contact%status == is_held
          if (reaction > 0.0_wp) then
             state%force(k) = reaction
-            met%status = is_held
-            met%judged = .false.
-            met%refused_end = nowhere
-            if (.not. (was_held .or. met%is_captured)) then
+            contact%status = is_held
+            contact%judged = .false.
+            contact%refused_end = nowhere
+            if (.not. (was_held .or. contact%is_captured)) then
                call keep_event(run, k, event_here(run, k, event_capture), response)
             end if
          else
-            call let_fly(run, k)
-            if (was_held .or. met%is_captured) call keep_event(run, k, event_here(run, k, event_release), response)
+            call open_contact(run, k)
+            if (was_held .or. contact%is_captured) call keep_event(run, k, event_here(run, k, event_release), response)
          end if
-         met%is_stopped = .false.
-         met%is_captured = .false.
+         contact%is_stopped = .false.
+         contact%is_captured = .false.
       end associate
    end subroutine hold_or_release
 
 
    !> An event at the present state; velocity before and after as it is now.
    pure function event_here(run, k, kind) result(event)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
       !> One of the `event_` constants
       integer, intent(in) :: kind
       type(event_t) :: event
 
-      associate (state => run%states(run%now)%beam, met => run%surfaces(k))
+      associate (state => run%states(run%now)%beam, contact => run%contacts(k))
          event%tau = instant_of(run)
          event%kind = kind
-         event%eta = met%row%sign*(along(met%row, state%displacement(1:)) - met%surface%height)
-         event%velocity_before = met%row%sign*along(met%row, state%velocity(1:))
+         event%eta = contact%row%sign*(along(contact%row, state%displacement(1:)) - contact%surface%height)
+         event%velocity_before = contact%row%sign*along(contact%row, state%velocity(1:))
          event%velocity_after = event%velocity_before
-         event%surface = met%surface%number
+         event%surface = contact%surface%number
       end associate
    end function event_here
 
 
    !> Keep an event and what it did to the energy.
    pure subroutine keep_event(run, k, event, response)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       type(event_t), intent(in) :: event
       !> Events
@@ -246,12 +248,12 @@ contains
       end if
       call append_event(response, event)
       call charge_event(run%ledger, event%energy_change)
-      associate (met => run%surfaces(k))
-         met%dissipated = met%dissipated - event%energy_change
+      associate (contact => run%contacts(k))
+         contact%dissipated = contact%dissipated - event%energy_change
          seen_from_it = event
-         seen_from_it%eta = met%row%sign*event%eta
-         if (run%keeps_measures) call measure_event(met%measurer, seen_from_it, met%measures)
+         seen_from_it%eta = contact%row%sign*event%eta
+         if (run%keeps_measures) call measure_event(contact%measurer, seen_from_it, contact%measures)
       end associate
    end subroutine keep_event
 
-end module newmark_several_contacts
+end module newmark_contacts

@@ -1,5 +1,5 @@
-!> How a Newmark run among several surfaces begins.
-module newmark_several_start
+!> How a Newmark run begins.
+module newmark_start
    use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_curve
    use beam_model, only: beam_model_t
    use complementarity, only: close_gaps, solve_complementarity
@@ -9,10 +9,10 @@ module newmark_several_start
    use kinds, only: lambda1_power4, wp
    use load_settings, only: field_rotation, field_uniform, start_balance, start_drop, start_mode, start_pull, &
       start_settings_t, start_table, start_velocity
+   use newmark_contacts, only: event_here, keep_event, settle
+   use newmark_events, only: meet_and_leave
    use newmark_loads, only: load_at
-   use newmark_several_contacts, only: event_here, keep_event, settle
-   use newmark_several_events, only: meet_and_leave
-   use newmark_several_run, only: gap_at, gap_rate_at, is_idle, is_in_contact, is_open, several_run_t
+   use newmark_run, only: gap_at, gap_rate_at, is_inactive, is_in_contact, is_open, newmark_run_t
    use newmark_stepper, only: band, make_start_state, restart_acceleration
    use number_text, only: to_text
    use response_types, only: event_contact, response_t
@@ -23,12 +23,12 @@ module newmark_several_start
    use table_starts, only: curve_of_table
    implicit none (type, external)
    private
-   public :: make_several_start, open_surfaces, begin_at_surfaces
+   public :: make_start, open_contacts, begin_at_contacts
 
 contains
 
    !> The beam's state, and the forces of the surfaces that carry it.
-   subroutine make_several_start(model, held, settings, surfaces, acts, run, error)
+   subroutine make_start(model, held, settings, surfaces, acts, run, error)
       type(beam_model_t), intent(in) :: model
       !> Its rigid supports held
       type(beam_model_t), intent(in) :: held
@@ -37,7 +37,7 @@ contains
       !> Those that can carry it
       logical, intent(in) :: acts(:)
       !> Its stepper and loads are ready
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Set when the state cannot be found, or a surface is in the way
       type(failure_t), allocatable, intent(out) :: error
 
@@ -74,7 +74,7 @@ contains
          if (.not. allocated(error)) call move_onto_surfaces(model, held, surfaces, acts, run, error)
          if (.not. allocated(error)) call restart_acceleration(run%stepper, beam)
       end associate
-   end subroutine make_several_start
+   end subroutine make_start
 
    !> At rest under loads on the surfaces that carry it: they push and never pull, and yield in a row with the beam.
    subroutine carry(model, held, surfaces, acts, displacement, forces, error)
@@ -176,10 +176,10 @@ contains
    end subroutine set_in_motion
 
    !> Room for what is kept of each surface.
-   subroutine open_surfaces(settings, run, response)
+   subroutine open_contacts(settings, run, response)
       !> Output
       type(run_settings_t), intent(in) :: settings
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       !> Its histories have room
       type(response_t), intent(inout) :: response
 
@@ -187,15 +187,15 @@ contains
 
       n = 0
       if (allocated(response%tau)) n = size(response%tau)
-      allocate (response%surfaces(size(run%surfaces)))
-      do k = 1, size(run%surfaces)
-         associate (surface => run%surfaces(k)%surface)
+      allocate (response%surfaces(size(run%contacts)))
+      do k = 1, size(run%contacts)
+         associate (surface => run%contacts(k)%surface)
             associate (record => response%surfaces(surface%number))
                record%stop = surface%stop
                record%sign = nint(surface%sign)
                record%position = surface%settings%position
                record%height = surface%sign*surface%height
-               if (.not. run%keeps_surfaces) cycle
+               if (.not. run%keeps_contacts) cycle
                if (settings%output%history(eta_stop)) allocate (record%eta(n), source=0.0_wp)
                if (settings%output%history(velocity_stop)) allocate (record%velocity(n), source=0.0_wp)
                if (settings%output%history(force_stop)) allocate (record%force(n), source=0.0_wp)
@@ -203,13 +203,13 @@ contains
             end associate
          end associate
       end do
-   end subroutine open_surfaces
+   end subroutine open_contacts
 
    !> Is a surface in the way that does not carry the beam?
    subroutine check_surfaces(model, surfaces, run, error)
       type(beam_model_t), intent(in) :: model
       type(surface_t), intent(in) :: surfaces(:)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       !> Set when there is one
       type(failure_t), allocatable, intent(out) :: error
 
@@ -225,8 +225,8 @@ contains
       end do
    end subroutine check_surfaces
 
-   !> Move what lies beyond surfaces, by their tolerance at most, onto them, along the shapes that exact motion takes: of
-   !> a force there on a beam on an elastic foundation.
+   !> Move what lies beyond surfaces, by their tolerance at most, onto them, along the shapes that exact motion takes:
+   !> of a force there on a beam on an elastic foundation.
    subroutine move_onto_surfaces(model, held, surfaces, acts, run, error)
       type(beam_model_t), intent(in) :: model
       !> Its rigid supports held
@@ -235,7 +235,7 @@ contains
       !> Those that can be met
       logical, intent(in) :: acts(:)
       !> Its displacements change
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Set when the stiffness cannot be factorised
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -269,8 +269,8 @@ contains
    end subroutine move_onto_surfaces
 
    !> Surfaces that carry the beam at the start, or are hit there, or have to push.
-   pure subroutine begin_at_surfaces(run, response)
-      type(several_run_t), intent(inout) :: run
+   pure subroutine begin_at_contacts(run, response)
+      type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
@@ -280,28 +280,28 @@ contains
       run%arrives = .false.
       run%leaves = .false.
       associate (state => run%states(run%now))
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k))
-               if (met%status == is_idle) cycle
-               if (allocated(met%stop) .and. state%force(k) > 0.0_wp) then
-                  met%status = is_in_contact
-                  state%indentation(k) = state%force(k)/static_stiffness(met%surface%settings)
-                  run%next_level = max(run%next_level, met%contact_level)
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k))
+               if (contact%status == is_inactive) cycle
+               if (allocated(contact%stop) .and. state%force(k) > 0.0_wp) then
+                  contact%status = is_in_contact
+                  state%indentation(k) = state%force(k)/static_stiffness(contact%surface%settings)
+                  run%next_level = max(run%next_level, contact%contact_level)
                   call keep_event(run, k, event_here(run, k, event_contact), response)
                   cycle
                end if
-               if (met%status /= is_open .or. gap_at(run, k, state) > touch_tolerance(met%surface)) cycle
+               if (contact%status /= is_open .or. gap_at(run, k, state) > touch_tolerance(contact%surface)) cycle
                rate = gap_rate_at(run, k, state)
                run%arrives(k) = rate < 0.0_wp
-               if (.not. allocated(met%stop)) met%is_stopped = .not. abs(rate) > 0.0_wp
+               if (.not. allocated(contact%stop)) contact%is_stopped = .not. abs(rate) > 0.0_wp
             end associate
          end do
       end associate
       if (any(run%arrives)) then
          call meet_and_leave(run, response)
-      else if (any(run%surfaces%is_stopped) .or. any(run%surfaces%status == is_in_contact)) then
+      else if (any(run%contacts%is_stopped) .or. any(run%contacts%status == is_in_contact)) then
          call settle(run, response)
       end if
-   end subroutine begin_at_surfaces
+   end subroutine begin_at_contacts
 
-end module newmark_several_start
+end module newmark_start

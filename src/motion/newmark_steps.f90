@@ -5,13 +5,13 @@
 !> small set of linear equations for their forces. A rigid one demands that its point stay where it is; three elements
 !> give the mean of their force by the indentation at the end, P = slope u+ + rest, exact where u is linear; spring and
 !> damper give the force at the end itself, k u+ + c u'+.
-module newmark_several_steps
+module newmark_steps
    use contact_rows, only: along, put_along
    use kinds, only: wp
    use newmark_energies, only: beam_dissipation
    use newmark_loads, only: load_at_end
-   use newmark_several_run, only: depth_at, gap_at, instant_of, is_held, is_idle, is_in_contact, is_lifted, is_open, &
-      lets_go, several_run_t, surface_energy, whole_step
+   use newmark_run, only: depth_at, gap_at, instant_of, is_held, is_inactive, is_in_contact, is_lifted, is_open, &
+      lets_go, newmark_run_t, contact_energy, whole_step
    use newmark_stepper, only: band, deepest_level, finish_step, make_factors, predict_step, solve_for_row
    use step_measures, only: measure_contact, measure_energy, measure_motion, piece_t
    use yielding_stop, only: contact_force, mean_force_coefficients
@@ -23,7 +23,7 @@ contains
 
    !> Make what a step of this length needs.
    pure subroutine prepare_level(run, level)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> How often the step is halved
       integer, intent(in) :: level
 
@@ -31,7 +31,7 @@ contains
 
       call make_factors(run%stepper, level, run%error)
       if (allocated(run%error)) return
-      associate (factors => run%factors(level), surfaces => run%surfaces, n => size(run%surfaces))
+      associate (factors => run%factors(level), surfaces => run%contacts, n => size(run%contacts))
          allocate (factors%columns(1 - band:run%stepper%order + band, n), factors%gains(n, n), factors%stops(n))
          do k = 1, n
             call solve_for_row(run%stepper, level, surfaces(k)%row, factors%columns(:, k))
@@ -46,7 +46,7 @@ contains
 
    !> Step from the present state into the other place.
    pure subroutine try_step(run, level)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> How often the step is halved
       integer, intent(in) :: level
 
@@ -56,56 +56,56 @@ contains
          run%states(3 - run%now)%beam%load, run%states(3 - run%now)%load_tau)
       call predict_step(run%stepper, level, run%states(run%now)%beam, run%states(3 - run%now)%beam)
       count_closed = 0
-      do k = 1, size(run%surfaces)
+      do k = 1, size(run%contacts)
          run%states(3 - run%now)%force(k) = 0.0_wp
-         if (run%surfaces(k)%status == is_held) call enter_closed(run, k, count_closed)
+         if (run%contacts(k)%status == is_held) call enter_closed(run, k, count_closed)
       end do
       count_held = count_closed
       if (run%yields) then
-         do k = 1, size(run%surfaces)
-            if (run%surfaces(k)%status == is_in_contact) call enter_closed(run, k, count_closed)
+         do k = 1, size(run%contacts)
+            if (run%contacts(k)%status == is_in_contact) call enter_closed(run, k, count_closed)
          end do
       end if
-      if (count_closed > 0) call push_back(run, level, count_closed)
+      if (count_closed > 0) call find_forces_of_closed(run, level, count_closed)
       call finish_step(run%stepper, level, run%factors(level)%columns, run%closed(:count_closed), run%right, &
          run%states(3 - run%now)%beam)
-      if (count_closed > 0) call settle_closed(run, level, count_held, count_closed)
-      if (run%yields) call move_surfaces(run, level)
+      if (count_closed > 0) call correct_closed(run, level, count_held, count_closed)
+      if (run%yields) call move_open_contacts(run, level)
    end subroutine try_step
 
    !> Surfaces that yield and do not push.
-   pure subroutine move_surfaces(run, level)
-      type(several_run_t), intent(inout) :: run
+   pure subroutine move_open_contacts(run, level)
+      type(newmark_run_t), intent(inout) :: run
       !> How often the step is halved
       integer, intent(in) :: level
 
       integer :: k
 
       associate (old => run%states(run%now), new => run%states(3 - run%now))
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k), u => new%indentation(k))
-               select case (met%status)
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k), u => new%indentation(k))
+               select case (contact%status)
                case (is_open)
-                  met%work = 0.0_wp
+                  contact%work = 0.0_wp
                   u = 0.0_wp
                   new%branch_force(k) = 0.0_wp
-                  if (old%indentation(k) <= 0.0_wp .or. met%is_viscous) cycle
+                  if (old%indentation(k) <= 0.0_wp .or. contact%is_viscous) cycle
                   u = old%indentation(k)*run%factors(level)%stops(k)%surface
-                  new%branch_force(k) = -met%stop%stiffness*u
+                  new%branch_force(k) = -contact%stop%stiffness*u
                case (is_lifted)
-                  met%work = 0.0_wp
+                  contact%work = 0.0_wp
                   u = max(depth_at(run, k, new), 0.0_wp)
-                  new%branch_force(k) = -met%stop%stiffness*u
+                  new%branch_force(k) = -contact%stop%stiffness*u
                end select
             end associate
          end do
       end associate
-   end subroutine move_surfaces
+   end subroutine move_open_contacts
 
    !> One more closed surface.
    pure subroutine enter_closed(run, k, count_closed)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       !> How many are closed
       integer, intent(inout) :: count_closed
@@ -115,8 +115,8 @@ contains
    end subroutine enter_closed
 
    !> Forces of the closed surfaces at the end of the step.
-   pure subroutine push_back(run, level, count_closed)
-      type(several_run_t), intent(inout) :: run
+   pure subroutine find_forces_of_closed(run, level, count_closed)
+      type(newmark_run_t), intent(inout) :: run
       !> How often the step is halved
       integer, intent(in) :: level
       !> How many are closed
@@ -131,22 +131,22 @@ contains
          closed => run%closed(:count_closed))
          do i = 1, count_closed
             k = closed(i)
-            associate (met => run%surfaces(k), right => run%right(i))
-               acceleration = along(met%row, new%beam%acceleration(1:))
-               if (met%status == is_held) then
+            associate (contact => run%contacts(k), right => run%right(i))
+               acceleration = along(contact%row, new%beam%acceleration(1:))
+               if (contact%status == is_held) then
                   run%rows(i, :count_closed) = factors%gains(k, closed)
                   right = -acceleration
                   cycle
                end if
-               y = along(met%row, new%beam%displacement(1:)) + give*acceleration
-               if (met%is_viscous) then
-                  v = along(met%row, new%beam%velocity(1:)) + half*acceleration
-                  factor = met%stop%stiffness*give + met%stop%viscosity*half
-                  right = met%stop%stiffness*(met%surface%height + met%shift - y) - met%stop%viscosity*v
+               y = along(contact%row, new%beam%displacement(1:)) + give*acceleration
+               if (contact%is_viscous) then
+                  v = along(contact%row, new%beam%velocity(1:)) + half*acceleration
+                  factor = contact%stop%stiffness*give + contact%stop%viscosity*half
+                  right = contact%stop%stiffness*(contact%surface%height + contact%shift - y) - contact%stop%viscosity*v
                else
                   call mean_force_coefficients(factors%stops(k), old%indentation(k), old%branch_force(k), slope, rest)
                   factor = 2.0_wp*slope*give
-                  right = 2.0_wp*(slope*(met%surface%height + met%shift - y) + rest) - old%force(k)
+                  right = 2.0_wp*(slope*(contact%surface%height + contact%shift - y) + rest) - old%force(k)
                end if
                run%rows(i, :count_closed) = factor*factors%gains(k, closed)
                run%rows(i, i) = 1.0_wp + run%rows(i, i)
@@ -157,12 +157,12 @@ contains
             new%force(closed(j)) = run%right(j)
          end do
       end associate
-   end subroutine push_back
+   end subroutine find_forces_of_closed
 
    !> After the step: what is held stays exactly where it is; three elements have a force of their own at the end, to
    !> which acceleration and reactions are turned.
-   pure subroutine settle_closed(run, level, count_held, count_closed)
-      type(several_run_t), intent(inout) :: run
+   pure subroutine correct_closed(run, level, count_held, count_closed)
+      type(newmark_run_t), intent(inout) :: run
       !> How often the step is halved
       integer, intent(in) :: level
       !> How many hold the beam, which come first, and are closed
@@ -176,17 +176,17 @@ contains
          run%right(:count_held) = 0.0_wp
          do i = count_held + 1, count_closed
             k = run%closed(i)
-            associate (met => run%surfaces(k), u => new%indentation(k))
+            associate (contact => run%contacts(k), u => new%indentation(k))
                u = depth_at(run, k, new)
-               if (met%is_viscous) then
-                  new%branch_force(k) = new%force(k) - met%stop%stiffness*u
-                  met%work = 0.5_wp*(old%force(k) + new%force(k))*(u - old%indentation(k))
+               if (contact%is_viscous) then
+                  new%branch_force(k) = new%force(k) - contact%stop%stiffness*u
+                  contact%work = 0.5_wp*(old%force(k) + new%force(k))*(u - old%indentation(k))
                   cycle
                end if
                call mean_force_coefficients(stops(k), old%indentation(k), old%branch_force(k), slope, rest)
-               met%work = (slope*u + rest)*(u - old%indentation(k))
+               contact%work = (slope*u + rest)*(u - old%indentation(k))
                new%branch_force(k) = stops(k)%decay*old%branch_force(k) + stops(k)%gain*(u - old%indentation(k))
-               change = contact_force(met%stop, u, new%branch_force(k)) - new%force(k)
+               change = contact_force(contact%stop, u, new%branch_force(k)) - new%force(k)
                call add_force(run, k, change)
                do j = 1, count_held
                   run%right(j) = run%right(j) - change*run%mobility(run%closed(j), k)
@@ -205,7 +205,7 @@ contains
             end do
          end if
          do j = 1, count_held
-            associate (row => run%surfaces(run%closed(j))%row)
+            associate (row => run%contacts(run%closed(j))%row)
                ! nothing but for rounding
                new%beam%displacement(row%dof) = old%beam%displacement(row%dof)
                call put_along(row, 0.0_wp, new%beam%velocity(1:))
@@ -213,12 +213,12 @@ contains
             end associate
          end do
       end associate
-   end subroutine settle_closed
+   end subroutine correct_closed
 
    !> More force at a surface, and what that does to the acceleration, in the state in the other place.
    pure subroutine add_force(run, k, force)
-      type(several_run_t), intent(inout) :: run
-      !> The surface
+      type(newmark_run_t), intent(inout) :: run
+      !> The contact
       integer, intent(in) :: k
       real(wp), intent(in) :: force
 
@@ -257,7 +257,7 @@ contains
 
    !> Which surfaces do not let the step in the other place stand? Written so that a NaN does not.
    pure subroutine find_refusals(run, level, stands)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> How often the step was halved
       integer, intent(in) :: level
       !> None refuses it
@@ -271,16 +271,16 @@ contains
       if (level == deepest_level) least = 2.0_wp*least
       stands = .true.
       associate (new => run%states(3 - run%now))
-         do k = 1, size(run%surfaces)
-            select case (run%surfaces(k)%status)
+         do k = 1, size(run%contacts)
+            select case (run%contacts(k)%status)
             case (is_open)
                gap = gap_at(run, k, new)
-               run%refuses(k) = .not. (gap >= least .or. (run%surfaces(k)%leaving .and. gap >= -huge(1.0_wp)))
+               run%refuses(k) = .not. (gap >= least .or. (run%contacts(k)%leaving .and. gap >= -huge(1.0_wp)))
             case (is_held, is_in_contact)
                run%refuses(k) = .not. new%force(k) > 0.0_wp
             case (is_lifted)
                run%refuses(k) = .not. lets_go(run, k, new)
-            case (is_idle)
+            case (is_inactive)
                run%refuses(k) = .false.
             end select
             stands = stands .and. .not. run%refuses(k)
@@ -290,7 +290,7 @@ contains
 
    !> What the step just accepted cost.
    pure subroutine account_step(run, step)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Its length
       real(wp), intent(in) :: step
 
@@ -306,10 +306,10 @@ contains
          call beam_dissipation(run%stepper, step, old%beam, new%beam, dissipated)
          ledger%dissipated_beam = ledger%dissipated_beam + dissipated
          if (.not. run%yields) return
-         do k = 1, size(run%surfaces)
-            if (.not. allocated(run%surfaces(k)%stop)) cycle
-            dissipated = run%surfaces(k)%work + surface_energy(run, k, old) - surface_energy(run, k, new)
-            run%surfaces(k)%dissipated = run%surfaces(k)%dissipated + dissipated
+         do k = 1, size(run%contacts)
+            if (.not. allocated(run%contacts(k)%stop)) cycle
+            dissipated = run%contacts(k)%work + contact_energy(run, k, old) - contact_energy(run, k, new)
+            run%contacts(k)%dissipated = run%contacts(k)%dissipated + dissipated
             ledger%dissipated_stop = ledger%dissipated_stop + dissipated
          end do
       end associate
@@ -317,7 +317,7 @@ contains
 
    !> Measure the step just accepted.
    pure subroutine measure_step(run, from, step, energy)
-      type(several_run_t), intent(inout) :: run
+      type(newmark_run_t), intent(inout) :: run
       !> Its beginning and length
       real(wp), intent(in) :: from
       real(wp), intent(in) :: step
@@ -327,23 +327,24 @@ contains
       integer :: k
 
       associate (old => run%states(3 - run%now), new => run%states(run%now))
-         do k = 1, size(run%surfaces)
-            associate (met => run%surfaces(k))
-               if (met%status == is_idle) cycle
-               call measure_motion(met%measurer, piece_t(from, step, &
-                  [along(met%row, old%beam%displacement(1:)), along(met%row, new%beam%displacement(1:))] &
-                  - met%surface%height, [along(met%row, old%beam%velocity(1:)), along(met%row, new%beam%velocity(1:))]))
-               if (met%status == is_held .or. met%status == is_in_contact) then
-                  call measure_contact(met%measurer, from, step, [old%force(k), new%force(k)])
+         do k = 1, size(run%contacts)
+            associate (contact => run%contacts(k))
+               if (contact%status == is_inactive) cycle
+               call measure_motion(contact%measurer, piece_t(from, step, &
+                  [along(contact%row, old%beam%displacement(1:)), along(contact%row, new%beam%displacement(1:))] &
+                  - contact%surface%height, [along(contact%row, old%beam%velocity(1:)), &
+                  along(contact%row, new%beam%velocity(1:))]))
+               if (contact%status == is_held .or. contact%status == is_in_contact) then
+                  call measure_contact(contact%measurer, from, step, [old%force(k), new%force(k)])
                end if
             end associate
          end do
          if (run%pulled > 0) then
-            call measure_energy(run%surfaces(run%pulled)%measurer, from, step, energy)
+            call measure_energy(run%contacts(run%pulled)%measurer, from, step, energy)
          else
             call measure_energy(run%measurer, from, step, energy)
          end if
       end associate
    end subroutine measure_step
 
-end module newmark_several_steps
+end module newmark_steps

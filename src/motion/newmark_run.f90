@@ -1,6 +1,6 @@
 !> A Newmark run with any number of surfaces under way: the beam, the surfaces and how they stand with it, the present
 !> state, and where it stands on the grid of steps.
-module newmark_several_run
+module newmark_run
    use applied_loads, only: applied_loads_t
    use contact_rows, only: along, contact_row_t
    use failures, only: failure_t
@@ -16,9 +16,9 @@ module newmark_several_run
    use yielding_stop, only: rounding_of_force, stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: several_run_t, several_state_t, run_progress_t, contact_progress_t
-   public :: whole_step, nowhere, level_of, begins_now, is_open, is_held, is_in_contact, is_lifted, is_idle
-   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, surface_energy, energy_left
+   public :: newmark_run_t, run_state_t, run_progress_t, contact_progress_t
+   public :: whole_step, nowhere, level_of, begins_now, is_open, is_held, is_in_contact, is_lifted, is_inactive
+   public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, contact_energy, energy_left
 
    !> The undivided step in units of the shortest.
    integer(i8), parameter :: whole_step = 2_i8**deepest_level
@@ -34,21 +34,21 @@ module newmark_several_run
    !> Spring and damper: indented, but without force, as they would have to pull.
    integer, parameter :: is_lifted = 4
    !> Another rigid surface lies before it.
-   integer, parameter :: is_idle = 5
+   integer, parameter :: is_inactive = 5
 
    !> No numbers of events: the flight begins at this instant; it cannot be taken back.
    integer, parameter :: begins_now = -1
    integer, parameter :: is_interrupted = -2
 
    !> The beam, and of each surface the force P, the indentation u and the branch force.
-   type :: several_state_t
+   type :: run_state_t
       type(newmark_state_t) :: beam
       real(wp), allocatable :: force(:)
       real(wp), allocatable :: indentation(:)
       real(wp), allocatable :: branch_force(:)
       !> Instant whose loads act on it: where they jump, just before or after
       real(wp) :: load_tau = 0.0_wp
-   end type several_state_t
+   end type run_state_t
 
    !> How a surface stands with the beam; numbers only, so that it can be put back where a flight is taken back.
    type :: contact_progress_t
@@ -78,7 +78,7 @@ module newmark_several_run
       type(step_measurer_t) :: measurer
    end type contact_progress_t
 
-   type, extends(contact_progress_t) :: met_surface_t
+   type, extends(contact_progress_t) :: newmark_contact_t
       type(surface_t) :: surface
       type(contact_row_t) :: row
       !> Unallocated: it is rigid
@@ -90,10 +90,10 @@ module newmark_several_run
       !> What the beam gave it over the last step tried
       real(wp) :: work = 0.0_wp
       type(run_measures_t) :: measures
-   end type met_surface_t
+   end type newmark_contact_t
 
    !> What a step of one length needs besides the stepper's factors.
-   type :: several_factors_t
+   type :: contact_factors_t
       logical :: made = .false.
       !> A^-1 w of each row, padded, [-2 : order + 3, surfaces]
       real(wp), allocatable :: columns(:, :)
@@ -101,7 +101,7 @@ module newmark_several_run
       real(wp), allocatable :: gains(:, :)
       !> Surfaces that yield, over this step, [surfaces]
       type(stop_step_t), allocatable :: stops(:)
-   end type several_factors_t
+   end type contact_factors_t
 
    !> Where a run stands on the grid of steps, and what has gathered until then; numbers only.
    type :: run_progress_t
@@ -123,9 +123,9 @@ module newmark_several_run
 
    !> Where the last flight after a rebound began.
    type :: flight_start_t
-      type(several_state_t) :: state
+      type(run_state_t) :: state
       type(run_progress_t) :: progress
-      type(contact_progress_t), allocatable :: surfaces(:)
+      type(contact_progress_t), allocatable :: contacts(:)
       !> Least and greatest moments, and when, [4, places]
       real(wp), allocatable :: moments(:, :)
       !> Sections that had come
@@ -138,15 +138,15 @@ module newmark_several_run
       logical, allocatable :: has_flown(:)
    end type flight_start_t
 
-   type, extends(run_progress_t) :: several_run_t
+   type, extends(run_progress_t) :: newmark_run_t
       type(newmark_stepper_t) :: stepper
-      type(met_surface_t), allocatable :: surfaces(:)
+      type(newmark_contact_t), allocatable :: contacts(:)
       !> Place of the surface at which histories are taken, from which a beam is released, and d there; 0: there are no
       !> surfaces, and the run measures with a measurer of its own
       integer :: pulled = 1
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
-      type(several_factors_t) :: factors(0:deepest_level)
+      type(contact_factors_t) :: factors(0:deepest_level)
       !> M*^-1 w of each row, [order, surfaces], and w_j . M*^-1 w_l, [surfaces, surfaces]
       real(wp), allocatable :: mass_columns(:, :)
       real(wp), allocatable :: mobility(:, :)
@@ -164,7 +164,7 @@ module newmark_several_run
       logical :: keeps_measures = .false.
       logical :: keeps_shapes = .false.
       !> What happens at each surface is told besides what the run tells; a scene of one stop keeps to that
-      logical :: keeps_surfaces = .true.
+      logical :: keeps_contacts = .true.
       !> What &statistics asks for; unallocated: nothing
       type(block_sums_t), allocatable :: blocks
       !> What &poincare asks for; unallocated: nothing
@@ -172,7 +172,7 @@ module newmark_several_run
       !> Displacement and rotation of the root among the degrees of freedom; 0: held
       integer :: root_dofs(2) = 0
       !> The present state and, in the other place, the one a step leads to or came from
-      type(several_state_t) :: states(2)
+      type(run_state_t) :: states(2)
       integer :: now = 1
       !> A flight begins that its height will judge, and where the last such began
       logical :: begins_flight = .false.
@@ -204,13 +204,13 @@ module newmark_several_run
       logical :: yields = .false.
       !> Set where the run cannot go on
       type(failure_t), allocatable :: error
-   end type several_run_t
+   end type newmark_run_t
 
 contains
 
    !> Instant of the present state.
    pure function instant_of(run, further) result(tau)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       !> So many shortest steps later
       integer(i8), intent(in), optional :: further
       real(wp) :: tau
@@ -226,108 +226,109 @@ contains
 
    !> Distance of the stop point from a surface, which may be indented still.
    pure function gap_at(run, k, state) result(gap)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
-      type(several_state_t), intent(in) :: state
+      type(run_state_t), intent(in) :: state
       real(wp) :: gap
 
-      associate (met => run%surfaces(k))
-         gap = along(met%row, state%beam%displacement(1:)) - met%surface%height
-         if (.not. met%is_viscous) gap = gap + state%indentation(k)
+      associate (contact => run%contacts(k))
+         gap = along(contact%row, state%beam%displacement(1:)) - contact%surface%height
+         if (.not. contact%is_viscous) gap = gap + state%indentation(k)
       end associate
    end function gap_at
 
    !> Rate of this distance while the surface is open.
    pure function gap_rate_at(run, k, state) result(rate)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
-      type(several_state_t), intent(in) :: state
+      type(run_state_t), intent(in) :: state
       real(wp) :: rate
 
-      associate (met => run%surfaces(k))
-         rate = along(met%row, state%beam%velocity(1:))
-         if (met%is_viscous) return
-         if (state%indentation(k) > 0.0_wp) rate = rate - met%stop%surface_rate*state%indentation(k)
+      associate (contact => run%contacts(k))
+         rate = along(contact%row, state%beam%velocity(1:))
+         if (contact%is_viscous) return
+         if (state%indentation(k) > 0.0_wp) rate = rate - contact%stop%surface_rate*state%indentation(k)
       end associate
    end function gap_rate_at
 
    !> Indentation of a surface that the beam has not left.
    pure function depth_at(run, k, state) result(depth)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
-      type(several_state_t), intent(in) :: state
+      type(run_state_t), intent(in) :: state
       real(wp) :: depth
 
-      associate (met => run%surfaces(k))
-         depth = met%surface%height + met%shift - along(met%row, state%beam%displacement(1:))
+      associate (contact => run%contacts(k))
+         depth = contact%surface%height + contact%shift - along(contact%row, state%beam%displacement(1:))
       end associate
    end function depth_at
 
    !> k u + c u' of spring and damper.
    pure function lifted_force(run, k, state) result(force)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
-      type(several_state_t), intent(in) :: state
+      type(run_state_t), intent(in) :: state
       real(wp) :: force
 
-      associate (met => run%surfaces(k))
-         force = met%stop%stiffness*state%indentation(k) - met%stop%viscosity*along(met%row, state%beam%velocity(1:))
+      associate (contact => run%contacts(k))
+         force = contact%stop%stiffness*state%indentation(k) &
+            - contact%stop%viscosity*along(contact%row, state%beam%velocity(1:))
       end associate
    end function lifted_force
 
    !> What rounding may leave of the force of a surface that yields.
    pure function rounding_at(run, k, state) result(force)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
-      type(several_state_t), intent(in) :: state
+      type(run_state_t), intent(in) :: state
       real(wp) :: force
 
-      associate (met => run%surfaces(k))
-         force = rounding_of_force(met%stop, abs(met%surface%height) &
-            + abs(along(met%row, state%beam%displacement(1:))), abs(along(met%row, state%beam%velocity(1:))))
+      associate (contact => run%contacts(k))
+         force = rounding_of_force(contact%stop, abs(contact%surface%height) &
+            + abs(along(contact%row, state%beam%displacement(1:))), abs(along(contact%row, state%beam%velocity(1:))))
       end associate
    end function rounding_at
 
    !> Do spring and damper push no more? Up to the force of release they need not; but that knows nothing of the spring,
    !> beside which it may be large: where the beam presses on they push.
    pure function lets_go(run, k, state)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
-      type(several_state_t), intent(in) :: state
+      type(run_state_t), intent(in) :: state
       logical :: lets_go
 
       real(wp) :: force
 
       force = lifted_force(run, k, state)
-      associate (met => run%surfaces(k))
+      associate (contact => run%contacts(k))
          lets_go = force <= rounding_at(run, k, state) .or. &
-            (force <= run%release_force .and. along(met%row, state%beam%velocity(1:)) >= 0.0_wp)
+            (force <= run%release_force .and. along(contact%row, state%beam%velocity(1:)) >= 0.0_wp)
       end associate
    end function lets_go
 
    !> Energy in the springs of a surface.
-   pure function surface_energy(run, k, state) result(energy)
-      type(several_run_t), intent(in) :: run
-      !> The surface
+   pure function contact_energy(run, k, state) result(energy)
+      type(newmark_run_t), intent(in) :: run
+      !> The contact
       integer, intent(in) :: k
-      type(several_state_t), intent(in) :: state
+      type(run_state_t), intent(in) :: state
       real(wp) :: energy
 
       energy = 0.0_wp
-      associate (met => run%surfaces(k))
-         if (allocated(met%stop)) energy = met%stop%energy(state%indentation(k), state%branch_force(k))
+      associate (contact => run%contacts(k))
+         if (allocated(contact%stop)) energy = contact%stop%energy(state%indentation(k), state%branch_force(k))
       end associate
-   end function surface_energy
+   end function contact_energy
 
    !> Energy of beam and surfaces at the present state: the ledger closes to rounding.
    pure function energy_left(run) result(energy)
-      type(several_run_t), intent(in) :: run
+      type(newmark_run_t), intent(in) :: run
       real(wp) :: energy
 
       associate (ledger => run%ledger)
@@ -353,4 +354,4 @@ contains
       end do
    end function level_of
 
-end module newmark_several_run
+end module newmark_run
