@@ -4,7 +4,10 @@ module contact_rows
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: contact_row_t, along, put_along
+   public :: contact_row_t, along, put_along, band
+
+   !> Entries beside the diagonal of the beam's matrices: vectors are padded with as many zeros at both ends.
+   integer, parameter :: band = 3
 
    !> w
    type :: contact_row_t
@@ -17,8 +20,8 @@ contains
    !> w . x
    pure function along(row, vector) result(value)
       type(contact_row_t), intent(in) :: row
-      !> x over the degrees of freedom from 1 on
-      real(wp), intent(in) :: vector(:)
+      !> x, padded, [-2 : order + 3]
+      real(wp), intent(in) :: vector(1 - band:)
       real(wp) :: value
 
       value = row%sign*vector(row%dof)
@@ -28,8 +31,8 @@ contains
    pure subroutine put_along(row, value, vector)
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value
-      !> x
-      real(wp), intent(inout) :: vector(:)
+      !> x, padded
+      real(wp), intent(inout) :: vector(1 - band:)
 
       vector(row%dof) = row%sign*value
    end subroutine put_along

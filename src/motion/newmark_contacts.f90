@@ -106,12 +106,12 @@ contains
       logical :: pushes(size(run%contacts))
 
       call settle_yielding(run, response)
-      associate (state => run%states(run%now), order => run%stepper%order)
+      associate (state => run%states(run%now))
          call restart_acceleration(run%stepper, state%beam)
          n = 0
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k))
-               if (contact%status == is_in_contact) call accelerate(state%beam%acceleration(1:order), k, state%force(k))
+               if (contact%status == is_in_contact) call accelerate(state%beam%acceleration, k, state%force(k))
                if (contact%status /= is_held .and. .not. contact%is_stopped) cycle
                n = n + 1
                members(n) = k
@@ -119,14 +119,14 @@ contains
          end do
          if (n == 0) return
          do k = 1, n
-            pull(k) = along(run%contacts(members(k))%row, state%beam%acceleration(1:))
+            pull(k) = along(run%contacts(members(k))%row, state%beam%acceleration)
          end do
          call solve_complementarity(run%mobility(members(:n), members(:n)), pull(:n), reaction(:n), pushes(:n))
          do k = 1, n
-            call accelerate(state%beam%acceleration(1:order), members(k), reaction(k))
+            call accelerate(state%beam%acceleration, members(k), reaction(k))
          end do
          do k = 1, n
-            if (reaction(k) > 0.0_wp) call put_along(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration(1:))
+            if (reaction(k) > 0.0_wp) call put_along(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration)
             call hold_or_release(run, members(k), reaction(k), response)
             if (allocated(run%error)) return
          end do
@@ -222,8 +222,8 @@ contains
       associate (state => run%states(run%now)%beam, contact => run%contacts(k))
          event%tau = instant_of(run)
          event%kind = kind
-         event%eta = contact%row%sign*(along(contact%row, state%displacement(1:)) - contact%surface%height)
-         event%velocity_before = contact%row%sign*along(contact%row, state%velocity(1:))
+         event%eta = contact%row%sign*(along(contact%row, state%displacement) - contact%surface%height)
+         event%velocity_before = contact%row%sign*along(contact%row, state%velocity)
          event%velocity_after = event%velocity_before
          event%surface = contact%surface%number
       end associate

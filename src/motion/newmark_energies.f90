@@ -1,8 +1,8 @@
 !> Energies of the beam of Newmark's steps, and what a step dissipates.
 module newmark_energies
-   use contact_rows, only: along, contact_row_t
+   use contact_rows, only: along, band, contact_row_t
    use kinds, only: wp
-   use newmark_stepper, only: negative_product, newmark_state_t, newmark_stepper_t
+   use newmark_stepper, only: newmark_state_t, newmark_stepper_t
    use skyline_matrix, only: multiply
    implicit none (type, external)
    private
@@ -36,8 +36,7 @@ contains
             energy = 0.5_wp*dot_product(state%displacement(1:n), stepper%result(1:n))
             return
          end if
-         call negative_product(n, stepper%stiffness_diagonals, state%displacement, stepper%result)
-         energy = -0.5_wp*dot_product(state%displacement(1:n), stepper%result(1:n))
+         energy = 0.5_wp*form_of(n, stepper%stiffness_diagonals, state%displacement)
       end associate
    end subroutine strain_energy
 
@@ -57,16 +56,35 @@ contains
       dissipated = 0.0_wp
       if (stepper%double_zeta <= 0.0_wp .and. .not. stepper%is_general) return
       associate (n => stepper%order)
-         stepper%work = 0.5_wp*(old%velocity + new%velocity)
+         stepper%work(1:n) = 0.5_wp*(old%velocity(1:n) + new%velocity(1:n))
          if (stepper%is_general) then
             call multiply(stepper%damping, stepper%work(1:n), stepper%result(1:n))
             dissipated = step*dot_product(stepper%work(1:n), stepper%result(1:n))
             return
          end if
-         call negative_product(n, stepper%stiffness_diagonals, stepper%work, stepper%result)
-         dissipated = -step*stepper%double_zeta*dot_product(stepper%work(1:n), stepper%result(1:n))
+         dissipated = step*stepper%double_zeta*form_of(n, stepper%stiffness_diagonals, stepper%work)
       end associate
    end subroutine beam_dissipation
+
+   !> x K x by the diagonals of K on one side, in partial sums: a third of the time of product and sum.
+   pure function form_of(order, diagonals, x) result(form)
+      !> Number of degrees of freedom
+      integer, intent(in) :: order
+      !> K(i, i + k) at (i, k)
+      real(wp), intent(in) :: diagonals(order, -band:band)
+      !> x, padded with zeros
+      real(wp), intent(in) :: x(1 - band:order + band)
+      real(wp) :: form
+
+      integer :: i
+
+      form = 0.0_wp
+      !$omp simd reduction(+:form)
+      do i = 1, order
+         form = form + x(i)*(diagonals(i, 0)*x(i) &
+            + 2.0_wp*(diagonals(i, 1)*x(i + 1) + diagonals(i, 2)*x(i + 2) + diagonals(i, 3)*x(i + 3)))
+      end do
+   end function form_of
 
    !> w . M* y', and w . M* w
    pure subroutine momentum_along(stepper, state, row, momentum, mass)
@@ -80,7 +98,7 @@ contains
 
       associate (n => stepper%order)
          call multiply(stepper%mass, state%velocity(1:n), stepper%result(1:n))
-         momentum = along(row, stepper%result(1:n))
+         momentum = along(row, stepper%result)
       end associate
       mass = stepper%mass%values(stepper%mass%diagonal(row%dof))
    end subroutine momentum_along

@@ -60,7 +60,7 @@ contains
          fades = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
          if (.not. allocated(contact%stop)) return
          if (fades .and. contact%is_viscous) fades = lets_go(run, k, new)
-         fades = fades .or. (along(contact%row, new%beam%velocity(1:)) > 0.0_wp .and. &
+         fades = fades .or. (along(contact%row, new%beam%velocity) > 0.0_wp .and. &
             new%force(k) <= rounding_at(run, k, new))
       end associate
    end function fades

@@ -126,13 +126,11 @@ contains
          run%rows(:n, :n) = run%mobility(members(:n), members(:n))
          call eliminate(run%rows, impulse, n)
          do k = 1, n
-            associate (v => state%beam%velocity(1:run%stepper%order))
-               v = v + impulse(k)*run%mass_columns(:, members(k))
-            end associate
+            state%beam%velocity(:) = state%beam%velocity + impulse(k)*run%mass_columns(:, members(k))
          end do
          do k = 1, n
             associate (contact => run%contacts(members(k)))
-               call put_along(contact%row, 0.0_wp, state%beam%velocity(1:))
+               call put_along(contact%row, 0.0_wp, state%beam%velocity)
                if (contact%status == is_held) then
                   call keep_blow(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
@@ -219,7 +217,7 @@ contains
                if (own%impulse /= impulse_nodal .or. contact%status /= is_open .or. contact%judged) cycle
                if (.not. (rate < 0.0_wp .and. takes_part(run, k, leaving_too=.false.))) cycle
                call momentum_along(run%stepper, beam, contact%row, momentum, mass)
-               call put_along(contact%row, -own%restitution*rate, beam%velocity(1:))
+               call put_along(contact%row, -own%restitution*rate, beam%velocity)
                call after_impulse(run, k, rate, nodal_impulse(rate, own%restitution, mass), &
                   nodal_energy_change(rate, own%restitution, momentum, mass), .false., response)
                if (.not. allocated(run%error)) call shorten_next_step(run)
@@ -245,13 +243,13 @@ contains
       logical :: pushes(size(members))
 
       call solve_complementarity(run%mobility(members, members), (1.0_wp + restitution)*rate, impulse, pushes)
-      associate (velocity => run%states(run%now)%beam%velocity, n => run%stepper%order)
+      associate (velocity => run%states(run%now)%beam%velocity)
          do i = 1, size(members)
-            velocity(1:n) = velocity(1:n) + impulse(i)*run%mass_columns(:, members(i))
+            velocity(:) = velocity + impulse(i)*run%mass_columns(:, members(i))
          end do
          do i = 1, size(members)
             if (.not. impulse(i) > 0.0_wp) cycle
-            call put_along(run%contacts(members(i))%row, -restitution(i)*rate(i), velocity(1:))
+            call put_along(run%contacts(members(i))%row, -restitution(i)*rate(i), velocity)
          end do
       end associate
    end subroutine share_impulse

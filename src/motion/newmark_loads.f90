@@ -7,13 +7,14 @@
 module newmark_loads
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
+   use contact_rows, only: band
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
    use load_courses, only: value_at
    use load_settings, only: course_pulse, course_table, time_course_t
    use newmark_run, only: instant_of, newmark_run_t, whole_step
-   use newmark_stepper, only: band, deepest_level, newmark_stepper_t
+   use newmark_stepper, only: deepest_level, newmark_stepper_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: make_skyline, multiply, skyline_t
    use sorting, only: ascending_order

@@ -7,7 +7,7 @@ module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, hold_supports, is_mechanism
    use block_statistics, only: finish_statistics, take_events
-   use contact_rows, only: along, contact_row_t, put_along
+   use contact_rows, only: along, band, contact_row_t, put_along
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: i8, wp
    use load_settings, only: start_pull
@@ -247,8 +247,8 @@ contains
       logical :: acts(size(surfaces))
 
       n = size(surfaces)
-      allocate (run%contacts(n), run%mass_columns(run%stepper%order, n), run%mobility(n, n), run%closed(n), &
-         run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), run%leaves(n))
+      allocate (run%contacts(n), run%mass_columns(1 - band:run%stepper%order + band, n), run%mobility(n, n), &
+         run%closed(n), run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), run%leaves(n))
       run%closing = .false.
       run%contacts%row = [(contact_row_t(model%stop_dofs(surfaces(k)%stop), surfaces(k)%sign), k=1, n)]
       acts = acting(surfaces, run%contacts%row%dof)
@@ -263,7 +263,7 @@ contains
             call check_contact(run, k, error)
             if (allocated(error)) return
             call put_along(contact%row, 1.0_wp, run%mass_columns(:, k))
-            call solve_factorised(run%stepper%mass_factors, run%mass_columns(:, k))
+            call solve_factorised(run%stepper%mass_factors, run%mass_columns(1:run%stepper%order, k))
          end associate
       end do
       do k = 1, n

@@ -147,7 +147,7 @@ module newmark_run
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
       type(contact_factors_t) :: factors(0:deepest_level)
-      !> M*^-1 w of each row, [order, surfaces], and w_j . M*^-1 w_l, [surfaces, surfaces]
+      !> M*^-1 w of each row, padded, [-2 : order + 3, contacts], and w_j . M*^-1 w_l, [surfaces, surfaces]
       real(wp), allocatable :: mass_columns(:, :)
       real(wp), allocatable :: mobility(:, :)
       !> Steps between two samples, and their distance
@@ -233,7 +233,7 @@ contains
       real(wp) :: gap
 
       associate (contact => run%contacts(k))
-         gap = along(contact%row, state%beam%displacement(1:)) - contact%surface%height
+         gap = along(contact%row, state%beam%displacement) - contact%surface%height
          if (.not. contact%is_viscous) gap = gap + state%indentation(k)
       end associate
    end function gap_at
@@ -247,7 +247,7 @@ contains
       real(wp) :: rate
 
       associate (contact => run%contacts(k))
-         rate = along(contact%row, state%beam%velocity(1:))
+         rate = along(contact%row, state%beam%velocity)
          if (contact%is_viscous) return
          if (state%indentation(k) > 0.0_wp) rate = rate - contact%stop%surface_rate*state%indentation(k)
       end associate
@@ -262,7 +262,7 @@ contains
       real(wp) :: depth
 
       associate (contact => run%contacts(k))
-         depth = contact%surface%height + contact%shift - along(contact%row, state%beam%displacement(1:))
+         depth = contact%surface%height + contact%shift - along(contact%row, state%beam%displacement)
       end associate
    end function depth_at
 
@@ -276,7 +276,7 @@ contains
 
       associate (contact => run%contacts(k))
          force = contact%stop%stiffness*state%indentation(k) &
-            - contact%stop%viscosity*along(contact%row, state%beam%velocity(1:))
+            - contact%stop%viscosity*along(contact%row, state%beam%velocity)
       end associate
    end function lifted_force
 
@@ -290,7 +290,7 @@ contains
 
       associate (contact => run%contacts(k))
          force = rounding_of_force(contact%stop, abs(contact%surface%height) &
-            + abs(along(contact%row, state%beam%displacement(1:))), abs(along(contact%row, state%beam%velocity(1:))))
+            + abs(along(contact%row, state%beam%displacement)), abs(along(contact%row, state%beam%velocity)))
       end associate
    end function rounding_at
 
@@ -308,7 +308,7 @@ contains
       force = lifted_force(run, k, state)
       associate (contact => run%contacts(k))
          lets_go = force <= rounding_at(run, k, state) .or. &
-            (force <= run%release_force .and. along(contact%row, state%beam%velocity(1:)) >= 0.0_wp)
+            (force <= run%release_force .and. along(contact%row, state%beam%velocity) >= 0.0_wp)
       end associate
    end function lets_go
 

@@ -116,7 +116,7 @@ contains
                if (state%is_closed(k)) contact%status = merge(is_in_contact, is_held, allocated(contact%stop))
                ! as deep as it was
                if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%surface%height &
-                  + along(contact%row, now%beam%displacement(1:))
+                  + along(contact%row, now%beam%displacement)
                contact%leaving = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
             end associate
          end do

@@ -3,6 +3,7 @@ module newmark_start
    use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_curve
    use beam_model, only: beam_model_t
    use complementarity, only: close_gaps, solve_complementarity
+   use contact_rows, only: band
    use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: find_free_modes, free_modes_t
    use history_list, only: eta_stop, force_stop, velocity_stop
@@ -13,7 +14,7 @@ module newmark_start
    use newmark_events, only: meet_and_leave
    use newmark_loads, only: load_at
    use newmark_run, only: gap_at, gap_rate_at, is_inactive, is_in_contact, is_open, newmark_run_t
-   use newmark_stepper, only: band, make_start_state, restart_acceleration
+   use newmark_stepper, only: make_start_state, restart_acceleration
    use number_text, only: to_text
    use response_types, only: event_contact, response_t
    use run_settings, only: run_settings_t
