@@ -56,7 +56,7 @@ contains
       dissipated = 0.0_wp
       if (stepper%double_zeta <= 0.0_wp .and. .not. stepper%is_general) return
       associate (n => stepper%order)
-         stepper%work(1:n) = 0.5_wp*(old%velocity(1:n) + new%velocity(1:n))
+         call find_mean(n, old%velocity, new%velocity, stepper%work)
          if (stepper%is_general) then
             call multiply(stepper%damping, stepper%work(1:n), stepper%result(1:n))
             dissipated = step*dot_product(stepper%work(1:n), stepper%result(1:n))
@@ -65,6 +65,23 @@ contains
          dissipated = step*stepper%double_zeta*form_of(n, stepper%stiffness_diagonals, stepper%work)
       end associate
    end subroutine beam_dissipation
+
+   !> (x + y)/2
+   pure subroutine find_mean(order, x, y, mean)
+      !> Number of degrees of freedom
+      integer, intent(in) :: order
+      !> Padded
+      real(wp), intent(in) :: x(1 - band:order + band)
+      real(wp), intent(in) :: y(1 - band:order + band)
+      !> The padding stays as it is
+      real(wp), intent(inout) :: mean(1 - band:order + band)
+
+      integer :: i
+
+      do i = 1, order
+         mean(i) = 0.5_wp*(x(i) + y(i))
+      end do
+   end subroutine find_mean
 
    !> x K x by the diagonals of K on one side, in partial sums: a third of the time of product and sum.
    pure function form_of(order, diagonals, x) result(form)

@@ -67,7 +67,7 @@ contains
          end do
       end if
       if (count_closed == 1 .and. count_held == 1) then
-         ! one rigid contact, as most are, in closed form: 8 % less instructions a step than the two calls below take
+         ! one rigid contact in closed form: 4 % less instructions in a run of 8 elements at rest on it
          k = run%closed(1)
          run%right(1) = -along(run%contacts(k)%row, run%states(3 - run%now)%beam%acceleration) &
             /run%factors(level)%gains(k, k)
@@ -174,7 +174,7 @@ contains
             end associate
          end do
          if (count_closed == 1) then
-            ! 3 % less instructions a step in contact than the call
+            ! 3 % less instructions than by the call in a run of 8 elements half of it on a three-element stop
             run%right(1) = run%right(1)/run%rows(1, 1)
          else
             call eliminate(run%rows, run%right, count_closed)
