@@ -3,18 +3,14 @@ module exact_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
-   use exact_run, only: advance, run_phases
+   use exact_run, only: advance
    use failures, only: failure_t
    use few_modes, only: find_few_modes, find_modes_of_run, first_count, most_count, wants_few_modes
    use free_modes, only: find_free_modes, free_modes_t
-   use held_contact, only: held_contact_t, make_held_contact
-   use kept_contacts, only: contact_store_t
    use kinds, only: wp
-   use modal_beam, only: make_modal_beam, modal_beam_t
    use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, take_modes, trial_settings
    use moment_places, only: open_moments
-   use motion_phases, only: contact_t, motion_t
-   use phase_measures, only: finish_measures, start_measures
+   use motion_phases, only: motion_t
    use response_records, only: open_records
    use response_types, only: mode_check_t, response_t
    use run_recorder, only: make_recorder, recorder_t
@@ -22,10 +18,8 @@ module exact_motion
    use section_types, only: section_state_t
    use several_contacts, only: several_contacts_t
    use several_start, only: finish_several, start_several
-   use stop_laws, only: is_rigid, make_yielding_stop
+   use stop_laws, only: is_rigid
    use stop_surfaces, only: is_plain
-   use yielding_contact, only: make_yielding_contact, yielding_contact_t
-   use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
    public :: exact_response
@@ -149,28 +143,15 @@ contains
       type(section_state_t), intent(inout), optional :: carried
 
       type(mode_check_t) :: check
-      type(free_modes_t) :: few
-      type(run_settings_t) :: ours
 
       check%kept = size(modes%lambda)
-      if (settings%response%mode_count > 0) check%kept = min(check%kept, settings%response%mode_count)
-      if (size(model%supports) > 0 .or. .not. is_plain(settings)) then
-         if (check%kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
-            settings%zeta_mass <= 0.0_wp) then
-            call run_among_surfaces(model, modes, settings, sets, response, error, carried)
-         else
-            few = modes
-            ours = settings
-            call take_modes(check%kept, few, ours)
-            call run_among_surfaces(model, few, ours, sets, response, error, carried)
-         end if
-         return
-      end if
-      if (settings%response%mode_count == 0 .and. .not. settings%response%keep_all_modes .and. &
+      if (settings%response%mode_count > 0) then
+         check%kept = min(check%kept, settings%response%mode_count)
+      else if (size(model%supports) == 0 .and. is_plain(settings) .and. .not. settings%response%keep_all_modes .and. &
          settings%stop%impulse /= impulse_nodal) then
-         call choose_modes(modes, settings, sets, check)
+         call choose_modes(model, modes, settings, sets, check)
       end if
-      call run_in_modes(modes, check%kept, settings, sets, response, error)
+      call run_in_modes(model, modes, check%kept, settings, sets, response, error, carried)
       response%evaluations = response%evaluations + check%evaluations
       response%mode_check = check
    end subroutine respond
@@ -180,7 +161,8 @@ contains
    !> That what is left out moves the stop point by little does not say that the others move as if it were there: it
    !> makes the beam more yielding where it hits. So a run is compared with one of more modes, and that one is kept if
    !> both agree far within the tolerance, up to the third rebound: chatter lets any difference grow without end.
-   subroutine choose_modes(modes, settings, sets, check)
+   subroutine choose_modes(model, modes, settings, sets, check)
+      type(beam_model_t), intent(in) :: model
       !> The modes of the free beam
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
@@ -204,11 +186,11 @@ contains
             check%kept = next_count(modes%square, b, check%compared)
             if (check%kept == all) exit
             if (.not. allocated(fewer%tau)) then
-               call run_in_modes(modes, check%compared, trial, sets, fewer, error)
+               call run_in_modes(model, modes, check%compared, trial, sets, fewer, error)
                if (allocated(error)) exit
                check%evaluations = check%evaluations + fewer%evaluations
             end if
-            call run_in_modes(modes, check%kept, trial, sets, more, error)
+            call run_in_modes(model, modes, check%kept, trial, sets, more, error)
             if (allocated(error)) exit
             check%evaluations = check%evaluations + more%evaluations
             call compare_runs(fewer, more, trial%response%duration, check)
@@ -219,13 +201,11 @@ contains
       check = mode_check_t(kept=all, evaluations=check%evaluations)
    end subroutine choose_modes
 
-   !> Run from rest, the stop point pulled to eta = 1 by a point force, to the end.
-   !>
-   !> The start is the static shape in the modes kept, so that eta is 1 exactly whatever modes those are. A massless
-   !> node at the stop comes back from it at once where nothing damps it.
-   subroutine run_in_modes(modes, kept, settings, sets, response, error)
+   !> Run in the lowest modes.
+   subroutine run_in_modes(model, modes, kept, settings, sets, response, error, carried)
+      type(beam_model_t), intent(in) :: model
       !> The modes of the free beam, which other runs may share
-      type(free_modes_t), target, intent(in) :: modes
+      type(free_modes_t), intent(in) :: modes
       !> Only the first of them are used
       integer, intent(in) :: kept
       !> Stop, damping, samples, tolerances, output
@@ -235,41 +215,19 @@ contains
       type(response_t), intent(out) :: response
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
+      type(section_state_t), intent(inout), optional :: carried
 
-      type(modal_beam_t), target :: beam
-      class(contact_t), allocatable, target :: contact
-      type(motion_t) :: motion
-      real(wp), allocatable :: start(:)
-      real(wp) :: depth, pull
-      integer :: samples
+      type(free_modes_t) :: few
+      type(run_settings_t) :: ours
 
-      call make_modal_beam(modes%square(:kept), modes%mode(modes%stop_dof, :kept), modes%mode(modes%tip_dof, :kept), &
-         settings%zeta, beam, modes%node_flexibility)
-      samples = count_samples(settings%response%duration, settings%response%step)
-      call open_records(modes%elements, settings%output, samples, settings%response%step, response)
-      call make_recorder(samples, settings%response%step, beam%count, response, motion%recorder)
-      allocate (start, source=(1.0_wp + settings%stop%preload)*beam%stop_value &
-         /(beam%oscillators%square*beam%flexibility))
-      response%initial_energy = 0.5_wp*sum(beam%oscillators%square*start**2)
-      if (beam%node_flexibility > 0.0_wp) then
-         pull = (1.0_wp + settings%stop%preload)/beam%flexibility
-         response%initial_energy = response%initial_energy + 0.5_wp*beam%node_flexibility*pull**2
-         if (settings%zeta <= 0.0_wp) then
-            ! it comes back at once, to the stop at the furthest
-            depth = max(0.0_wp, settings%stop%preload - sum(beam%stop_value*start))
-            motion%recorder%ledger%dissipated_beam = 0.5_wp*(beam%node_flexibility*pull**2 &
-               - depth**2/beam%node_flexibility)
-         end if
+      if (kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. settings%zeta_mass <= 0.0_wp) then
+         call run_among_surfaces(model, modes, settings, sets, response, error, carried)
+      else
+         few = modes
+         ours = settings
+         call take_modes(kept, few, ours)
+         call run_among_surfaces(model, few, ours, sets, response, error, carried)
       end if
-      call start_measures(settings, response%initial_energy, motion%measurer)
-      call make_contact(beam, modes, settings, sets%contacts, contact)
-      call run_phases(beam, contact, start, settings%response, motion, response, error)
-      if (allocated(error)) return
-      if (settings%output%measures) then
-         call finish_measures(motion%measurer, settings%response%duration, motion%recorder%ledger, response)
-      end if
-      if (.not. allocated(response%shape_tau)) return
-      call fill_shapes(modes, settings%stop%preload, motion%recorder, response)
    end subroutine run_in_modes
 
    !> Any number of stops, with all modes.
@@ -306,7 +264,6 @@ contains
       end do
       response%ends_in_contact = any(phase%now%states%is_closed)
       response%factorisations = motion%factorisations
-      response%mode_check%kept = size(modes%square)
       if (allocated(motion%error)) then
          call move_alloc(motion%error, error)
          return
@@ -315,7 +272,7 @@ contains
          carried = phase%carried
          call move_alloc(motion%tangent, carried%tangent)
       end if
-      call finish_several(settings, phase, motion, response)
+      call finish_several(settings, size(model%supports) > 0, phase, motion, response)
       if (.not. allocated(response%shape_tau)) return
       if (phase%now%pulled > 0) then
          associate (state => phase%now%states(phase%now%pulled))
@@ -359,31 +316,5 @@ contains
          end if
       end associate
    end subroutine fill_shapes
-
-   !> The stop of a run: it yields or holds.
-   subroutine make_contact(beam, modes, settings, store, contact)
-      !> The beam in its free modes, and what its runs share; they must outlive the contact
-      type(modal_beam_t), target, intent(in) :: beam
-      type(free_modes_t), target, intent(in) :: modes
-      type(run_settings_t), intent(in) :: settings
-      !> Contacts that the runs before made
-      type(contact_store_t), target, intent(inout) :: store
-      class(contact_t), allocatable, intent(out) :: contact
-
-      class(yielding_stop_t), allocatable :: stop
-      type(held_contact_t), allocatable :: held
-      type(yielding_contact_t), allocatable :: yielding
-
-      call make_yielding_stop(settings%stop, stop)
-      if (allocated(stop)) then
-         allocate (yielding)
-         call make_yielding_contact(beam, settings, stop, store, yielding)
-         call move_alloc(yielding, contact)
-      else
-         allocate (held)
-         call make_held_contact(beam, modes, settings, held)
-         call move_alloc(held, contact)
-      end if
-   end subroutine make_contact
 
 end module exact_motion

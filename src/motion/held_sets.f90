@@ -23,6 +23,9 @@ module held_sets
       real(wp), allocatable :: tip_value(:)
       !> Heights of the surfaces, [surfaces]
       real(wp), allocatable :: height(:)
+      !> Change of each mode's velocity per unit of change at the one surface, where only its node changes its velocity
+      !> at impacts, [modes]; unallocated: impulses act on the whole beam
+      real(wp), allocatable :: nodal_shape(:)
       !> s where a surface is at the tip, else 0, [surfaces]
       real(wp), allocatable :: tip_sign(:)
    end type free_beam_t

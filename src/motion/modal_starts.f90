@@ -10,10 +10,11 @@ module modal_starts
       start_pull, start_settings_t, start_table, start_velocity
    use point_forces, only: find_point_forces, slow
    use several_state, only: several_t
+   use surface_states, only: surface_state_t
    use table_starts, only: curve_of_table
    implicit none (type, external)
    private
-   public :: find_modal_start
+   public :: find_modal_start, node_flexibility
 
    !> What is less is rounding.
    real(wp), parameter :: tolerance = 1.0e-10_wp
@@ -43,7 +44,8 @@ contains
       select case (start%kind)
       case (start_pull)
          associate (b => several%beam%value(:, several%pulled), square => several%beam%oscillators%square)
-            q(:) = (1.0_wp + several%beam%height(several%pulled))*b/(square*sum(b**2/square))
+            q(:) = (1.0_wp + several%beam%height(several%pulled))*b &
+               /(square*(sum(b**2/square) + node_flexibility(several%states(several%pulled))))
          end associate
       case (start_balance)
          call find_balance(several, acts, q, forces)
@@ -81,6 +83,15 @@ contains
          modal = matmul(inertia, modes%mode)
       end function in_modes
    end subroutine find_modal_start
+
+   !> Of a node without mass before a stop; 0: there is none.
+   pure function node_flexibility(state) result(flexibility)
+      type(surface_state_t), intent(in) :: state
+      real(wp) :: flexibility
+
+      flexibility = 0.0_wp
+      if (state%is_node) flexibility = 1.0_wp/state%spring%stiffness
+   end function node_flexibility
 
    !> At rest under the loads of tau = 0 on surfaces that push and never pull.
    subroutine find_balance(several, acts, q, forces)

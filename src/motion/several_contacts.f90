@@ -24,7 +24,7 @@ module several_contacts
    use several_state, only: end_force, end_gap, free_state, move_alone, move_to, several_t, signal_of, take_over, &
       whole_gap
    use statistic_types, only: block_sums_t
-   use surface_states, only: energy_in, indent, surface_state_t
+   use surface_states, only: energy_in, indent, node_at, of_rigid_stop, surface_state_t
    use surface_statistics, only: take_phase
    use tangent_events, only: begin_columns, end_columns, take_back_columns, take_sizes
    implicit none (type, external)
@@ -168,9 +168,18 @@ contains
 
       real(wp), dimension(size(self%now%z)) :: z, rate
 
-      if (present(node)) node = 0.0_wp
       call move_to(self%now, time, z, rate)
       call free_state(self%now, z, rate, q, v)
+      if (.not. present(node)) return
+      node = 0.0_wp
+      if (self%now%pulled == 0) return
+      associate (state => self%now%states(self%now%pulled), value => self%now%beam%value(:, self%now%pulled))
+         if (state%is_node .and. state%is_closed) then
+            node = [self%now%beam%height(self%now%pulled) - sum(value*q), -sum(value*v)]
+         else
+            node = node_at(state, time)
+         end if
+      end associate
    end subroutine go_to
 
    !> The next sample, also of each surface.
@@ -183,7 +192,7 @@ contains
 
       real(wp), dimension(size(self%now%z)) :: z, v, alone, alone_rate
       complex(wp), allocatable :: term(:)
-      real(wp) :: gap, rate, total
+      real(wp) :: gap, rate, total, node(2)
       integer :: k
       logical :: is_held
 
@@ -209,9 +218,10 @@ contains
          total = 0.0_wp
          do k = 1, size(now%states)
             associate (record => self%records(k), sign => now%states(k)%surface%sign)
-               gap = held%static_gap(k) + sum(held%value(:, k)*z)
-               rate = sum(held%value(:, k)*v)
-               is_held = now%states(k)%is_rigid .and. set%is_closed(k)
+               node = node_at(now%states(k), time)
+               gap = held%static_gap(k) + sum(held%value(:, k)*z) + node(1)
+               rate = sum(held%value(:, k)*v) + node(2)
+               is_held = set%is_closed(k) .and. of_rigid_stop(now%states(k))
                ! exactly, not to rounding
                if (is_held) gap = 0.0_wp
                if (is_held) rate = 0.0_wp
@@ -227,7 +237,8 @@ contains
                sample%history(eta_stop) = sign*gap
                sample%history(velocity_stop) = sign*rate
                sample%history(eta_tip) = (held%static_tip - sign*now%beam%height(k)) + sum(held%tip_value*z)
-               if (is_held .and. abs(now%beam%tip_sign(k)) > 0.0_wp) sample%history(eta_tip) = 0.0_wp
+               if (abs(now%beam%tip_sign(k)) > 0.0_wp) sample%history(eta_tip) = merge(0.0_wp, &
+                  sample%history(eta_tip) + sign*node(1), is_held)
             end associate
          end do
          if (now%pulled == 0) then
@@ -310,8 +321,13 @@ contains
             else
                call leave_behind(held%static_gap(k) + sum(held%value(:, k)*modes(:, 1)), time, state)
             end if
-            sample%stop_energy = sample%stop_energy + energy_in(state)
-            sample%lost(2) = sample%lost(2) + (state%dissipated - now%states(k)%dissipated)
+            if (state%is_node) then
+               sample%beam_energy(2) = sample%beam_energy(2) + energy_in(state)
+               sample%lost(1) = sample%lost(1) + (state%dissipated - now%states(k)%dissipated)
+            else
+               sample%stop_energy = sample%stop_energy + energy_in(state)
+               sample%lost(2) = sample%lost(2) + (state%dissipated - now%states(k)%dissipated)
+            end if
             if (.not. allocated(self%records(k)%energy)) cycle
             self%records(k)%energy(self%kept) = energy_in(state)
             self%records(k)%dissipated(self%kept) = state%dissipated + state%lost_at_impacts
@@ -422,7 +438,10 @@ contains
                call leave_behind(held%static_gap(k) + sum(held%value(:, k)*self%z_end), time, now%states(k))
             end if
          end do
-         ledger%dissipated_stop = sum(now%states%dissipated)
+         ledger%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
+         ! a node is of the beam
+         ledger%dissipated_beam = ledger%dissipated_beam + sum(now%states%dissipated, mask=now%states%is_node)
+         where (now%states%is_node) now%states%dissipated = 0.0_wp
       end associate
    end subroutine close_books
 

@@ -164,7 +164,7 @@ contains
       integer :: order
 
       order = 1
-      if (search%outcome == found_never_left) then
+      if (search%outcome == found_never_left .and. .not. self%states(k)%is_node) then
          if (self%loads%count > 0) call find_load(self, motion%tau)
          associate (state => self%states(k))
             ! too low to be told from no flight: the stop point goes with the surface, if that is not faster
@@ -313,7 +313,7 @@ contains
 
       integer :: taking(count(reached .or. (self%states%is_rigid .and. self%states%is_closed)))
       real(wp), dimension(size(taking)) :: before, after, impulse, restitution
-      real(wp) :: mobility(size(taking), size(taking))
+      real(wp) :: mobility(size(taking), size(taking)), change
       logical :: acts(size(taking))
       type(event_t) :: event
       integer :: a, k, n
@@ -342,10 +342,15 @@ contains
          after(:n) = before(:n) + matmul(mobility(:n, :n), impulse(:n))
          where (acts(:n)) after(:n) = -restitution(:n)*before(:n)
       end if
-      do a = 1, n
-         motion%v(:) = motion%v + self%beam%value(:, taking(a))*impulse(a)
-      end do
-      call charge_event(motion%recorder%ledger, 0.5_wp*sum(impulse(:n)*(before(:n) + after(:n))))
+      if (allocated(self%beam%nodal_shape)) then
+         call replace_velocity(self%beam%nodal_shape, after(1) - before(1), motion%v, impulse(1), change)
+      else
+         change = 0.5_wp*sum(impulse(:n)*(before(:n) + after(:n)))
+         do a = 1, n
+            motion%v(:) = motion%v + self%beam%value(:, taking(a))*impulse(a)
+         end do
+      end if
+      call charge_event(motion%recorder%ledger, change)
       if (allocated(motion%tangent)) call strike_columns(self%beam%value(:, taking(:n)), restitution(:n), &
          impulse(:n) > 0.0_wp, motion%tangent)
       do a = 1, n
@@ -353,6 +358,7 @@ contains
          event = event_of(self, k, event_impact, motion, before(a), after(a))
          event%impulse = impulse(a)
          event%energy_change = 0.5_wp*impulse(a)*(before(a) + after(a))
+         if (n == 1) event%energy_change = change
          self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - event%energy_change
          call enter_impact(self, k, event, hop_tolerance, captures, motion, response)
       end do
@@ -368,6 +374,24 @@ contains
          if (.not. answer .and. reached(k)) answer = captures(k)%is_in .or. .not. velocity_of(self, k, motion) > 0.0_wp
       end function takes_part
    end subroutine solve_impact
+
+   !> The nodal reading of an impulse: one node changes its velocity, and the others keep theirs.
+   pure subroutine replace_velocity(shape, change, v, impulse, energy_change)
+      !> Of the modes' velocities per unit of that of the node, [modes]
+      real(wp), intent(in) :: shape(:)
+      !> Of the node's velocity
+      real(wp), intent(in) :: change
+      !> Of the modes
+      real(wp), intent(inout) :: v(:)
+      real(wp), intent(out) :: impulse
+      !> Won or lost
+      real(wp), intent(out) :: energy_change
+
+      energy_change = -0.5_wp*sum(v**2)
+      v = v + shape*change
+      energy_change = energy_change + 0.5_wp*sum(v**2)
+      impulse = sum(shape**2)*change
+   end subroutine replace_velocity
 
    !> What an impulse, or none, made of a surface that took part.
    subroutine enter_impact(self, k, event, hop_tolerance, captures, motion, response)

@@ -12,6 +12,7 @@ module several_measures
    use run_measures, only: early_part, end_episode, gather_measures, take_contact
    use several_state, only: end_force, force_terms, move_alone, several_t, signal_of, whole_gap
    use signal_peaks, only: exceeds
+   use surface_states, only: of_rigid_stop
    implicit none (type, external)
    private
    public :: measure_surfaces, finish_surfaces
@@ -60,7 +61,7 @@ contains
       if (self%set%is_closed(k)) then
          call measure_closed(self, k, length, seen%greatest, tau, measurer)
          self%states(k)%has_risen = .false.
-         if (k /= self%pulled .or. self%states(k)%is_rigid) return
+         if (k /= self%pulled .or. of_rigid_stop(self%states(k))) return
          if (.not. may_sink(self, k)) return
          call signal_of(self, k, whole_gap, signal)
          if (sinks(signal, length)) call keep_for_quiet()
@@ -151,7 +152,7 @@ contains
 
       early = 0.0_wp
       early_impulse = 0.0_wp
-      if (self%states(k)%is_rigid) then
+      if (of_rigid_stop(self%states(k))) then
          early = early_part(measurer%tally, tau, length)
          if (early > 0.0_wp) early_impulse = impulse_until(self, k, early)
       else if (self%pressing_at == k) then

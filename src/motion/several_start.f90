@@ -12,7 +12,7 @@ module several_start
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: start_balance, start_pull
-   use modal_starts, only: find_modal_start
+   use modal_starts, only: find_modal_start, node_flexibility
    use mode_choice, only: rates_of_modes
    use moment_places, only: finish_moments
    use moment_signals, only: make_moments
@@ -21,7 +21,8 @@ module several_start
    use phase_measures, only: measurer_t
    use response_types, only: response_t, surface_record_t
    use run_measures, only: no_rest, open_tally
-   use run_settings, only: output_settings_t, run_settings_t
+   use run_recorder, only: ledger_t
+   use run_settings, only: impulse_nodal, output_settings_t, run_settings_t
    use section_records, only: finish_sections, open_sections
    use section_states, only: put_state
    use section_types, only: run_sections_t
@@ -31,9 +32,9 @@ module several_start
    use several_state, only: find_load, open_store, several_t
    use static_states, only: find_static_rest
    use statistic_types, only: block_sums_t
-   use stop_surfaces, only: acting, is_beyond, surface_t, surfaces_of
-   use surface_states, only: energy_in, make_surface_state
-   use surface_values, only: gap_of, noise_of
+   use stop_surfaces, only: acting, is_beyond, is_plain, surface_t, surfaces_of
+   use surface_states, only: energy_in, make_surface_state, of_rigid_stop, put_node_before, surface_state_t
+   use surface_values, only: gap_at_home, gap_of, noise_of
    use tangent_columns, only: open_tangent, tangent_t
    implicit none (type, external)
    private
@@ -85,6 +86,8 @@ contains
             phase%records(size(surfaces)))
          do k = 1, size(surfaces)
             call make_surface_state(surfaces(k), now%states(k))
+            if (modes%node_flexibility > 0.0_wp) call put_node_before(now%states(k), modes%node_flexibility, &
+               beam%oscillators%two_zeta)
          end do
          if (goes_on(phase)) then
             allocate (motion%q, source=phase%carried%q)
@@ -99,12 +102,15 @@ contains
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
             + sum([(energy_in(now%states(k)), k=1, size(surfaces))])
          do k = 1, size(surfaces)
+            if (now%states(k)%is_node) call free_node(gap_at_home(now, k, motion%q), now%states(k), &
+               motion%recorder%ledger)
             ! all the energy of the start would not bring the beam there
             now%states(k)%acts = acts(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
-               *sqrt(2.0_wp*response%initial_energy*sum(beam%value(:, k)**2/beam%oscillators%square)))
+               *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
+               + node_flexibility(now%states(k)))))
             call open_record(surfaces(k), settings%output, samples + 1, phase%records(k))
-            call start_measurer(settings, .not. now%states(k)%is_rigid, response%initial_energy, rest(k), rest_energy, &
-               now%measurers(k))
+            call start_measurer(settings, .not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), &
+               rest_energy, now%measurers(k))
          end do
          call open_store(now, sets)
          if (now%pulled > 0) then
@@ -172,9 +178,29 @@ contains
          associate (state => now%states(k))
             state%is_indented = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%depth = forces(k)/state%spring%stiffness
+            ! the node of the beam that the force of the start pulls
+            if (state%is_node) state%depth = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
+               /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate
       end do
    end subroutine begin_anew
+
+   !> An undamped node without mass comes back at once to where the modes have it, or to the stop.
+   pure subroutine free_node(gap, state, ledger)
+      !> Distance of the modes' displacement from the stop
+      real(wp), intent(in) :: gap
+      type(surface_state_t), intent(inout) :: state
+      !> Charged with the energy of the node
+      type(ledger_t), intent(inout) :: ledger
+
+      real(wp) :: before
+
+      if (state%spring%surface_rate < huge(1.0_wp)) return
+      before = energy_in(state)
+      state%depth = max(0.0_wp, -gap)
+      state%is_indented = state%depth > 0.0_wp
+      ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
+   end subroutine free_node
 
    subroutine start_sections(settings, now, modes, sections, tangent)
       type(run_settings_t), intent(in) :: settings
@@ -306,6 +332,7 @@ contains
 
       call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square))
       beam%has_own_rates = allocated(settings%mode_ratios)
+      if (settings%stop%impulse == impulse_nodal) allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
       allocate (beam%value(size(modes%square), size(surfaces)))
       allocate (beam%height(size(surfaces)))
       beam%height(:) = surfaces%height
@@ -375,8 +402,10 @@ contains
    end subroutine start_measurer
 
    !> What was kept goes into the response, in the scene's order.
-   subroutine finish_several(settings, phase, motion, response)
+   subroutine finish_several(settings, has_supports, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
+      !> The beam has supports along it
+      logical, intent(in) :: has_supports
       type(several_contacts_t), intent(inout) :: phase
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -392,6 +421,8 @@ contains
       if (allocated(phase%blocks)) call finish_statistics(phase%blocks, response)
       if (allocated(phase%sections)) call finish_sections(phase%sections, response)
       call finish_moments(response)
+      ! the histories of the run are those of its one contact
+      if (is_plain(settings) .and. .not. has_supports) deallocate (response%surfaces)
    end subroutine finish_several
 
 end module several_start

@@ -286,6 +286,13 @@ contains
                merge(-1.0_wp, 1.0_wp, kind == end_home)*held%value(:, k), modal)
             modal%z = self%z
             modal%v = self%v
+            if (k > 0) then
+               ! at home is the stop; the node before it is not
+               if (self%states(k)%is_node .and. kind == whole_gap) then
+                  modal%surface = self%states(k)%depth
+                  modal%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
+               end if
+            end if
          end select
       end associate
       call move_alloc(modal, signal)

@@ -21,11 +21,16 @@ contains
       !> Set when it is free to move without strain
       type(failure_t), allocatable, intent(out) :: error
 
+      type(beam_model_t) :: elastic
+
       if (is_mechanism(model)) then
          call fail(error, status_run_failed, 'the beam turns about its root, and nothing holds it')
          return
       end if
-      call make_held_beam(model, beam)
+      ! at rest a node without mass moves like any other
+      elastic = model
+      elastic%has_massless_node = .false.
+      call make_held_beam(elastic, beam)
    end subroutine make_elastic_beam
 
    !> y and dy/dx of the nodes under a unit force, E Ibar = L = 1.

@@ -2,8 +2,9 @@
 module surface_changes
    use kinds, only: wp
    use motion_phases, only: motion_t
-   use response_types, only: append_event, event_contact, event_release, event_separation, event_t, response_t
+   use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, event_t, response_t
    use several_state, only: several_t
+   use surface_states, only: node_at
    use surface_values, only: event_of, force_of, velocity_of
    implicit none (type, external)
    private
@@ -21,6 +22,9 @@ contains
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%is_rigid) then
             call open_surface(self, k, 3, motion, response)
+         else if (state%is_node) then
+            ! its own damping lets the node go smoothly, without it the node leaves at the modes' velocity
+            call open_surface(self, k, merge(2, 1, state%spring%viscosity > 0.0_wp), motion, response)
          else
             call append_event(response, event_of(self, k, event_separation, motion, velocity, velocity))
             call start_flight(self, k, 1, 0.0_wp)
@@ -73,14 +77,22 @@ contains
       type(motion_t), intent(in) :: motion
       type(response_t), intent(inout) :: response
 
+      real(wp) :: node(2)
+
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%follows .and. .not. state%is_indented) state%depth = 0.0_wp
+         if (state%is_node) then
+            ! it comes back to the modes, and is held at once: without mass there is no impact
+            node = node_at(state, 0.0_wp)
+            call append_event(response, event_of(self, k, event_capture, motion, velocity + node(2), 0.0_wp))
+         else
+            call append_event(response, event_of(self, k, event_contact, motion, velocity, velocity))
+         end if
          state%is_closed = .true.
          state%is_touched = .false.
          state%is_indented = .false.
          state%start_order = order
-         if (state%follows .and. force_of(self, k, motion) > 0.0_wp) state%start_order = 0
-         call append_event(response, event_of(self, k, event_contact, motion, velocity, velocity))
+         if (state%spring%viscosity > 0.0_wp .and. force_of(self, k, motion) > 0.0_wp) state%start_order = 0
       end associate
    end subroutine close_surface
 

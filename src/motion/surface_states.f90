@@ -2,18 +2,22 @@
 module surface_states
    use kinds, only: wp
    use run_settings, only: law_spring_damper
+   use spring_damper_stop, only: make_node_pad
    use stop_laws, only: is_rigid, make_yielding_stop
    use stop_surfaces, only: surface_t
    use yielding_stop, only: impedance_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: surface_state_t, make_surface_state, impedance_of, recover, energy_in, indent
+   public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover, energy_in, indent
 
    type :: surface_state_t
       type(surface_t) :: surface
       logical :: is_rigid = .true.
       !> It yields; unallocated: it is rigid
       class(yielding_stop_t), allocatable :: spring
+      !> The stop is rigid, and what yields is a node of the beam without mass before it: to users it is rigid, and the
+      !> energy of the node is the beam's
+      logical :: is_node = .false.
       !> The surface goes with the beam once the force has vanished
       logical :: follows = .false.
       !> It can be met: no other at its place is before it, and the energy of the start may bring the beam there
@@ -55,6 +59,18 @@ contains
       state%follows = surface%settings%law == law_spring_damper
    end subroutine make_surface_state
 
+   !> A node of the beam without mass comes to this rigid stop.
+   subroutine put_node_before(state, flexibility, two_zeta)
+      type(surface_state_t), intent(inout) :: state
+      !> As `make_node_pad` has them
+      real(wp), intent(in) :: flexibility
+      real(wp), intent(in) :: two_zeta
+
+      state%is_rigid = .false.
+      state%is_node = .true.
+      allocate (state%spring, source=make_node_pad(flexibility, two_zeta))
+   end subroutine put_node_before
+
    !> What it answers to an exponential.
    pure function impedance_of(state) result(impedance)
       type(surface_state_t), intent(in) :: state
@@ -62,6 +78,29 @@ contains
 
       if (allocated(state%spring)) impedance = state%spring%impedance_t
    end function impedance_of
+
+   !> Is the stop rigid, with or without a node before it that yields?
+   elemental function of_rigid_stop(state) result(answer)
+      type(surface_state_t), intent(in) :: state
+      logical :: answer
+
+      answer = state%is_rigid .or. state%is_node
+   end function of_rigid_stop
+
+   !> Displacement and velocity of a node without mass, besides those of the modes, some time after a rigid stop has let
+   !> it go.
+   pure function node_at(state, time) result(node)
+      !> As the flight, or a part of it, starts
+      type(surface_state_t), intent(in) :: state
+      !> Since then
+      real(wp), intent(in) :: time
+      real(wp) :: node(2)
+
+      node = 0.0_wp
+      if (.not. state%is_node) return
+      if (state%spring%surface_rate < huge(1.0_wp)) node = [1.0_wp, -state%spring%surface_rate]*state%depth &
+         *exp(-state%spring%surface_rate*time)
+   end function node_at
 
    !> An open surface comes back for some time, without force; what that dissipates.
    subroutine recover(state, time)
@@ -84,7 +123,8 @@ contains
       real(wp), intent(in) :: depth
 
       associate (has_branch => state%spring%branch_stiffness > 0.0_wp)
-         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%follows)
+         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%follows .or. (state%is_node .and. &
+            state%spring%surface_rate < huge(1.0_wp)))
          state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
       end associate
    end subroutine indent

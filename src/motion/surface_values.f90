@@ -6,7 +6,7 @@ module surface_values
    use several_state, only: several_t
    implicit none (type, external)
    private
-   public :: along, event_of, gap_of, velocity_of, noise_of, speed_noise, force_of, yielding_forces, pull_of
+   public :: along, event_of, gap_of, gap_at_home, velocity_of, noise_of, speed_noise, force_of, yielding_forces, pull_of
 
 contains
 
@@ -27,15 +27,26 @@ contains
       end associate
    end function event_of
 
-   !> Distance from a surface where it is home.
+   !> Distance of the stop point from a surface where that is home.
    pure function gap_of(self, k, q) result(gap)
       type(several_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), contiguous, intent(in) :: q(:)
       real(wp) :: gap
 
-      gap = along(self%beam%value(:, k), q) - self%beam%height(k)
+      gap = gap_at_home(self, k, q)
+      if (self%states(k)%is_node) gap = gap + self%states(k)%depth
    end function gap_of
+
+   !> The same of the modes' displacement there, without that of a node without mass.
+   pure function gap_at_home(self, k, q) result(gap)
+      type(several_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), contiguous, intent(in) :: q(:)
+      real(wp) :: gap
+
+      gap = along(self%beam%value(:, k), q) - self%beam%height(k)
+   end function gap_at_home
 
    !> Displacement or velocity of a point, or the mobility between two.
    pure function along(shape, state) result(value)

@@ -7,7 +7,7 @@ module spring_damper_stop
    use yielding_stop, only: stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: spring_damper_t, make_spring_damper
+   public :: spring_damper_t, make_spring_damper, make_node_pad
 
    type, extends(yielding_stop_t) :: spring_damper_t
    contains
@@ -29,6 +29,21 @@ contains
       stop%stiffness = 3.0_wp*stiffness_ratio/lambda1_power4
       stop%viscosity = 3.0_wp*damper_ratio/lambda1_power4
    end function make_spring_damper
+
+   !> A node without mass between the beam and a rigid stop: the elements beside it are a spring, whose damping is
+   !> proportional to its stiffness. The node that a stop has let go comes back to where the beam's modes have it.
+   elemental function make_node_pad(flexibility, two_zeta) result(pad)
+      !> Displacement of the node per unit of force on it, all else held
+      real(wp), intent(in) :: flexibility
+      !> 2 zeta of the beam; 0: the node comes back at once
+      real(wp), intent(in) :: two_zeta
+      type(spring_damper_t) :: pad
+
+      pad%stiffness = 1.0_wp/flexibility
+      pad%viscosity = two_zeta*pad%stiffness
+      pad%surface_rate = huge(1.0_wp)
+      if (two_zeta > 0.0_wp) pad%surface_rate = 1.0_wp/two_zeta
+   end function make_node_pad
 
    !> What happens in a step of contact.
    pure function step(self, length)
