@@ -75,7 +75,7 @@ contains
       allocate (problem%square, source=square)
       allocate (problem%value, source=value)
       allocate (problem%mass_rate, source=mass_rate)
-      allocate (problem%pole(problem%poles), problem%relative(problem%poles))
+      allocate (problem%pole(problem%poles + 1), problem%relative(problem%poles + 1))
       allocate (problem%branch_pole(size(spring)), source=0)
       call find_mode_poles(square, zeta, problem%pole, problem%relative, mass_rate)
       problem%poles = 2*size(square)
@@ -86,6 +86,12 @@ contains
          problem%pole(problem%poles) = -spring(j)%relaxation_rate
          problem%relative(problem%poles) = 1.0_wp - problem%two_zeta*spring(j)%relaxation_rate
       end do
+      if (problem%poles > 2*size(square)) then
+         ! no pole, but a branch that creeps has a root so near to 0 that only its distance from there has the digits
+         problem%poles = problem%poles + 1
+         problem%pole(problem%poles) = 0.0_wp
+         problem%relative(problem%poles) = 1.0_wp
+      end if
       allocate (problem%product(size(square), (size(spring)*(size(spring) + 1))/2))
       pair = 0
       do k = 1, size(spring)
@@ -94,8 +100,7 @@ contains
             problem%product(:, pair) = value(:, j)*value(:, k)
          end do
       end do
-      allocate (problem%crowded(problem%poles))
-      problem%crowded(:) = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
+      problem%crowded = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_joint_secular
 
    !> What belongs to an s, with the mode taken apart that has the nearest pole, or else moves the stops most: a mode
@@ -124,7 +129,7 @@ contains
       else
          strongest = 0.0_wp
          do i = 1, problem%modes
-            strength = sum(problem%value(i, :)**2)/max(size_of(distance(2*i - 1)*distance(2*i)), tiny(1.0_wp))
+            strength = sum(problem%value(i, :)**2)/max(size_of(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
             if (strength > strongest) vectors%mode = i
             strongest = max(strongest, strength)
          end do
@@ -141,14 +146,12 @@ contains
       type(joint_vectors_t), intent(inout) :: vectors
 
       complex(wp) :: both, h, h_slope
-      real(wp) :: inverse
       integer :: i, j, k, pair
 
       ! 1/D_i, and its derivative less the sign
       do i = 1, problem%modes
-         both = distance(2*i - 1)*distance(2*i)
-         inverse = 1.0_wp/max(real(both, wp)**2 + aimag(both)**2, tiny(1.0_wp))
-         both = cmplx(real(both, wp)*inverse, -aimag(both)*inverse, wp)
+         ! one after the other: the square of D_i would overflow on strongly graded meshes
+         both = inverse_of(distance(2*i - 1))*inverse_of(distance(2*i))
          vectors%term(i, 1) = real(both, wp)
          vectors%term(i, 2) = aimag(both)
          both = both*(distance(2*i - 1) + distance(2*i))
@@ -176,6 +179,14 @@ contains
          vectors%slopes(k, k) = vectors%slopes(k, k) + vectors%n_slope(k)
       end do
    end subroutine add_modes
+
+   !> 1/z; that of the nearest pole, whose square may underflow, is not used.
+   elemental function inverse_of(z) result(inverse)
+      complex(wp), intent(in) :: z
+      complex(wp) :: inverse
+
+      inverse = conjg(z)*(1.0_wp/max(real(z, wp)**2 + aimag(z)**2, tiny(1.0_wp)))
+   end function inverse_of
 
    !> Sums of a column over 1/D_i and over (1/D_i)' less the sign.
    pure subroutine weigh_terms(weight, term, h, h_slope)

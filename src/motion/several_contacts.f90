@@ -40,6 +40,8 @@ module several_contacts
       !> What ends the phase, and how the search of each surface went
       integer :: ended = 0
       integer :: ended_by = end_gap
+      !> The flight that it ends began at rest on that surface
+      logical :: from_rest = .false.
       type(search_t), allocatable :: searches(:)
       !> State of the set's modes as it ends, [modes]
       real(wp), allocatable :: z_end(:), v_end(:)
@@ -386,6 +388,7 @@ contains
 
       call end_variations(self, self%ended, motion)
       call close_books(self, motion)
+      if (self%ended > 0) self%from_rest = self%now%states(self%ended)%start_order > 1
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
       if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self, motion)
@@ -499,8 +502,8 @@ contains
             + sum(energy_in(self%now%states))
          return
       end if
-      ! beam and stops together win no energy
-      if (motion%measurer%tally%has_spent .and. .not. is_last) return
+      ! beam and stops together win no energy, but by the nodal reading of an impulse
+      if (motion%measurer%tally%has_spent .and. .not. (is_last .or. allocated(self%now%beam%nodal_shape))) return
       call measure_energy(self, energy_of(self, self%z_end, self%v_end) + sum(energy_in(self%now%states)), &
          motion)
    end subroutine measure
@@ -512,7 +515,8 @@ contains
       type(response_t), intent(inout) :: response
 
       if (self%search%outcome == found_taken_back) call take_back_columns(motion%tangent)
-      call follow_end(self%now, self%ended, self%ended_by, self%search, self%hop_tolerance, motion, response)
+      call follow_end(self%now, self%ended, self%ended_by, self%from_rest, self%search, self%hop_tolerance, motion, &
+         response)
       if (allocated(self%blocks)) call take_events(self%blocks, response)
    end subroutine follow
 

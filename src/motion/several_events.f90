@@ -26,6 +26,8 @@ module several_events
    !> Is a surface brought to rest, and what did that take?
    type :: capture_t
       logical :: is_in = .false.
+      !> It is known to be pressed against the surface
+      logical :: is_pressed = .false.
       real(wp) :: velocity = 0.0_wp
       real(wp) :: impulse = 0.0_wp
       real(wp) :: energy_change = 0.0_wp
@@ -34,11 +36,13 @@ module several_events
 contains
 
    !> What follows the end of a phase.
-   subroutine follow_end(self, k, ended_by, search, hop_tolerance, motion, response)
+   subroutine follow_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
       type(several_t), intent(inout) :: self
       !> The surface that ended it, and how
       integer, intent(in) :: k
       integer, intent(in) :: ended_by
+      !> A flight that began at rest on the surface ends there
+      logical, intent(in) :: from_rest
       type(search_t), intent(in) :: search
       !> A flight that stays below this is a capture
       real(wp), intent(in) :: hop_tolerance
@@ -86,6 +90,8 @@ contains
             end if
             captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
+            ! what would lift it is lost in the rounding error of the displacement
+            captures(k)%is_pressed = search%outcome == found_never_left .and. from_rest
             if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
                call bring_to_rest(self, k, captures, motion, response)
@@ -494,6 +500,7 @@ contains
                   order = 3
                end if
             end if
+            if (captures(k)%is_pressed) order = 0
             if (captures(k)%is_in) then
                state%is_closed = order == 0
                state%is_indented = .false.

@@ -42,6 +42,8 @@ module several_state
       type(contact_set_t), pointer :: set => null()
       !> State of the set's modes as the phase starts, less what loads do, [modes]
       real(wp), allocatable :: z(:), v(:)
+      !> Displacement of a node without mass besides that of the modes, as the phase starts
+      real(wp) :: node_depth = 0.0_wp
       !> What acts on the beam; none: no phase is driven
       type(applied_loads_t) :: loads
       type(phase_drive_t) :: drive
@@ -96,6 +98,7 @@ contains
 
       self%pressing_at = 0
       self%trail_of = 0
+      self%node_depth = sum(self%states%depth, mask=self%states%is_node)
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
       associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
@@ -289,7 +292,7 @@ contains
             if (k > 0) then
                ! at home is the stop; the node before it is not
                if (self%states(k)%is_node .and. kind == whole_gap) then
-                  modal%surface = self%states(k)%depth
+                  modal%surface = self%node_depth
                   modal%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
                end if
             end if

@@ -77,6 +77,7 @@ contains
       type(motion_t), intent(in) :: motion
       type(response_t), intent(inout) :: response
 
+      type(event_t) :: event
       real(wp) :: node(2)
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
@@ -84,7 +85,10 @@ contains
          if (state%is_node) then
             ! it comes back to the modes, and is held at once: without mass there is no impact
             node = node_at(state, 0.0_wp)
-            call append_event(response, event_of(self, k, event_capture, motion, velocity + node(2), 0.0_wp))
+            event = event_of(self, k, event_capture, motion, velocity + node(2), 0.0_wp)
+            ! exactly, not to rounding
+            event%eta = 0.0_wp
+            call append_event(response, event)
          else
             call append_event(response, event_of(self, k, event_contact, motion, velocity, velocity))
          end if
