@@ -92,7 +92,7 @@ contains
          case (task_assembly)
             call motion_model_of(scene, self%elements, self%ratio, self%model, error)
          case (task_modes)
-            call find_free_modes(self%model, self%modes, error, with_support=.true.)
+            call find_free_modes(self%model, self%modes, error)
          case (task_motion)
             call run_motion(self%model, run_of_task(self), self%response, error, self%modes)
          case (task_few_modes)

@@ -2,12 +2,13 @@
 !> and how far their answers differ.
 module skip_savings
    use command_line, only: argument_t
-   use contact_modes, only: contact_modes_t, make_contact_modes
+   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
+   use damped_oscillators, only: make_oscillators
    use failures, only: failure_t
    use free_modes, only: find_free_modes
+   use held_sets, only: free_beam_t
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
-   use modal_beam, only: make_modal_beam, make_support, modal_beam_t
    use motion_precision, only: comparison_step
    use motion_tasks, only: no_output, prepare_task, settings_for, task_assembly, task_motion, task_run, task_t
    use number_text, only: to_text
@@ -16,11 +17,12 @@ module skip_savings
    use program_run, only: read_scenes
    use response_types, only: response_t
    use results_file, only: write_results
-   use run_settings, only: law_three_element, output_settings_t, response_settings_t
+   use run_settings, only: output_settings_t, response_settings_t
    use scene_types, only: contender_exact, scene_t, shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
-   use three_element_stop, only: make_three_element
+   use stop_laws, only: make_yielding_stop
    use timed_tasks, only: measure_time
+   use yielding_stop, only: impedance_t, yielding_stop_t
    implicit none (type, external)
    private
    public :: measure_savings
@@ -357,23 +359,29 @@ contains
 
    !> The modes of the beam in contact, of all its free modes.
    subroutine find_contact_modes(self, error)
-      !> The task; its modes get the support
+      !> The task, with its modes
       class(skip_task_t), intent(inout) :: self
       !> Set when they cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      type(modal_beam_t) :: beam
-      type(contact_modes_t) :: modes
+      type(free_beam_t) :: beam
+      type(set_store_t) :: store
+      type(contact_set_t), pointer :: set
+      class(yielding_stop_t), allocatable :: stop
+      type(impedance_t) :: impedance
+      logical :: is_new
 
-      associate (free => self%modes, stop => self%scene%stop, zeta => self%scene%zeta)
-         call make_modal_beam(free%square, free%mode(free%stop_dof, :), free%mode(free%tip_dof, :), zeta, beam)
-         if (stop%law == law_three_element) then
-            call make_contact_modes(beam, zeta, make_three_element(stop%stiffness_ratio, stop%branch_ratio, &
-               stop%damper_ratio), modes, error)
-         else
-            call make_support(beam, free%support)
-         end if
+      call make_yielding_stop(self%scene%stop, stop)
+      if (allocated(stop)) impedance = stop%impedance_t
+      associate (free => self%modes)
+         call make_oscillators(free%square, self%scene%zeta, beam%oscillators)
+         beam%value = reshape(free%mode(free%stop_dof, :), [size(free%square), 1])
+         beam%tip_value = free%mode(free%tip_dof, :)
+         beam%height = [self%scene%stop%preload]
+         beam%tip_sign = [merge(1.0_wp, 0.0_wp, free%stop_dof == free%tip_dof)]
       end associate
+      call open_sets(beam, [.not. allocated(stop)], [impedance], store)
+      call find_set([.true.], store, set, is_new, error)
    end subroutine find_contact_modes
 
 end module skip_savings

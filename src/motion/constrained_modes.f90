@@ -12,7 +12,7 @@ module constrained_modes
    use sorting, only: ascending_order, order_columns
    implicit none (type, external)
    private
-   public :: attach_supports, constrain, attach_spring
+   public :: attach_supports, constrain
 
 contains
 
@@ -123,28 +123,6 @@ contains
          end do
       end do
    end subroutine consistent_weights
-
-   !> Modes of the beam with a spring at the stop point: roots of 1/k + sum b_i^2/(W_i^2 - w^2) = 0.
-   pure subroutine attach_spring(free_square, stop_value, stiffness, square, at_stop)
-      !> W_i^2 of the free modes, ascending
-      real(wp), intent(in) :: free_square(:)
-      !> b_i, none zero
-      real(wp), intent(in) :: stop_value(:)
-      !> k > 0
-      real(wp), intent(in) :: stiffness
-      !> w^2 with the spring, ascending
-      real(wp), intent(out) :: square(:)
-      !> The modes with the spring at the stop point
-      real(wp), intent(out) :: at_stop(:)
-
-      real(wp) :: distance(size(free_square))
-      integer :: i
-
-      do i = 1, size(free_square)
-         call root_between(free_square, stop_value**2, 1.0_wp/stiffness, i, square(i), distance)
-         at_stop(i) = 1.0_wp/(stiffness*sqrt(sum((stop_value/distance)**2)))
-      end do
-   end subroutine attach_spring
 
    !> The root of constant + sum weight_k/(pole_k - x) between two neighbouring poles, or above the last.
    pure subroutine root_between(pole, weight, constant, left, root, distance)

@@ -4,14 +4,12 @@
 module contact_sets
    use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
-   use held_sets, only: free_beam_t, held_set_t, make_held_set, rest_on_heights
+   use held_sets, only: damp_held_set, free_beam_t, held_set_t, make_held_set, rest_on_heights
    use joint_modes, only: joint_modes_t, make_joint_modes, terms_at
-   use kept_contacts, only: contact_store_t
    use kinds, only: wp
    use phase_drives, only: set_drive_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
-   use sorting, only: ascending_order
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
@@ -31,12 +29,12 @@ module contact_sets
       complex(wp), allocatable :: gap(:, :), reaction(:, :)
       !> At rest: modes of the held beam, forces of those that are pressed, gaps, reactions
       real(wp), allocatable :: rest(:), rest_force(:), rest_gap(:), rest_reaction(:)
-      !> Places of the terms, the fastest last
-      integer, allocatable :: place(:)
       !> Goes through the samples of phases without terms
       type(sampler_t) :: sampler
-      !> Dissipation in the beam and in each that yields, [1 + pressed]
+      !> Dissipation in the beam, where that is asked for, and in each that yields, [1 + pressed]
       type(power_form_t), allocatable :: losses(:)
+      logical :: has_beam_losses = .false.
+      logical :: has_stop_losses = .false.
       !> Its answers to loads; unallocated: there are none, or it was not used yet
       type(set_drive_t), allocatable :: drive
    end type contact_set_t
@@ -63,15 +61,14 @@ module contact_sets
       integer :: count = 0
       !> It may not go: signals that outlive their phase point to it
       type(contact_set_t), pointer, public :: in_use => null()
-      !> Of runs with one stop alone
-      type(contact_store_t), public :: contacts
    contains
       final :: empty
    end type set_store_t
 
 contains
 
-   !> A run begins: what was made of another beam, other signs or other springs goes.
+   !> A run begins: what was made of another beam, other signs or other springs goes. Where only damping in proportion to
+   !> stiffness changes, the modes of a beam that rigid surfaces hold stay as they are.
    subroutine open_sets(beam, is_rigid, spring, store)
       type(free_beam_t), intent(in) :: beam
       !> Of each surface, [surfaces]
@@ -84,13 +81,19 @@ contains
          call empty(store)
          store%is_rigid = is_rigid
          store%spring = spring
+      else if (.not. is_damped_alike(store%beam, beam)) then
+         if (is_damped_by_mass(store%beam) .or. is_damped_by_mass(beam)) then
+            call empty(store)
+         else
+            call drop_pressed(store)
+         end if
       end if
       store%beam = beam
       store%run = store%run + 1
       store%in_use => null()
    end subroutine open_sets
 
-   !> Do the sets of a store serve these surfaces, whatever their heights?
+   !> Do the sets of a store serve these surfaces, whatever their heights and the damping of the beam?
    pure function is_alike(store, beam, is_rigid, spring) result(answer)
       type(set_store_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
@@ -107,14 +110,49 @@ contains
          all(is_equal(spring%viscosity, store%spring%viscosity))
       if (.not. answer) return
       associate (old => store%beam)
-         answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
-            all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
-            all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
-            all(is_equal(beam%oscillators%decay, old%oscillators%decay)) .and. &
+         answer = all(is_equal(beam%oscillators%square, old%oscillators%square)) .and. &
             all(is_equal(beam%value, old%value)) .and. all(is_equal(beam%tip_value, old%tip_value)) .and. &
             all(is_equal(beam%tip_sign, old%tip_sign))
       end associate
    end function is_alike
+
+   !> Are two beams of the same modes damped alike?
+   pure function is_damped_alike(beam, old) result(answer)
+      type(free_beam_t), intent(in) :: beam
+      type(free_beam_t), intent(in) :: old
+      logical :: answer
+
+      answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
+         all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
+         (beam%has_own_rates .eqv. old%has_own_rates)
+   end function is_damped_alike
+
+   !> Is damping more than proportional to stiffness? It may change the order of modes then, and what holds the beam may
+   !> press on it instead.
+   pure function is_damped_by_mass(beam) result(answer)
+      type(free_beam_t), intent(in) :: beam
+      logical :: answer
+
+      answer = beam%has_own_rates .or. any(beam%oscillators%mass_rate > 0.0_wp)
+   end function is_damped_by_mass
+
+   !> Give back the sets in which surfaces are pressed: damping changes their terms.
+   subroutine drop_pressed(store)
+      type(set_store_t), intent(inout) :: store
+
+      integer :: i, kept
+
+      kept = 0
+      do i = 1, store%count
+         if (size(store%place(i)%set%pressed) > 0) then
+            deallocate (store%place(i)%set)
+         else
+            kept = kept + 1
+            store%place(kept)%set => store%place(i)%set
+         end if
+      end do
+      store%count = kept
+   end subroutine drop_pressed
 
    !> To the last bit.
    elemental function is_equal(a, b) result(answer)
@@ -144,6 +182,9 @@ contains
          if (.not. all(set%is_closed .eqv. is_closed)) cycle
          is_new = set%run /= store%run
          if (is_new) then
+            if (.not. is_equal(set%held%oscillators%two_zeta, store%beam%oscillators%two_zeta)) then
+               call damp_held_set(store%beam, set%held)
+            end if
             call rest_on_heights(store%beam, set%held)
             set%sampler = sampler_t(matrices=step_matrices_t())
             call find_rest(set)
@@ -236,7 +277,6 @@ contains
             set%reaction(:, m) = matmul(held%reaction, joint%shape(:, m))*joint%viscous(m) &
                - matmul(held%share(:, set%pressed), joint%force(:, m))
          end do
-         allocate (set%place, source=ascending_order(abs(joint%exponent)))
       end associate
       call find_rest(set)
    end subroutine make_set
@@ -342,19 +382,33 @@ contains
    end subroutine state_of_terms
 
    !> What the ledger needs of each pair of terms.
-   pure subroutine ready_for_losses(set)
+   pure subroutine ready_for_losses(set, with_beam)
       type(contact_set_t), intent(inout) :: set
+      !> Not only what surfaces dissipate
+      logical, intent(in) :: with_beam
 
       complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
       integer :: j, m
 
-      if (allocated(set%losses) .or. size(set%pressed) == 0) return
+      if (size(set%pressed) == 0) return
+      if (with_beam .and. .not. set%has_beam_losses) then
+         if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%pressed)))
+         associate (joint => set%joint, k => set%joint%count)
+            allocate (rate(set%held%count, k))
+            do m = 1, k
+               rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + joint%mass_rate) &
+                  *joint%exponent(m)*joint%shape(:, m)
+            end do
+            call make_power_form(joint%exponent, rate, set%losses(1))
+         end associate
+         set%has_beam_losses = .true.
+      end if
+      if (set%has_stop_losses) return
+      set%has_stop_losses = .true.
+      if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%pressed)))
       associate (joint => set%joint, k => set%joint%count)
-         allocate (set%losses(1 + size(set%pressed)))
-         allocate (rate(set%held%count, k), stop_rate(size(set%pressed), k))
+         allocate (stop_rate(size(set%pressed), k))
          do m = 1, k
-            rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + joint%mass_rate) &
-               *joint%exponent(m)*joint%shape(:, m)
             do j = 1, size(set%pressed)
                associate (spring => joint%spring(j))
                   if (spring%branch_stiffness > 0.0_wp) then
@@ -365,14 +419,13 @@ contains
                end associate
             end do
          end do
-         call make_power_form(joint%exponent, rate, set%losses(1))
          do j = 1, size(set%pressed)
             call make_power_form(joint%exponent, stop_rate(j:j, :), set%losses(1 + j))
          end do
       end associate
    end subroutine ready_for_losses
 
-   !> Dissipated up to a time in the beam and in each surface that yields.
+   !> Dissipated up to a time in the beam, where that is asked for, and in each surface that yields.
    pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
       !> Ready for it
       type(contact_set_t), intent(in) :: set
@@ -389,8 +442,9 @@ contains
       real(wp), dimension(size(z0)) :: z, v
       integer :: j
 
-      call find_span(set%losses(1), amplitude, time, span)
-      do j = 1, size(lost)
+      call find_span(set%losses(2), amplitude, time, span)
+      lost(1) = 0.0_wp
+      do j = merge(1, 2, set%has_beam_losses), size(lost)
          lost(j) = taken_by(set%losses(j), span)
       end do
       if (size(set%joint%inactive) == 0) return

@@ -398,21 +398,23 @@ contains
       type(driven_terms_t), intent(in) :: terms
       type(exponential_signal_t), intent(inout) :: sum
 
-      integer :: i, last, place(size(sum%place) + size(terms%frequency)), slower
+      complex(wp), dimension(size(sum%exponent) + size(terms%frequency)) :: exponent, amplitude
+      integer :: i, last, slower
 
       sum%offset = sum%offset + terms%constant
       last = size(sum%exponent)
-      place(:last) = sum%place
-      ! at once: room for each by itself would take longer than all the rest
-      sum%exponent = [sum%exponent, cmplx(0.0_wp, terms%frequency, wp)]
-      sum%amplitude = [sum%amplitude, terms%harmonic]
+      exponent(:last) = sum%exponent
+      amplitude(:last) = sum%amplitude
       do i = 1, size(terms%frequency)
-         slower = count(real(sum%exponent(:last), wp)**2 + aimag(sum%exponent(:last))**2 < terms%frequency(i)**2)
-         place(slower + 2:last + 1) = place(slower + 1:last)
-         place(slower + 1) = last + 1
+         slower = count(real(exponent(:last), wp)**2 + aimag(exponent(:last))**2 < terms%frequency(i)**2)
+         exponent(slower + 2:last + 1) = exponent(slower + 1:last)
+         amplitude(slower + 2:last + 1) = amplitude(slower + 1:last)
+         exponent(slower + 1) = cmplx(0.0_wp, terms%frequency(i), wp)
+         amplitude(slower + 1) = terms%harmonic(i)
          last = last + 1
       end do
-      sum%place = place
+      sum%exponent = exponent
+      sum%amplitude = amplitude
    end subroutine add_harmonics
 
 end module driven_signal

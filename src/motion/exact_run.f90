@@ -2,62 +2,17 @@
 module exact_run
    use certified_search, only: found_none
    use failures, only: fail, failure_t, status_run_failed
-   use free_flight, only: flight_t, make_flight
    use kinds, only: wp
-   use modal_beam, only: modal_beam_t
-   use motion_phases, only: contact_t, found_taken_back, motion_t, phase_t, record_phase
+   use motion_phases, only: found_taken_back, motion_t, phase_t, record_phase
    use number_text, only: to_text
    use response_types, only: response_t
    use run_reach, only: tell_reach
    use run_settings, only: response_settings_t
    implicit none (type, external)
    private
-   public :: run_phases, advance
+   public :: advance
 
 contains
-
-   !> From rest at the given modal coordinates to the end of the run.
-   subroutine run_phases(beam, contact, start, settings, motion, response, error)
-      type(modal_beam_t), target, intent(in) :: beam
-      !> The stop
-      class(contact_t), target, intent(inout) :: contact
-      !> Modal coordinates at tau = 0, [modes]
-      real(wp), intent(in) :: start(:)
-      !> Length of the run, limit of events
-      type(response_settings_t), intent(in) :: settings
-      !> Its recorder and measurer are ready
-      type(motion_t), intent(inout) :: motion
-      !> Gets events and histories
-      type(response_t), intent(inout) :: response
-      !> Set when the run fails
-      type(failure_t), allocatable, intent(inout) :: error
-
-      type(flight_t), target :: flight
-      class(phase_t), pointer :: phase
-      integer :: standstill
-      logical :: is_last
-
-      motion%beam => beam
-      allocate (motion%q, source=start)
-      allocate (motion%v(beam%count), source=0.0_wp)
-      call make_flight(beam, contact, flight)
-      associate (gap => flight%gap)
-         if (sum(gap%weight*start) + gap%offset + contact%depth <= 4.0_wp*epsilon(1.0_wp) &
-            *(sum(abs(gap%weight*start)) + abs(gap%offset) + contact%depth)) then
-            call contact%start(motion, response)
-         end if
-      end associate
-      standstill = 0
-      do
-         phase => flight
-         if (contact%is_closed) phase => contact
-         call advance(phase, settings, standstill, motion, response, is_last)
-         if (is_last .or. allocated(motion%error)) exit
-      end do
-      response%ends_in_contact = contact%is_closed
-      response%factorisations = response%factorisations + motion%factorisations
-      call move_alloc(motion%error, error)
-   end subroutine run_phases
 
    !> One phase, and what follows.
    subroutine advance(phase, settings, standstill, motion, response, is_last)

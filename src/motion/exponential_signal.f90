@@ -14,12 +14,10 @@ module exponential_signal
    !> s(t) = offset + sum weight Re(c exp(s t)).
    type, extends(viewed_signal_t) :: exponential_signal_t
       real(wp) :: offset = 0.0_wp
-      !> Exponents, Re s <= 0, [count]
+      !> Exponents, Re s <= 0, the fastest last, which lets the steps be long, [count]
       complex(wp), allocatable :: exponent(:)
       !> weight times c, [count]
       complex(wp), allocatable :: amplitude(:)
-      !> Places of the terms, the fastest last, which lets the steps be long, [count]; unallocated: as they stand
-      integer, allocatable :: place(:)
    contains
       procedure :: look
       procedure :: evaluate
@@ -64,15 +62,13 @@ contains
       real(wp), intent(inout) :: real_part(:)
       real(wp), intent(inout) :: imaginary_part(:)
 
-      integer :: k, m
+      integer :: k
 
       do k = 1, size(self%exponent)
-         m = k
-         if (allocated(self%place)) m = self%place(k)
-         decay(k) = -real(self%exponent(m), wp)
-         swing(k) = aimag(self%exponent(m))
-         real_part(k) = real(self%amplitude(m), wp)
-         imaginary_part(k) = aimag(self%amplitude(m))
+         decay(k) = -real(self%exponent(k), wp)
+         swing(k) = aimag(self%exponent(k))
+         real_part(k) = real(self%amplitude(k), wp)
+         imaginary_part(k) = aimag(self%amplitude(k))
       end do
       decay(size(self%exponent) + 1:) = 0.0_wp
       swing(size(self%exponent) + 1:) = 0.0_wp
@@ -173,7 +169,6 @@ contains
       exponential%offset = offset
       if (order == 0) exponential%offset = offset + factor*self%offset
       allocate (exponential%exponent, source=self%exponent)
-      if (allocated(self%place)) allocate (exponential%place, source=self%place)
       allocate (exponential%amplitude, source=factor*self%amplitude)
       if (order == 1) exponential%amplitude(:) = exponential%amplitude*self%exponent
       if (from > 0.0_wp) then

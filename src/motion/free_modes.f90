@@ -5,7 +5,6 @@ module free_modes
    use constrained_modes, only: attach_supports
    use failures, only: failure_t
    use kinds, only: lambda1, wp
-   use modal_beam, only: make_modal_beam, make_support, modal_beam_t, support_t
    use natural_solver, only: natural_modes
    use skyline_matrix, only: multiply
    implicit none (type, external)
@@ -33,8 +32,6 @@ module free_modes
       real(wp) :: node_flexibility = 0.0_wp
       !> (M phi_i)_c: what the nodal reading of an impulse needs, [modes]
       real(wp), allocatable :: nodal_mass(:)
-      !> The beam held at the stop point, all modes kept; made on request, else each run makes its own
-      type(support_t) :: support
    end type free_modes_t
 
    !> W^2 of a rigid mode, whose motion differs from a polynomial in time, or with alpha from an exponential, by
@@ -44,26 +41,17 @@ module free_modes
 contains
 
    !> Solve for all modes of an assembled beam.
-   subroutine find_free_modes(model, modes, error, with_support)
+   subroutine find_free_modes(model, modes, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(out) :: modes
       !> Set when the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
-      !> Prepare the beam held at the stop as well, for many runs; default false
-      logical, intent(in), optional :: with_support
-
-      type(modal_beam_t) :: beam
 
       call natural_modes(model, model%stiffness%order - merge(1, 0, model%has_massless_node), modes%lambda, error, &
          modes%mode)
       if (allocated(error)) return
       call attach_supports(model%supports, modes%lambda, modes%mode)
       call describe_modes(model, modes)
-      if (.not. present(with_support)) return
-      if (.not. with_support) return
-      call make_modal_beam(modes%square, modes%mode(modes%stop_dof, :), modes%mode(modes%tip_dof, :), 0.0_wp, beam, &
-         modes%node_flexibility)
-      call make_support(beam, modes%support)
    end subroutine find_free_modes
 
    !> What follows from lambda and the shapes.

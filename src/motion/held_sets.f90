@@ -10,7 +10,7 @@ module held_sets
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: free_beam_t, held_set_t, make_held_set, rest_on_heights, into_held, out_of_held
+   public :: free_beam_t, held_set_t, make_held_set, damp_held_set, rest_on_heights, into_held, out_of_held
 
    !> The beam in its free modes, and the surfaces.
    type :: free_beam_t
@@ -116,18 +116,41 @@ contains
       do k = 1, size(held)
          if (abs(beam%tip_sign(held(k))) > 0.0_wp) set%tip_value = 0.0_wp
       end do
-      allocate (set%gap(size(beam%height)), set%force(size(held)))
-      do k = 1, size(beam%height)
-         call make_modal_signal(set%oscillators, 0.0_wp, set%value(:, k), set%gap(k))
-      end do
-      do k = 1, size(held)
-         call make_modal_signal(set%oscillators, 0.0_wp, set%reaction(k, :), set%force(k))
-         set%force(k)%is_viscous = .true.
-      end do
+      call make_signals(set)
       allocate (set%static(size(beam%oscillators%square)), set%static_force(size(held)), &
          set%static_gap(size(beam%height)))
       call rest_on_heights(beam, set)
    end subroutine make_held_set
+
+   !> Gaps and reactions of a set at the damping of its oscillators.
+   subroutine make_signals(set)
+      type(held_set_t), target, intent(inout) :: set
+
+      integer :: k
+
+      if (allocated(set%gap)) deallocate (set%gap, set%force)
+      allocate (set%gap(size(set%value, 2)), set%force(size(set%held)))
+      do k = 1, size(set%gap)
+         call make_modal_signal(set%oscillators, 0.0_wp, set%value(:, k), set%gap(k))
+      end do
+      do k = 1, size(set%held)
+         call make_modal_signal(set%oscillators, 0.0_wp, set%reaction(k, :), set%force(k))
+         set%force(k)%is_viscous = .true.
+      end do
+   end subroutine make_signals
+
+   !> Give a set the damping of its beam, which is proportional to stiffness alone: it does not change the modes, nor
+   !> their order.
+   subroutine damp_held_set(beam, set)
+      type(free_beam_t), intent(in) :: beam
+      type(held_set_t), target, intent(inout) :: set
+
+      real(wp) :: square(set%count)
+
+      square = set%oscillators%square
+      call make_oscillators(square, 0.5_wp*beam%oscillators%two_zeta, set%oscillators)
+      call make_signals(set)
+   end subroutine damp_held_set
 
    !> A force at a surface, as far as the surface held last takes it at once, and with it those before.
    pure subroutine share_out(last, value, before, place, share)

@@ -3,13 +3,13 @@
 !> Everything that moves is a sum of exp(s t) over the roots s of `joint_secular`, its amplitudes the residues of the
 !> Laplace transform. The beam is given in any modes of it, free or held elsewhere.
 module joint_modes
-   use contact_secular, only: distances, size_of
+   use pole_offsets, only: distances, size_of
    use damped_oscillators, only: lanes, oscillators_t, padded
    use dependent_stops, only: part_stops, stop_parts_t
    use exponential_powers, only: powers
    use failures, only: fail, failure_t, status_run_failed
    use joint_secular, only: find_joint_roots
-   use joint_terms, only: add_room, cut_to_size, joint_modes_t, make_room
+   use joint_terms, only: add_room, joint_modes_t, make_room, put_in_order
    use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
    use kinds, only: wp
    use point_forces, only: find_point_forces
@@ -65,7 +65,7 @@ contains
       modes%spring = spring
       modes%two_zeta = oscillators%two_zeta
       modes%mass_rate = oscillators%mass_rate(:oscillators%count)
-      call cut_to_size(modes)
+      call put_in_order(modes)
       allocate (modes%decay(padded(modes%count)), modes%swing(padded(modes%count)), source=0.0_wp)
       modes%decay(:modes%count) = -real(modes%exponent, wp)
       modes%swing(:modes%count) = aimag(modes%exponent)

@@ -1,10 +1,11 @@
 !> The terms of a contact with several stops (docs/theory.md, sections 17 and 18).
 module joint_terms
    use kinds, only: wp
+   use sorting, only: ascending_order
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: joint_modes_t, make_room, add_room, cut_to_size
+   public :: joint_modes_t, make_room, add_room, put_in_order
 
    type :: joint_modes_t
       !> The stops
@@ -74,23 +75,23 @@ contains
       end associate
    end subroutine add_room
 
-   !> Keep the room that is used.
-   pure subroutine cut_to_size(modes)
+   !> Keep the room that is used, the fastest terms last, which lets the steps of searches be long.
+   pure subroutine put_in_order(modes)
       type(joint_modes_t), intent(inout) :: modes
 
-      if (modes%count == size(modes%exponent)) return
-      associate (n => modes%count)
-         modes%exponent = modes%exponent(:n)
-         modes%weight = modes%weight(:n)
-         modes%viscous = modes%viscous(:n)
-         modes%force = modes%force(:, :n)
-         modes%indentation = modes%indentation(:, :n)
-         modes%branch = modes%branch(:, :n)
-         modes%of_height = modes%of_height(:, :n)
-         modes%of_memory = modes%of_memory(:, :n)
-         modes%shape = modes%shape(:, :n)
-         modes%of_mode = modes%of_mode(:, :n)
-      end associate
-   end subroutine cut_to_size
+      integer :: order(modes%count)
+
+      order = ascending_order(abs(modes%exponent(:modes%count)))
+      modes%exponent = modes%exponent(order)
+      modes%weight = modes%weight(order)
+      modes%viscous = modes%viscous(order)
+      modes%force = modes%force(:, order)
+      modes%indentation = modes%indentation(:, order)
+      modes%branch = modes%branch(:, order)
+      modes%of_height = modes%of_height(:, order)
+      modes%of_memory = modes%of_memory(:, order)
+      modes%shape = modes%shape(:, order)
+      modes%of_mode = modes%of_mode(:, order)
+   end subroutine put_in_order
 
 end module joint_terms

@@ -6,7 +6,7 @@
 !> det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), T_i without that mode, so that nothing cancels next to its
 !> pole.
 module joint_vectors
-   use contact_secular, only: find_mode_poles, secular_t, size_of
+   use pole_offsets, only: find_mode_poles, secular_t, size_of
    use kinds, only: wp
    use small_equations, only: eliminate
    use yielding_stop, only: holds, impedance_t

@@ -236,7 +236,6 @@ contains
          allocate (exponential)
          exponential%offset = static + sum(weight*set%rest) + sum(of_force*set%rest_force)
          allocate (exponential%exponent, source=joint%exponent)
-         allocate (exponential%place, source=set%place)
          allocate (exponential%amplitude, source=[(now%amplitude(m)*((1.0_wp + oscillators%two_zeta &
             *joint%exponent(m))*sum(weight*joint%shape(:, m)) + sum(of_force*joint%force(:, m))), m=1, joint%count)])
          if (size(joint%inactive) == 0) then

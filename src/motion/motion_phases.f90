@@ -1,23 +1,19 @@
 !> Exact motion as phases. A phase is a set of closed contacts: while it lasts everything is linear and in closed form,
 !> and it ends where the first of its signals falls to zero.
-!>
-!> With one stop there are two: the flight, and the contact with the stop. How a stop acts is said by its own extension
-!> of `contact_t`: what contact with it is like, and what follows when the beam comes to it or the contact ends.
 module motion_phases
    use bracketed_zero, only: bracket_t, chord, enter, go_to
    use certified_search, only: search_t
    use failures, only: failure_t
    use kinds, only: wp
-   use modal_beam, only: modal_beam_t
    use phase_measures, only: measurer_t
-   use response_types, only: event_t, response_t
+   use response_types, only: response_t
    use run_measures, only: excess_of, mark_energy
    use run_recorder, only: asked_t, keep_sample, keep_shape, next_sample_time, recorder_t, sample_t, samples_before, &
       shape_due
    use tangent_columns, only: tangent_t
    implicit none (type, external)
    private
-   public :: motion_t, phase_t, contact_t, record_phase, measure_energy, event_at, found_taken_back, found_break
+   public :: motion_t, phase_t, record_phase, measure_energy, found_taken_back, found_break
 
    !> A flight that did not happen: it was too low to be told from contact. The motion stands where it began.
    integer, parameter :: found_taken_back = 4
@@ -26,8 +22,6 @@ module motion_phases
 
    !> Where the motion stands between two phases, and what was kept and measured of it until then.
    type :: motion_t
-      !> The beam in its free modes
-      type(modal_beam_t), pointer :: beam => null()
       real(wp) :: tau = 0.0_wp
       !> Free modal state, [modes]
       real(wp), allocatable :: q(:), v(:)
@@ -54,31 +48,6 @@ module motion_phases
       procedure(measure_interface), deferred :: measure
       procedure(follow_interface), deferred :: follow
    end type phase_t
-
-   !> One stop: the phase in which it is closed, and what it is like for a beam in flight.
-   type, abstract, extends(phase_t) :: contact_t
-      !> delta: its surface, where that is unstressed
-      real(wp) :: surface = 0.0_wp
-      !> Pbar per unit of force
-      real(wp) :: force_scale = 0.0_wp
-      !> The stop point is on the stop
-      logical :: is_closed = .false.
-      !> The surface does not yield: what lies below it is rounding
-      logical :: is_rigid = .false.
-      !> The flight that follows: order of the first derivative of the gap that does not vanish at its start
-      integer :: start_order = 0
-      !> The surface is indented so far at its start, and comes back at this rate; the energy in the stop, and its rate.
-      !> A rigid stop is not: there it is a massless node of the beam that comes back from where it was held
-      real(wp) :: depth = 0.0_wp
-      real(wp) :: rate = 0.0_wp
-      real(wp) :: energy = 0.0_wp
-      real(wp) :: energy_rate = 0.0_wp
-      !> It is taken back if it stays below this; 0: never
-      real(wp) :: hop_tolerance = 0.0_wp
-   contains
-      procedure(start_interface), deferred :: start
-      procedure(meet_interface), deferred :: meet
-   end type contact_t
 
    abstract interface
       !> Take over the state of the motion.
@@ -165,26 +134,6 @@ module motion_phases
          !> Gets the events
          type(response_t), intent(inout) :: response
       end subroutine follow_interface
-
-      !> The run starts with the stop point at rest on the surface.
-      subroutine start_interface(self, motion, response)
-         import :: contact_t, motion_t, response_t
-         implicit none (type, external)
-         class(contact_t), intent(inout) :: self
-         type(motion_t), intent(inout) :: motion
-         type(response_t), intent(inout) :: response
-      end subroutine start_interface
-
-      !> A flight has ended on the surface.
-      subroutine meet_interface(self, flight, motion, response)
-         import :: contact_t, motion_t, response_t, search_t
-         implicit none (type, external)
-         class(contact_t), intent(inout) :: self
-         !> How the flight ended
-         type(search_t), intent(in) :: flight
-         type(motion_t), intent(inout) :: motion
-         type(response_t), intent(inout) :: response
-      end subroutine meet_interface
    end interface
 
 contains
@@ -249,20 +198,5 @@ contains
          call mark_energy(tally, .true., motion%tau + bracket%point)
       end associate
    end subroutine measure_energy
-
-   !> An event at the present state; velocity before and after as it is now.
-   pure function event_at(motion, kind, surface) result(event)
-      type(motion_t), intent(in) :: motion
-      !> One of the `event_` constants
-      integer, intent(in) :: kind
-      !> delta
-      real(wp), intent(in) :: surface
-      type(event_t) :: event
-
-      associate (b => motion%beam%stop_value)
-         event = event_t(tau=motion%tau, kind=kind, eta=sum(b*motion%q) - surface, velocity_before=sum(b*motion%v))
-      end associate
-      event%velocity_after = event%velocity_before
-   end function event_at
 
 end module motion_phases

@@ -143,7 +143,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       if (settings%response%method == method_exact .and. .not. wants_few_modes(model, settings)) then
-         call find_free_modes(model, modes, error, with_support=settings%has_stop .and. is_rigid(settings%stop))
+         call find_free_modes(model, modes, error)
       end if
    end subroutine find_shared_modes
 

@@ -2,7 +2,7 @@
 !> 18).
 module phase_losses
    use contact_sets, only: losses_in
-   use damped_oscillators, only: modal_energy
+   use damped_oscillators, only: elastic_and_viscous, modal_energy
    use driven_signal, only: turn_of
    use kinds, only: wp
    use load_work, only: loss_in_stop, work_of_loads
@@ -11,7 +11,7 @@ module phase_losses
    use surface_states, only: energy_in, indent, recover, surface_state_t
    implicit none (type, external)
    private
-   public :: driven_part, find_losses, keep_indentation, leave_behind
+   public :: find_losses, force_at, keep_indentation, leave_behind
 
 contains
 
@@ -30,6 +30,40 @@ contains
             drive_at(set, drive, set%at%branches + k, set%at%branches + k, time, 0)]
       end associate
    end function driven_part
+
+   !> Force of a closed surface.
+   function force_at(now, k, time, z, v, term) result(force)
+      type(several_t), intent(in) :: now
+      integer, intent(in) :: k
+      !> Since the start of the phase
+      real(wp), intent(in) :: time
+      !> State of the set's modes, less what loads do
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Terms, where a surface yields
+      complex(wp), intent(in) :: term(:)
+      real(wp) :: force
+
+      real(wp) :: part(3)
+      integer :: place
+
+      associate (set => now%set, held => now%set%held)
+         part = driven_part(now, k, time)
+         force = part(1)
+         place = findloc(set%pressed, k, dim=1)
+         if (place > 0) then
+            force = force + set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
+            return
+         end if
+         place = findloc(held%held, k, dim=1)
+         if (size(set%pressed) > 0) then
+            force = force + set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
+         else
+            force = force + held%static_force(place) + sum(held%reaction(place, :) &
+               *elastic_and_viscous(held%oscillators, z, v, time, now%z, now%v))
+         end if
+      end associate
+   end function force_at
 
    !> Dissipated since the start of the phase, in the beam and in each surface that is pressed. Under loads a beam on
    !> them loses what nothing else accounts for.

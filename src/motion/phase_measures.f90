@@ -8,13 +8,12 @@ module phase_measures
    use flight_peaks, only: find_peak
    use kinds, only: wp
    use response_types, only: quiet_level, response_t, run_measures_t
-   use run_measures, only: add_rebound, finish_tally, start_tally, take_impulse, tally_t
+   use run_measures, only: add_rebound, finish_tally, take_impulse, tally_t
    use run_recorder, only: ledger_t
-   use run_settings, only: run_settings_t
    use signal_peaks, only: exceeds, greatest_value, last_time_above, looks_t, peak_tolerance
    implicit none (type, external)
    private
-   public :: measurer_t, start_measures, measure_impulse, measure_rise, measure_force, keep_loud, seek_peak, &
+   public :: measurer_t, measure_impulse, measure_rise, measure_force, keep_loud, seek_peak, &
       finish_measures
 
    type :: measurer_t
@@ -37,21 +36,6 @@ module phase_measures
    end type measurer_t
 
 contains
-
-   !> Begin a run.
-   subroutine start_measures(settings, start_energy, measurer)
-      !> Stop and output of the run
-      type(run_settings_t), intent(in) :: settings
-      !> Energy at tau = 0
-      real(wp), intent(in) :: start_energy
-      !> Ready for the first phase
-      type(measurer_t), intent(out) :: measurer
-
-      measurer%is_wanted = settings%output%measures
-      if (.not. measurer%is_wanted) return
-      measurer%most_peaks = settings%output%most_peaks
-      call start_tally(settings%stop, start_energy, settings%height_ratio, measurer%tally)
-   end subroutine start_measures
 
    !> An impulse at an instant.
    pure subroutine measure_impulse(measurer, tau, impulse)

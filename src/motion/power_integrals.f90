@@ -6,7 +6,7 @@ module power_integrals
    use lapack_interfaces, only: dgemm
    implicit none (type, external)
    private
-   public :: power_form_t, span_t, make_power_form, find_span, taken_by, bilinear_form, find_pair, place_pair, integral
+   public :: power_form_t, span_t, make_power_form, find_span, taken_by, integral
 
    !> Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2 of terms A_m that go with exp(s_m t); `find_pair` tells both of
    !> a pair.
@@ -145,22 +145,6 @@ contains
          conjugate = cmplx(p(m, n) + p(k + m, k + n), p(k + m, n) - p(m, k + n), wp)
       end associate
    end subroutine find_pair
-
-   !> The pair m, n of Re sum (u_mn A_m A_n + v_mn A_m conj(A_n)) in the matrix of real and imaginary parts.
-   pure subroutine place_pair(m, n, k, u, v, matrix)
-      integer, intent(in) :: m
-      integer, intent(in) :: n
-      !> Number of terms
-      integer, intent(in) :: k
-      complex(wp), intent(in) :: u
-      complex(wp), intent(in) :: v
-      real(wp), intent(inout) :: matrix(2*k, 2*k)
-
-      matrix(m, n) = real(u, wp) + real(v, wp)
-      matrix(k + m, k + n) = real(v, wp) - real(u, wp)
-      matrix(m, k + n) = aimag(v) - aimag(u)
-      matrix(k + m, n) = -aimag(v) - aimag(u)
-   end subroutine place_pair
 
    !> The terms from now on.
    pure subroutine find_span(form, amplitude, time, span)

@@ -4,7 +4,7 @@ module several_contacts
    use block_statistics, only: take_events
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use contact_sets, only: moved_by, ready_for_losses
-   use damped_oscillators, only: elastic_and_viscous, modal_energy, next_sample
+   use damped_oscillators, only: modal_energy, next_sample
    use driven_signal, only: turn_of
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use joint_modes, only: terms_at
@@ -13,7 +13,7 @@ module several_contacts
    use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
    use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
    use phase_drives, only: find_rows_at
-   use phase_losses, only: driven_part, find_losses, keep_indentation, leave_behind
+   use phase_losses, only: find_losses, force_at, keep_indentation, leave_behind
    use response_types, only: response_t, surface_record_t
    use run_recorder, only: asked_t, charge_event, sample_t
    use section_states, only: state_at, take_sections
@@ -84,7 +84,8 @@ contains
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
-      if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) call ready_for_losses(self%now%set)
+      if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) call ready_for_losses(self%now%set, &
+         motion%recorder%asked%energy)
       if ((motion%measurer%is_wanted .or. self%now%loads%count > 0) .and. .not. all(self%now%states%is_rigid)) then
          self%at_start = self%now%states
       end if
@@ -231,7 +232,7 @@ contains
                if (allocated(record%velocity)) record%velocity(self%kept) = sign*rate
                if (asked%history(force_stop)) then
                   if (set%is_closed(k)) then
-                     record%force(self%kept) = self%force_scale*force_at(self, k, time, alone, alone_rate, term)
+                     record%force(self%kept) = self%force_scale*force_at(now, k, time, alone, alone_rate, term)
                      total = total + record%force(self%kept)
                   end if
                end if
@@ -253,40 +254,6 @@ contains
             sample)
       end associate
    end subroutine take_sample
-
-   !> Force of a closed surface.
-   function force_at(self, k, time, z, v, term) result(force)
-      class(several_contacts_t), intent(in) :: self
-      integer, intent(in) :: k
-      !> Since the start of the phase
-      real(wp), intent(in) :: time
-      !> State of the set's modes, less what loads do
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
-      !> Terms, where a surface yields
-      complex(wp), intent(in) :: term(:)
-      real(wp) :: force
-
-      real(wp) :: part(3)
-      integer :: place
-
-      associate (set => self%now%set, held => self%now%set%held)
-         part = driven_part(self%now, k, time)
-         force = part(1)
-         place = findloc(set%pressed, k, dim=1)
-         if (place > 0) then
-            force = force + set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
-            return
-         end if
-         place = findloc(held%held, k, dim=1)
-         if (size(set%pressed) > 0) then
-            force = force + set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
-         else
-            force = force + held%static_force(place) + sum(held%reaction(place, :) &
-               *elastic_and_viscous(held%oscillators, z, v, time, self%now%z, self%now%v))
-         end if
-      end associate
-   end function force_at
 
    !> Energies of a sample.
    subroutine sample_energy(self, time, modes, term, sample)

@@ -13,7 +13,7 @@ contains
 
    !> When does a surface end the phase?
    subroutine search_surface(self, k, limit, search, ended_by)
-      type(several_t), intent(inout) :: self
+      type(several_t), target, intent(inout) :: self
       integer, intent(in) :: k
       !> Where the search ends
       real(wp), intent(in) :: limit
@@ -65,7 +65,7 @@ contains
 
    !> When does a gap close, where no surface yields?
    subroutine search_gap(self, k, limit, search)
-      type(several_t), intent(inout) :: self
+      type(several_t), target, intent(inout) :: self
       integer, intent(in) :: k
       !> Where the search ends
       real(wp), intent(in) :: limit
@@ -87,6 +87,7 @@ contains
          gap%v(i) = self%v(i)
       end do
       associate (state => self%states(k), drive => self%drive)
+         gap%last => self%last
          gap%surface = 0.0_wp
          if (allocated(state%spring)) then
             if (.not. state%follows) gap%surface = state%depth

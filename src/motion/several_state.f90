@@ -12,7 +12,7 @@ module several_state
    use joint_modes, only: joint_amplitudes
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
-   use modal_signal, only: make_modal_signal, modal_signal_t
+   use modal_signal, only: make_modal_signal, modal_signal_t, modal_state_t
    use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
    use phase_measures, only: measurer_t
    use slow_loads, only: drive_terms
@@ -44,6 +44,8 @@ module several_state
       real(wp), allocatable :: z(:), v(:)
       !> Displacement of a node without mass besides that of the modes, as the phase starts
       real(wp) :: node_depth = 0.0_wp
+      !> Where a search of a gap evaluated it last, less what loads do
+      type(modal_state_t) :: last
       !> What acts on the beam; none: no phase is driven
       type(applied_loads_t) :: loads
       type(phase_drive_t) :: drive
@@ -98,14 +100,16 @@ contains
 
       self%pressing_at = 0
       self%trail_of = 0
+      self%last%time = -1.0_wp
       self%node_depth = sum(self%states%depth, mask=self%states%is_node)
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
       associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
          if (allocated(self%z)) then
-            if (size(self%z) /= held%count) deallocate (self%z, self%v)
+            if (size(self%z) /= held%count) deallocate (self%z, self%v, self%last%z, self%last%v)
          end if
-         if (.not. allocated(self%z)) allocate (self%z(held%count), self%v(held%count))
+         if (.not. allocated(self%z)) allocate (self%z(held%count), self%v(held%count), self%last%z(held%count), &
+            self%last%v(held%count))
          call into_held(self%beam, held, q, v, self%z, self%v)
          if (self%loads%count > 0) call begin_drive(self, tau, is_new)
          if (size(pressed) > 0) then
@@ -117,8 +121,10 @@ contains
                   branch_force = branch_force - drive_at(self%set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
                end associate
             end if
-            if (allocated(self%amplitude)) deallocate (self%amplitude)
-            allocate (self%amplitude(joint%count))
+            if (allocated(self%amplitude)) then
+               if (size(self%amplitude) /= joint%count) deallocate (self%amplitude)
+            end if
+            if (.not. allocated(self%amplitude)) allocate (self%amplitude(joint%count))
             call joint_amplitudes(held%oscillators%square, joint, -held%static_gap(pressed), &
                depth(pressed), branch_force(pressed), self%z, self%v, self%amplitude)
             self%amplitude = joint%weight*self%amplitude
@@ -313,7 +319,6 @@ contains
       allocate (sum)
       associate (set => self%set, state => self%states(max(k, 1)), exponent => self%set%joint%exponent)
          allocate (sum%exponent, source=exponent)
-         allocate (sum%place, source=set%place)
          select case (kind)
          case (end_force, whole_tip)
             call force_terms(self, merge(0, k, kind == whole_tip), sum%offset, sum%amplitude)
@@ -339,14 +344,12 @@ contains
       type(exponential_signal_t), intent(inout) :: sum
 
       real(wp) :: rate
-      integer :: last, slower
+      integer :: slower
 
       rate = min(state%spring%surface_rate, huge(1.0_wp))
       slower = count(abs(sum%exponent) < rate)
-      last = size(sum%exponent) + 1
-      sum%exponent = [sum%exponent, cmplx(-rate, 0.0_wp, wp)]
-      sum%amplitude = [sum%amplitude, cmplx(state%depth, 0.0_wp, wp)]
-      sum%place = [sum%place(:slower), last, sum%place(slower + 1:)]
+      sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
+      sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
    end subroutine add_surface
 
    !> The force of a closed surface where one yields; 0: not a force, but the displacement of the tip.
@@ -411,6 +414,9 @@ contains
       if (.not. time > 0.0_wp) then
          z = self%z
          v = self%v
+      else if (.not. abs(self%last%time - time) > 0.0_wp) then
+         z = self%last%z
+         v = self%last%v
       else if (size(self%set%pressed) > 0) then
          call state_in(self%set, self%amplitude, self%z, self%v, time, z, v)
       else

@@ -84,12 +84,22 @@ contains
       !> Gets the events
       type(response_t), intent(inout) :: response
 
+      self%is_at_rest = .false.
+      if (.not. any(self%states%is_touched) .and. sum(abs(motion%v)) > most_creep*(1.0_wp + sum(abs(motion%q)))) return
+      call ask_touched(self, motion, response)
+   end subroutine settle_touched
+
+   !> The same of a beam that touches surfaces or hardly moves.
+   subroutine ask_touched(self, motion, response)
+      type(several_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      !> Gets the events
+      type(response_t), intent(inout) :: response
+
       integer :: resting(count(self%states%is_rigid .and. self%states%is_closed)), k
       real(wp), dimension(size(resting)) :: free, noise, force
       real(wp) :: mobility(size(resting), size(resting)), acceleration(size(motion%q)), spread(size(motion%q))
 
-      self%is_at_rest = .false.
-      if (.not. any(self%states%is_touched) .and. sum(abs(motion%v)) > most_creep*(1.0_wp + sum(abs(motion%q)))) return
       if (self%loads%count > 0) call find_load(self, motion%tau)
       resting = pack([(k, k=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed)
       call find_reactions(self, resting, motion, mobility, free, noise, force, acceleration)
@@ -103,7 +113,7 @@ contains
          if (self%states(k)%is_touched) call leave_or_press(self, k, motion, acceleration, spread, response)
       end do
       self%is_at_rest = is_at_rest(self, motion, acceleration, spread)
-   end subroutine settle_touched
+   end subroutine ask_touched
 
    !> A surface that yields is pressed by the beam that touches it at rest, is left, or neither: the first derivative of
    !> the gap that exceeds its rounding error decides.

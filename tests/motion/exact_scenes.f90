@@ -3,16 +3,21 @@ module exact_scenes
    use beam_mesh, only: make_mesh, mesh_t
    use beam_model, only: beam_model_t, make_beam_model
    use beam_section, only: tapered_section
+   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
+   use damped_oscillators, only: make_oscillators
    use exact_motion, only: exact_response
    use failures, only: failure_t
+   use held_sets, only: free_beam_t
+   use joint_modes, only: joint_amplitudes
    use kinds, only: lambda1, wp
-   use modal_beam, only: make_modal_beam, modal_beam_t
    use natural_solver, only: natural_modes
    use response_types, only: response_t
    use run_settings, only: output_settings_t, response_settings_t, run_settings_t, stop_settings_t
+   use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: model_for, beam_for, modal_beam_for, run_exact, energy_errors, height_ratio
+   public :: model_for, beam_for, modal_beam_for, close_contact, amplitudes_from, flexibility_of
+   public :: run_exact, energy_errors, height_ratio
 
    real(wp), parameter :: height_ratio = 0.075_wp
 
@@ -60,20 +65,63 @@ contains
       call make_beam_model(tapered_section(1.0_wp, 1.0_wp), mesh, tip_mass, model)
    end function beam_for
 
-   !> Its modes.
+   !> The beam in its modes, with a stop below it where it is unstressed.
    function modal_beam_for(model, zeta) result(beam)
       !> The assembled beam
       type(beam_model_t), intent(in) :: model
       !> zeta
       real(wp), intent(in) :: zeta
-      type(modal_beam_t) :: beam
+      type(free_beam_t) :: beam
 
       type(failure_t), allocatable :: error
       real(wp), allocatable :: lambda(:), modes(:, :)
 
       call natural_modes(model, model%stiffness%order, lambda, error, modes)
-      call make_modal_beam((lambda/lambda1)**4, modes(model%stop_dof, :), modes(model%tip_dof, :), zeta, beam)
+      call make_oscillators((lambda/lambda1)**4, zeta, beam%oscillators)
+      beam%value = reshape(modes(model%stop_dof, :), [size(lambda), 1])
+      beam%tip_value = modes(model%tip_dof, :)
+      beam%height = [0.0_wp]
+      beam%tip_sign = [merge(1.0_wp, 0.0_wp, model%stop_dof == model%tip_dof)]
    end function modal_beam_for
+
+   !> sum b_i^2/W_i^2: how far a unit force at the stop moves it.
+   function flexibility_of(beam) result(flexibility)
+      type(free_beam_t), intent(in) :: beam
+      real(wp) :: flexibility
+
+      flexibility = sum(beam%value(:, 1)**2/beam%oscillators%square)
+   end function flexibility_of
+
+   !> The beam on its stop, which yields.
+   subroutine close_contact(beam, spring, store, set, error)
+      type(free_beam_t), intent(in) :: beam
+      class(impedance_t), intent(in) :: spring
+      !> Keeps the set
+      type(set_store_t), intent(inout) :: store
+      type(contact_set_t), pointer, intent(out) :: set
+      !> Set when the exponents are not found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(impedance_t) :: impedance
+      logical :: is_new
+
+      impedance = impedance_t(spring%stiffness, spring%branch_stiffness, spring%relaxation_rate, spring%viscosity)
+      call open_sets(beam, [.false.], [impedance], store)
+      call find_set([.true.], store, set, is_new, error)
+   end subroutine close_contact
+
+   !> Amplitudes of the terms of a contact, with their weights, from the state of the modes on an undeformed stop.
+   function amplitudes_from(beam, set, q, v) result(amplitude)
+      type(free_beam_t), intent(in) :: beam
+      type(contact_set_t), intent(in) :: set
+      !> [modes]
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+      complex(wp) :: amplitude(set%joint%count)
+
+      call joint_amplitudes(beam%oscillators%square, set%joint, beam%height, [0.0_wp], [0.0_wp], q, v, amplitude)
+      amplitude = set%joint%weight*amplitude
+   end function amplitudes_from
 
    !> A run with the energy ledger and measures.
    subroutine run_exact(model, zeta, stop_settings, response_settings, response, error)

@@ -2,8 +2,8 @@
 !> squaring, for the modes of a beam alone, held at the stop, or on the three-element stop.
 module quad_exponential
    use, intrinsic :: iso_fortran_env, only: real128
+   use held_sets, only: free_beam_t
    use kinds, only: wp
-   use modal_beam, only: modal_beam_t
    use three_element_stop, only: three_element_t
    implicit none (type, external)
    private
@@ -45,38 +45,37 @@ contains
    !> d/dt (q, v) of the free beam.
    function free_matrix(beam, zeta) result(matrix)
       !> The beam in its modes
-      type(modal_beam_t), intent(in) :: beam
+      type(free_beam_t), intent(in) :: beam
       !> zeta
       real(wp), intent(in) :: zeta
-      real(qp) :: matrix(2*beam%count, 2*beam%count)
+      real(qp) :: matrix(2*beam%oscillators%count, 2*beam%oscillators%count)
 
-      integer :: i
+      integer :: i, n
 
+      n = beam%oscillators%count
       matrix = 0.0_qp
-      do i = 1, beam%count
-         matrix(i, beam%count + i) = 1.0_qp
-         matrix(beam%count + i, i) = -real(beam%oscillators%square(i), qp)
-         matrix(beam%count + i, beam%count + i) = -2.0_qp*real(zeta, qp)*real(beam%oscillators%square(i), qp)
+      do i = 1, n
+         matrix(i, n + i) = 1.0_qp
+         matrix(n + i, i) = -real(beam%oscillators%square(i), qp)
+         matrix(n + i, n + i) = -2.0_qp*real(zeta, qp)*real(beam%oscillators%square(i), qp)
       end do
    end function free_matrix
 
    !> d/dt (q, v, P2, 1) in contact with the three-element stop.
-   function contact_matrix(beam, zeta, spring, surface) result(matrix)
+   function contact_matrix(beam, zeta, spring) result(matrix)
       !> The beam in its modes
-      type(modal_beam_t), intent(in) :: beam
+      type(free_beam_t), intent(in) :: beam
       !> zeta
       real(wp), intent(in) :: zeta
       !> The stop, with its branch
       type(three_element_t), intent(in) :: spring
-      !> delta
-      real(wp), intent(in) :: surface
-      real(qp) :: matrix(2*beam%count + 2, 2*beam%count + 2)
+      real(qp) :: matrix(2*beam%oscillators%count + 2, 2*beam%oscillators%count + 2)
 
-      real(qp) :: b(beam%count)
+      real(qp) :: b(beam%oscillators%count)
       integer :: i, n
 
-      n = beam%count
-      b = real(beam%stop_value, qp)
+      n = beam%oscillators%count
+      b = real(beam%value(:, 1), qp)
       matrix = 0.0_qp
       matrix(:2*n, :2*n) = free_matrix(beam, zeta)
       do i = 1, n
@@ -84,7 +83,7 @@ contains
          matrix(n + 1:2*n, i) = matrix(n + 1:2*n, i) - b*real(spring%stiffness, qp)*b(i)
       end do
       matrix(n + 1:2*n, 2*n + 1) = b
-      matrix(n + 1:2*n, 2*n + 2) = b*real(spring%stiffness, qp)*real(surface, qp)
+      matrix(n + 1:2*n, 2*n + 2) = b*real(spring%stiffness, qp)*real(beam%height(1), qp)
       matrix(2*n + 1, n + 1:2*n) = -real(spring%branch_stiffness, qp)*b
       matrix(2*n + 1, 2*n + 1) = -real(spring%relaxation_rate, qp)
    end function contact_matrix

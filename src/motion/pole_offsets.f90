@@ -1,0 +1,189 @@
+!> Roots of a secular equation kept as a pole and an offset: of a weakly coupled mode the root lies so near to its pole
+!> that only their distance can carry the digits. Near s = -1/(2 zeta), where heavily damped modes crowd, differences of
+!> poles are taken in e = 1 + 2 zeta s, whose leading digits would be lost in s.
+module pole_offsets
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: secular_t, find_mode_poles, distances, root_distances, sum_of_inverses, size_of
+
+   !> Poles of the equation.
+   type :: secular_t
+      integer :: modes = 0
+      integer :: roots = 0
+      integer :: poles = 0
+      real(wp) :: two_zeta = 0.0_wp
+      !> W_i^2, [modes]
+      real(wp), allocatable :: square(:)
+      !> Poles, and 1 + 2 zeta pole, [poles]
+      complex(wp), allocatable :: pole(:), relative(:)
+      !> The pole is one of those that crowd near -1/(2 zeta), [poles]
+      logical, allocatable :: crowded(:)
+   end type secular_t
+
+contains
+
+   !> Exponents of the free modes, pairs side by side.
+   pure subroutine find_mode_poles(squares, zeta, pole, relative, mass_rate)
+      !> W_i^2, [modes]
+      real(wp), intent(in) :: squares(:)
+      real(wp), intent(in) :: zeta
+      !> Them, and 1 + 2 zeta pole, [2 modes at least]
+      complex(wp), intent(inout) :: pole(:)
+      complex(wp), intent(inout) :: relative(:)
+      !> alpha, [modes]; default 0
+      real(wp), intent(in), optional :: mass_rate(:)
+
+      integer :: i
+      real(wp) :: damping, square
+
+      if (present(mass_rate)) then
+         if (any(mass_rate > 0.0_wp)) then
+            call find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
+            return
+         end if
+      end if
+      do i = 1, size(squares)
+         square = squares(i)
+         damping = 2.0_wp*zeta**2*square - 1.0_wp
+         associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
+            if (damping > 1.0_wp) then
+               ! the two values of e are each other's inverse
+               e(1) = -1.0_wp/(damping + sqrt((damping - 1.0_wp)*(damping + 1.0_wp)))
+               e(2) = 1.0_wp/e(1)
+               p = (e - 1.0_wp)/(2.0_wp*zeta)
+            else
+               p(1) = cmplx(-zeta*square, &
+                  sqrt(square)*sqrt((1.0_wp - zeta*sqrt(square))*(1.0_wp + zeta*sqrt(square))), wp)
+               p(2) = conjg(p(1))
+               e = 1.0_wp + 2.0_wp*zeta*p
+            end if
+         end associate
+      end do
+   end subroutine find_mode_poles
+
+   !> The same with damping proportional to mass, or of each mode alone: s^2 + (2 zeta W^2 + alpha) s + W^2 = 0, so that
+   !> 1 + 2 zeta s = -s (s + alpha)/W^2.
+   pure subroutine find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
+      real(wp), intent(in) :: squares(:)
+      real(wp), intent(in) :: zeta
+      !> alpha, [modes]
+      real(wp), intent(in) :: mass_rate(:)
+      complex(wp), intent(inout) :: pole(:)
+      complex(wp), intent(inout) :: relative(:)
+
+      real(wp) :: decay, frequency, spread
+      integer :: i
+
+      do i = 1, size(squares)
+         decay = zeta*squares(i) + 0.5_wp*mass_rate(i)
+         frequency = sqrt(squares(i))
+         associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
+            if (decay > frequency) then
+               spread = sqrt((decay - frequency)*(decay + frequency))
+               p = -cmplx([squares(i)/(decay + spread), decay + spread], 0.0_wp, wp)
+               e = -p*(p + mass_rate(i))/squares(i)
+               ! of a mode so slow that the faster pole is -alpha
+               if (frequency < mass_rate(i)) e(2) = 1.0_wp + 2.0_wp*zeta*p(2)
+            else
+               p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)
+               p(2) = conjg(p(1))
+               e = 1.0_wp + 2.0_wp*zeta*p
+            end if
+         end associate
+      end do
+   end subroutine find_poles_with_mass
+
+   !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
+   elemental function pole_difference(problem, a, b) result(difference)
+      type(secular_t), intent(in) :: problem
+      !> Their numbers
+      integer, intent(in) :: a
+      integer, intent(in) :: b
+      complex(wp) :: difference
+
+      if (problem%crowded(a) .and. problem%crowded(b)) then
+         difference = (problem%relative(a) - problem%relative(b))/problem%two_zeta
+      else
+         difference = problem%pole(a) - problem%pole(b)
+      end if
+   end function pole_difference
+
+   !> s - pole for every pole.
+   pure subroutine distances(problem, near, offset, distance)
+      type(secular_t), intent(in) :: problem
+      !> s lies at this pole
+      integer, intent(in) :: near
+      !> plus this offset
+      complex(wp), intent(in) :: offset
+      !> s - pole, [poles]
+      complex(wp), intent(out) :: distance(:)
+
+      integer :: j
+
+      if (problem%crowded(near)) then
+         do j = 1, problem%poles
+            distance(j) = pole_difference(problem, near, j) + offset
+         end do
+      else
+         do j = 1, problem%poles
+            distance(j) = (problem%pole(near) - problem%pole(j)) + offset
+         end do
+      end if
+   end subroutine distances
+
+   !> Distances of one root from all others.
+   pure subroutine root_distances(problem, near, offset, root, apart)
+      type(secular_t), intent(in) :: problem
+      !> Roots: pole and offset
+      integer, intent(in) :: near(:)
+      complex(wp), intent(in) :: offset(:)
+      !> Which
+      integer, intent(in) :: root
+      !> Root less the others; of itself: 0, [roots]
+      complex(wp), intent(out) :: apart(:)
+
+      integer :: j
+
+      if (problem%crowded(near(root))) then
+         do j = 1, size(near)
+            apart(j) = pole_difference(problem, near(root), near(j)) + (offset(root) - offset(j))
+         end do
+      else
+         do j = 1, size(near)
+            apart(j) = (problem%pole(near(root)) - problem%pole(near(j))) + (offset(root) - offset(j))
+         end do
+      end if
+      apart(root) = (0.0_wp, 0.0_wp)
+   end subroutine root_distances
+
+   !> Sum of 1/z over all z but zeros.
+   pure function sum_of_inverses(z) result(total)
+      !> Numbers whose squares do not underflow, but for zeros
+      complex(wp), intent(in) :: z(:)
+      complex(wp) :: total
+
+      real(wp) :: square, total_real, total_imaginary
+      integer :: j
+
+      total_real = 0.0_wp
+      total_imaginary = 0.0_wp
+      !$omp simd private(square) reduction(+:total_real, total_imaginary)
+      do j = 1, size(z)
+         square = max(real(z(j), wp)**2 + aimag(z(j))**2, tiny(1.0_wp))
+         total_real = total_real + real(z(j), wp)/square
+         total_imaginary = total_imaginary - aimag(z(j))/square
+      end do
+      total = cmplx(total_real, total_imaginary, wp)
+   end function sum_of_inverses
+
+   !> |Re z| + |Im z|: within sqrt(2) of |z|, without its square root.
+   elemental function size_of(z) result(value)
+      !> Number
+      complex(wp), intent(in) :: z
+      real(wp) :: value
+
+      value = abs(real(z, wp)) + abs(aimag(z))
+   end function size_of
+
+end module pole_offsets
