@@ -11,7 +11,7 @@ contains
    !> The first component that is negative changes sides (Murty, Linear Algebra Appl. 5 (1972) 65). With a positive
    !> definite matrix this ends; where rounding keeps it from ending, the set that is violated least is taken. The
    !> values follow from the final set alone.
-   pure subroutine solve_complementarity(matrix, right, solution, is_positive)
+   pure subroutine solve_complementarity(matrix, right, solution, is_positive, is_equation)
       !> A, symmetric, positive definite, [n, n]
       real(wp), intent(in) :: matrix(:, :)
       !> q, [n]
@@ -20,18 +20,22 @@ contains
       real(wp), intent(out) :: solution(:)
       !> Where w is zero and z may be positive, [n]
       logical, intent(out) :: is_positive(:)
+      !> Where w is zero and z may have either sign, [n]; not given: nowhere
+      logical, intent(in), optional :: is_equation(:)
 
       integer, parameter :: most_rounds = 1000
-      logical :: least_set(size(right))
+      logical :: least_set(size(right)), is_free(size(right))
       real(wp) :: violation(size(right)), least
       integer :: first, round
 
-      is_positive = .false.
+      is_free = .false.
+      if (present(is_equation)) is_free = is_equation
+      is_positive = is_free
       least_set = .false.
       least = huge(1.0_wp)
       do round = 1, most_rounds
          call solve_active(matrix, right, is_positive, solution)
-         violation = violations(matrix, right, is_positive, solution)
+         violation = merge(0.0_wp, violations(matrix, right, is_positive, solution), is_free)
          first = findloc(violation > 0.0_wp, .true., dim=1)
          if (first == 0) exit
          if (maxval(violation) < least) then
@@ -44,7 +48,7 @@ contains
          is_positive = least_set
          call solve_active(matrix, right, is_positive, solution)
       end if
-      solution = max(solution, 0.0_wp)
+      solution = merge(solution, max(solution, 0.0_wp), is_free)
    end subroutine solve_complementarity
 
    !> By how much, relative to its terms, each component is beyond rounding negative.

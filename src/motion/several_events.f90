@@ -9,7 +9,7 @@ module several_events
    use run_recorder, only: charge_event
    use several_state, only: end_force, end_home, end_pull, find_load, several_t
    use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
-   use surface_reactions, only: find_reactions, force_rate_of, settle_touched
+   use surface_reactions, only: find_reactions, leaving_orders, reactions_t, settle_touched
    use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of
    implicit none (type, external)
    private
@@ -228,31 +228,18 @@ contains
       type(response_t), intent(inout) :: response
 
       integer :: resting(count(captures%is_in .or. (self%states%is_rigid .and. self%states%is_closed)))
-      real(wp), dimension(size(resting)) :: free, noise, force
-      real(wp) :: mobility(size(resting), size(resting)), acceleration(size(motion%q))
+      integer :: orders(size(resting)), a, k
+      type(reactions_t) :: reactions
       type(event_t) :: event
-      integer :: a, k, order
 
       if (size(resting) == 0) return
       if (self%loads%count > 0) call find_load(self, motion%tau)
-      a = 0
-      do k = 1, size(self%states)
-         if (.not. (captures(k)%is_in .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed))) cycle
-         a = a + 1
-         resting(a) = k
-      end do
-      call find_reactions(self, resting, motion, mobility, free, noise, force, acceleration)
+      resting = pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. self%states%is_closed))
+      call find_reactions(self, resting, motion, reactions)
+      orders = leaving_orders(self, motion, reactions)
       do a = 1, size(resting)
          k = resting(a)
-         associate (state => self%states(k))
-            order = 0
-            if (force(a)*mobility(a, a) <= noise(a)) then
-               if (free(a) + sum(mobility(:, a)*force) > noise(a)) then
-                  order = 2
-               else if (force_rate_of(self, k, motion, acceleration) < 0.0_wp) then
-                  order = 3
-               end if
-            end if
+         associate (state => self%states(k), order => orders(a))
             if (captures(k)%is_pressed) order = 0
             if (captures(k)%is_in) then
                state%is_closed = order == 0

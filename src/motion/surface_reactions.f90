@@ -12,7 +12,21 @@ module surface_reactions
    use surface_values, only: force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    implicit none (type, external)
    private
-   public :: find_reactions, force_rate_of, settle_touched
+   public :: reactions_t, find_reactions, leaving_orders, settle_touched
+
+   !> Rigid surfaces on which the beam rests.
+   type :: reactions_t
+      !> These surfaces
+      integer, allocatable :: place(:)
+      !> Acceleration of each gap by a force at another, [place, place]
+      real(wp), allocatable :: mobility(:, :)
+      !> Acceleration of each gap without them, and its rounding error, [place]
+      real(wp), allocatable :: free(:), noise(:)
+      !> Away from the surface, >= 0, [place]
+      real(wp), allocatable :: force(:)
+      !> Of the free modes with them
+      real(wp), allocatable :: acceleration(:)
+   end type reactions_t
 
    !> More than rounding leaves of the velocities of a beam at rest.
    real(wp), parameter :: most_creep = 1.0e-6_wp
@@ -23,58 +37,142 @@ module surface_reactions
 contains
 
    !> Forces of rigid surfaces on which the beam rests, from the complementarity of reactions and accelerations.
-   subroutine find_reactions(self, resting, motion, mobility, free, noise, force, acceleration)
+   subroutine find_reactions(self, place, motion, reactions)
       !> Its loads are those of the instant
       type(several_t), intent(in) :: self
-      !> Places of these surfaces
-      integer, intent(in) :: resting(:)
+      !> Of these surfaces
+      integer, intent(in) :: place(:)
       type(motion_t), intent(in) :: motion
-      !> Acceleration of each gap by a force at another, [resting, resting]
-      real(wp), intent(out) :: mobility(:, :)
-      !> Acceleration of each gap without them, and its rounding error, [resting]
-      real(wp), intent(out) :: free(:)
-      real(wp), intent(out) :: noise(:)
-      !> Away from the surface, >= 0, [resting]
-      real(wp), intent(out) :: force(:)
-      !> Of the free modes with them
-      real(wp), intent(out) :: acceleration(:)
+      type(reactions_t), intent(out) :: reactions
 
-      logical :: holds(size(resting))
-      integer :: a, k
+      logical :: holds(size(place))
+      integer :: a, n
 
-      acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
-      if (.not. all(self%states%is_rigid)) acceleration = acceleration + yielding_forces(self, motion)
-      if (self%loads%count > 0) acceleration = acceleration + self%load
-      if (size(resting) == 0) return
-      do a = 1, size(resting)
-         do k = 1, a
-            mobility(k, a) = dot_product(self%beam%value(:, resting(k)), self%beam%value(:, resting(a)))
-            mobility(a, k) = mobility(k, a)
+      n = size(place)
+      reactions%place = place
+      allocate (reactions%mobility(n, n), reactions%free(n), reactions%noise(n), reactions%force(n))
+      reactions%acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
+      if (.not. all(self%states%is_rigid)) reactions%acceleration = reactions%acceleration + yielding_forces(self, motion)
+      if (self%loads%count > 0) reactions%acceleration = reactions%acceleration + self%load
+      if (n == 0) return
+      associate (b => self%beam%value(:, place))
+         reactions%mobility(:, :) = matmul(transpose(b), b)
+         do a = 1, n
+            reactions%free(a) = -pull_of(self, place(a), motion, reactions%noise(a))
          end do
-         free(a) = -pull_of(self, resting(a), motion, noise(a))
-      end do
-      call solve_complementarity(mobility, free, force, holds)
-      do a = 1, size(resting)
-         acceleration = acceleration + self%beam%value(:, resting(a))*force(a)
-      end do
+         call solve_complementarity(reactions%mobility, reactions%free, reactions%force, holds)
+         reactions%acceleration = reactions%acceleration + matmul(b, reactions%force)
+      end associate
    end subroutine find_reactions
 
-   !> How the force with which the beam presses on a surface that does not act changes.
-   function force_rate_of(self, k, motion, acceleration) result(rate)
-      !> Its loads are those of the instant
+   !> Which of the rigid surfaces on which the beam rests does it leave? Order of the first derivative of their gaps that
+   !> exceeds its rounding error, where that opens the gap; 0: the surface holds the beam, with or without a force.
+   function leaving_orders(self, motion, reactions) result(order)
       type(several_t), intent(in) :: self
-      integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      !> Of the free modes
-      real(wp), intent(in) :: acceleration(:)
-      real(wp) :: rate
+      type(reactions_t), intent(in) :: reactions
+      integer :: order(size(reactions%place))
 
-      associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
-         two_zeta => self%beam%oscillators%two_zeta, mass_rate => self%beam%oscillators%mass_rate(:size(motion%q)))
-         rate = sum(b*(square*(motion%v + two_zeta*acceleration) + mass_rate*acceleration))
-         if (self%loads%count > 0) rate = rate - sum(b*self%load_rate)
+      real(wp), dimension(size(motion%q)) :: jerk, spread
+      logical, dimension(size(order)) :: bears, leaves
+      integer :: a
+
+      call find_sides(reactions, bears, leaves)
+      order = merge(2, 0, leaves)
+      if (all(bears .or. leaves)) return
+      call find_jerk(self, motion, reactions, jerk, spread)
+      do a = 1, size(order)
+         if (bears(a) .or. leaves(a)) cycle
+         associate (b => self%beam%value(:, reactions%place(a)))
+            if (sum(b*jerk) > rounding*sum(abs(b)*spread)) order(a) = 3
+         end associate
+      end do
+   end function leaving_orders
+
+   !> Rigid surfaces that bear a force, those that the beam leaves by an acceleration, and the rest, where both vanish.
+   pure subroutine find_sides(reactions, bears, leaves)
+      type(reactions_t), intent(in) :: reactions
+      logical, intent(out) :: bears(:)
+      logical, intent(out) :: leaves(:)
+
+      integer :: a
+
+      do a = 1, size(bears)
+         bears(a) = reactions%force(a)*reactions%mobility(a, a) > reactions%noise(a)
+         leaves(a) = .not. bears(a) .and. &
+            reactions%free(a) + sum(reactions%mobility(:, a)*reactions%force) > reactions%noise(a)
+      end do
+   end subroutine find_sides
+
+   !> How accelerations change from now on. Surfaces that bear a force go on holding the beam; those where force and
+   !> acceleration vanish hold it or let it go as their rates are complementary, which is one problem over all of them:
+   !> what a load at one place does to another surface depends on what holds the beam where the load is.
+   subroutine find_jerk(self, motion, reactions, jerk, spread)
+      type(several_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      type(reactions_t), intent(in) :: reactions
+      !> Rates of the accelerations of the free modes
+      real(wp), intent(out) :: jerk(:)
+      !> Sum of the magnitudes that each of these is made of
+      real(wp), intent(out) :: spread(:)
+
+      real(wp) :: moves(size(motion%q))
+      logical, dimension(size(reactions%place)) :: bears, leaves
+      real(wp), allocatable :: rate(:)
+      logical, allocatable :: holds(:)
+      integer, allocatable :: asked(:)
+      integer :: a, k
+
+      jerk = acceleration_of(self%beam%oscillators, motion%v, reactions%acceleration)
+      moves = spread_of(self, motion, reactions)
+      associate (beam => self%beam%oscillators)
+         spread = beam%square*(abs(motion%v) + beam%two_zeta*moves) + beam%mass_rate(:size(moves))*moves
       end associate
-   end function force_rate_of
+      if (self%loads%count > 0) then
+         jerk = jerk + self%load_rate
+         spread = spread + abs(self%load_rate)
+      end if
+      do k = 1, size(self%states)
+         associate (state => self%states(k), b => self%beam%value(:, k))
+            if (state%is_rigid .or. .not. state%is_closed) cycle
+            associate (yields => -(state%spring%stiffness + state%spring%branch_stiffness)*velocity_of(self, k, motion) &
+               - state%spring%relaxation_rate*state%branch_force, damps => state%spring%viscosity)
+               jerk = jerk + b*(yields - damps*sum(b*reactions%acceleration))
+               spread = spread + abs(b)*(abs(yields) + damps*sum(abs(b)*moves))
+            end associate
+         end associate
+      end do
+      call find_sides(reactions, bears, leaves)
+      allocate (asked, source=pack([(a, a=1, size(leaves))], .not. leaves))
+      allocate (rate(size(asked)), holds(size(asked)))
+      associate (b => self%beam%value(:, reactions%place(asked)))
+         call solve_complementarity(reactions%mobility(asked, asked), matmul(jerk, b), rate, holds, bears(asked))
+         jerk = jerk + matmul(b, rate)
+         do a = 1, size(asked)
+            spread = spread + abs(b(:, a)*rate(a))
+         end do
+      end associate
+   end subroutine find_jerk
+
+   !> Sum of the magnitudes that the acceleration of each free mode is made of.
+   function spread_of(self, motion, reactions) result(spread)
+      type(several_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      type(reactions_t), intent(in) :: reactions
+      real(wp) :: spread(size(motion%q))
+
+      integer :: k
+
+      spread = self%beam%oscillators%square*abs(motion%q)
+      do k = 1, size(reactions%place)
+         spread = spread + abs(self%beam%value(:, reactions%place(k)))*reactions%force(k)
+      end do
+      if (self%loads%count > 0) spread = spread + abs(self%load)
+      do k = 1, size(self%states)
+         if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
+         spread = spread + abs(self%beam%value(:, k)*force_of(self, k, motion))
+      end do
+   end function spread_of
 
    !> The beam touches surfaces that yield and does not press on them: is each pressed from now on, or left, or does
    !> that go on? And does anything move?
@@ -96,58 +194,51 @@ contains
       !> Gets the events
       type(response_t), intent(inout) :: response
 
-      integer :: resting(count(self%states%is_rigid .and. self%states%is_closed)), k
-      real(wp), dimension(size(resting)) :: free, noise, force
-      real(wp) :: mobility(size(resting), size(resting)), acceleration(size(motion%q)), spread(size(motion%q))
+      type(reactions_t) :: reactions
+      real(wp), dimension(size(motion%q)) :: jerk, spread, jerk_spread
+      integer :: k
 
       if (self%loads%count > 0) call find_load(self, motion%tau)
-      resting = pack([(k, k=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed)
-      call find_reactions(self, resting, motion, mobility, free, noise, force, acceleration)
-      spread = self%beam%oscillators%square*abs(motion%q) + matmul(abs(self%beam%value(:, resting)), force)
-      if (self%loads%count > 0) spread = spread + abs(self%load)
-      do k = 1, size(self%states)
-         if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
-         spread = spread + abs(self%beam%value(:, k)*force_of(self, k, motion))
-      end do
-      do k = 1, size(self%states)
-         if (self%states(k)%is_touched) call leave_or_press(self, k, motion, acceleration, spread, response)
-      end do
-      self%is_at_rest = is_at_rest(self, motion, acceleration, spread)
+      call find_reactions(self, pack([(k, k=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed), &
+         motion, reactions)
+      spread = spread_of(self, motion, reactions)
+      if (any(self%states%is_touched)) then
+         call find_jerk(self, motion, reactions, jerk, jerk_spread)
+         do k = 1, size(self%states)
+            if (self%states(k)%is_touched) call leave_or_press(self, k, motion, reshape([reactions%acceleration, &
+               spread, jerk, jerk_spread], [size(jerk), 4]), response)
+         end do
+      end if
+      self%is_at_rest = is_at_rest(self, motion, reactions%acceleration, spread)
    end subroutine ask_touched
 
    !> A surface that yields is pressed by the beam that touches it at rest, is left, or neither: the first derivative of
    !> the gap that exceeds its rounding error decides.
-   subroutine leave_or_press(self, k, motion, acceleration, spread, response)
+   subroutine leave_or_press(self, k, motion, changes, response)
       type(several_t), intent(inout) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      !> Of the free modes
-      real(wp), intent(in) :: acceleration(:)
-      !> Sum of the magnitudes that each of these is made of
-      real(wp), intent(in) :: spread(:)
+      !> Accelerations of the free modes, the sum of the magnitudes that each is made of, and both of their rates,
+      !> [modes, 4]
+      real(wp), intent(in) :: changes(:, :)
       !> Gets a contact
       type(response_t), intent(inout) :: response
 
-      real(wp) :: velocity, push
+      real(wp) :: push(3), error(3)
       integer :: order
 
       associate (b => self%beam%value(:, k), state => self%states(k))
          state%is_touched = gap_of(self, k, motion%q) <= noise_of(self, k, motion)
          if (.not. state%is_touched) return
-         velocity = velocity_of(self, k, motion)
-         push = sum(b*acceleration)
-         order = 2
-         if (abs(velocity) > speed_noise(self, k, motion)) then
-            push = velocity
-            order = 1
-         else if (abs(push) <= rounding*sum(abs(b)*spread)) then
-            push = -force_rate_of(self, k, motion, acceleration)
-            order = 3
-         end if
-         if (push < 0.0_wp) then
+         push = [velocity_of(self, k, motion), sum(b*changes(:, 1)), sum(b*changes(:, 3))]
+         error = [speed_noise(self, k, motion), rounding*sum(abs(b)*changes(:, 2)), rounding*sum(abs(b)*changes(:, 4))]
+         order = findloc(abs(push) > error, .true., dim=1)
+         if (order == 0) then
+            state%start_order = 3
+         else if (push(order) < 0.0_wp) then
             call close_surface(self, k, order, motion, response)
          else
-            state%is_touched = .not. abs(push) > 0.0_wp
+            state%is_touched = .false.
             state%start_order = order
          end if
       end associate
