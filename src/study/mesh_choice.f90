@@ -14,7 +14,7 @@ module mesh_choice
    use scene_types, only: scene_t
    implicit none (type, external)
    private
-   public :: find_beam, find_case_beam, most_elements_found
+   public :: find_beam, find_case_beam, coarsest_near_least, most_elements_found
 
    !> Meshes tried, one after the other.
    integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
@@ -171,11 +171,20 @@ contains
          coarse = fine
          i = i + 1
       end do
-      ! nothing settles: the coarsest mesh from which a finer one differs hardly more than any does from the next
-      i = findloc(0.5_wp*check(:last)%difference <= least, .true., 1)
+      i = coarsest_near_least(check(:last)%difference)
       call make_case_beam(scene, meshes(i), check(i)%ratio, beam)
       beam%check = check(i)
    end subroutine settle
+
+   !> Nothing settles: the coarsest mesh from which a finer one differs hardly more than any does from the next, by at
+   !> most twice as much.
+   pure function coarsest_near_least(difference) result(place)
+      !> Of each mesh from the next finer one, > 0
+      real(wp), intent(in) :: difference(:)
+      integer :: place
+
+      place = findloc(0.5_wp*difference <= minval(difference), .true., 1)
+   end function coarsest_near_least
 
    !> Does a run take seconds? An undamped beam chatters ever more as its mesh is refined.
    pure function is_costly(trial) result(answer)
