@@ -31,6 +31,12 @@ contains
       is_free = .false.
       if (present(is_equation)) is_free = is_equation
       is_positive = is_free
+      if (size(right) == 1) then
+         ! the one contact of most runs, without room for matrices
+         is_positive = is_free .or. right < 0.0_wp
+         solution = merge(-right/matrix(1, 1), 0.0_wp, is_positive)
+         return
+      end if
       least_set = .false.
       least = huge(1.0_wp)
       do round = 1, most_rounds

@@ -388,6 +388,10 @@ contains
          ledger => motion%recorder%ledger)
          turn = turn_of(now%drive%frequency, time)
          call move_to(now, time, self%z_end, self%v_end, turn, state(:, 3:))
+         ! the measures of the phase ask for the state at its end again
+         now%last%time = time
+         now%last%z(:) = state(:, 3)
+         now%last%v(:) = state(:, 4)
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          if (keeps_losses(self, motion)) then
             state(:, :2) = reshape([self%z_end, self%v_end], [size(state, 1), 2])
