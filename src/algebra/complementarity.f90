@@ -126,8 +126,8 @@ contains
       end do
    end subroutine solve_active
 
-   !> Forces, of either sign, that close gaps below zero: the worst of them first, then the worst of those still below it
-   !> together with those before, so that of gaps at one place no more than one takes part.
+   !> Forces, of either sign, that close gaps below zero: the worst of them first, then the worst of those still below
+   !> it together with those before, so that of gaps at one place no more than one takes part.
    pure subroutine close_gaps(compliance, gap, noise, force)
       !> Change of each gap by a force at another, symmetric, [gaps, gaps]
       real(wp), intent(in) :: compliance(:, :)

@@ -257,7 +257,8 @@ contains
       character(*), parameter :: fewer = 'give &mesh fewer elements'
       !> Of an element for each mode: the iteration, and two sets of them; measured
       real(wp), parameter :: numbers = 13.0_wp
-      !> Of Newmark's method with damping of single modes: mass, stiffness, damping, and factors for each length of the step
+      !> Of Newmark's method with damping of single modes: mass, stiffness, damping, and factors for each length of the
+      !> step
       real(wp), parameter :: matrices = 40.0_wp
 
       if (scene%response%method == method_exact .and. takes_few_modes(elements, run_of(scene))) then
@@ -273,7 +274,9 @@ contains
             call add_need(need, real(runs, wp)*matrices*0.5_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2, &
                'the full matrices of '//to_text(elements)//' elements', fewer//", or &response method = 'exact'")
          end if
-         if (allocated(scene%mode_ratios) .or. is_in_mode(scene%start%start_settings_t)) call add_modes(elements, runs, fewer, need)
+         if (allocated(scene%mode_ratios) .or. is_in_mode(scene%start%start_settings_t)) then
+            call add_modes(elements, runs, fewer, need)
+         end if
       end if
    end subroutine add_beam
 

@@ -53,8 +53,8 @@ contains
    end function spline_curvature
 
    !> Slopes at its points of the same spline, but no steeper than brings twice the steps of the values near by over the
-   !> longer stretch beside the point: next to a stretch much shorter than its neighbours, a jump, the spline would swing
-   !> far beyond all values. It then has a curvature that jumps there; of points that lie evenly none is limited.
+   !> longer stretch beside the point: next to a stretch much shorter than its neighbours, a jump, the spline would
+   !> swing far beyond all values. It then has a curvature that jumps there; of points that lie evenly none is limited.
    pure function spline_slope(x, y, is_flat) result(slope)
       !> Ascending, two or more
       real(wp), intent(in) :: x(:)

@@ -1,5 +1,5 @@
-!> Impulses on a beam at one instant: Newton's law as a complementarity problem over the rigid surfaces that take part, what
-!> follows for each, and stop points that are brought to rest (docs/theory.md, section 17).
+!> Impulses on a beam at one instant: Newton's law as a complementarity problem over the rigid surfaces that take part,
+!> what follows for each, and stop points that are brought to rest (docs/theory.md, section 17).
 module contact_impulses
    use complementarity, only: solve_complementarity
    use contact_sets, only: moved_by

@@ -67,8 +67,8 @@ module contact_sets
 
 contains
 
-   !> A run begins: what was made of another beam, other signs or other springs goes. Where only damping in proportion to
-   !> stiffness changes, the modes of a beam that rigid surfaces hold stay as they are.
+   !> A run begins: what was made of another beam, other signs or other springs goes. Where only damping in proportion
+   !> to stiffness changes, the modes of a beam that rigid surfaces hold stay as they are.
    subroutine open_sets(beam, is_rigid, spring, store)
       type(free_beam_t), intent(in) :: beam
       !> Of each surface, [surfaces]

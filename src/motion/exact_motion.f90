@@ -220,7 +220,8 @@ contains
       type(free_modes_t) :: few
       type(run_settings_t) :: ours
 
-      if (kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. settings%zeta_mass <= 0.0_wp) then
+      if (kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
+         settings%zeta_mass <= 0.0_wp) then
          call run_among_surfaces(model, modes, settings, sets, response, error, carried)
       else
          few = modes

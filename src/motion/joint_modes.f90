@@ -3,7 +3,6 @@
 !> Everything that moves is a sum of exp(s t) over the roots s of `joint_secular`, its amplitudes the residues of the
 !> Laplace transform. The beam is given in any modes of it, free or held elsewhere.
 module joint_modes
-   use pole_offsets, only: distances, size_of
    use damped_oscillators, only: lanes, oscillators_t, padded
    use dependent_stops, only: part_stops, stop_parts_t
    use exponential_powers, only: powers
@@ -13,6 +12,7 @@ module joint_modes
    use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
    use kinds, only: wp
    use point_forces, only: find_point_forces
+   use pole_offsets, only: distances, size_of
    use small_equations, only: solve_small
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)

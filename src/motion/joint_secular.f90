@@ -2,9 +2,9 @@
 !> the Ehrlich-Aberth iteration (docs/theory.md, section 17).
 module joint_secular
    use constrained_modes, only: constrain
-   use pole_offsets, only: distances, root_distances, size_of, sum_of_inverses
    use joint_vectors, only: joint_secular_t, joint_vectors_t, vectors_at
    use kinds, only: wp
+   use pole_offsets, only: distances, root_distances, size_of, sum_of_inverses
    use yielding_stop, only: holds
    implicit none (type, external)
    private

@@ -6,8 +6,8 @@
 !> det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), T_i without that mode, so that nothing cancels next to its
 !> pole.
 module joint_vectors
-   use pole_offsets, only: find_mode_poles, secular_t, size_of
    use kinds, only: wp
+   use pole_offsets, only: find_mode_poles, secular_t, size_of
    use small_equations, only: eliminate
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)

@@ -234,7 +234,8 @@ contains
 
       if (size(resting) == 0) return
       if (self%loads%count > 0) call find_load(self, motion%tau)
-      resting = pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. self%states%is_closed))
+      resting = pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. &
+         self%states%is_closed))
       call find_reactions(self, resting, motion, reactions)
       orders = leaving_orders(self, motion, reactions)
       do a = 1, size(resting)

@@ -291,8 +291,8 @@ contains
       end do
    end subroutine check_start
 
-   !> Move what lies beyond surfaces, by their tolerance at most, onto them: along shapes that a force there gives a beam
-   !> on an elastic foundation, so that one that turns freely has them, too.
+   !> Move what lies beyond surfaces, by their tolerance at most, onto them: along shapes that a force there gives a
+   !> beam on an elastic foundation, so that one that turns freely has them, too.
    subroutine move_onto_surfaces(now, acts, forces, motion)
       type(several_t), intent(in) :: now
       !> Surfaces that can be met
@@ -332,7 +332,9 @@ contains
 
       call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square))
       beam%has_own_rates = allocated(settings%mode_ratios)
-      if (settings%stop%impulse == impulse_nodal) allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
+      if (settings%stop%impulse == impulse_nodal) then
+         allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
+      end if
       allocate (beam%value(size(modes%square), size(surfaces)))
       allocate (beam%height(size(surfaces)))
       beam%height(:) = surfaces%height

@@ -2,7 +2,8 @@
 module surface_changes
    use kinds, only: wp
    use motion_phases, only: motion_t
-   use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, event_t, response_t
+   use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, &
+      event_t, response_t
    use several_state, only: several_t
    use surface_states, only: node_at
    use surface_values, only: event_of, force_of, velocity_of

@@ -52,7 +52,9 @@ contains
       reactions%place = place
       allocate (reactions%mobility(n, n), reactions%free(n), reactions%noise(n), reactions%force(n))
       reactions%acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
-      if (.not. all(self%states%is_rigid)) reactions%acceleration = reactions%acceleration + yielding_forces(self, motion)
+      if (.not. all(self%states%is_rigid)) then
+         reactions%acceleration = reactions%acceleration + yielding_forces(self, motion)
+      end if
       if (self%loads%count > 0) reactions%acceleration = reactions%acceleration + self%load
       if (n == 0) return
       associate (b => self%beam%value(:, place))
@@ -65,8 +67,8 @@ contains
       end associate
    end subroutine find_reactions
 
-   !> Which of the rigid surfaces on which the beam rests does it leave? Order of the first derivative of their gaps that
-   !> exceeds its rounding error, where that opens the gap; 0: the surface holds the beam, with or without a force.
+   !> Which of the rigid surfaces on which the beam rests does it leave? Order of the first derivative of their gaps
+   !> that exceeds its rounding error, where that opens the gap; 0: the surface holds the beam, with or without a force.
    function leaving_orders(self, motion, reactions) result(order)
       type(several_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -135,8 +137,9 @@ contains
       do k = 1, size(self%states)
          associate (state => self%states(k), b => self%beam%value(:, k))
             if (state%is_rigid .or. .not. state%is_closed) cycle
-            associate (yields => -(state%spring%stiffness + state%spring%branch_stiffness)*velocity_of(self, k, motion) &
-               - state%spring%relaxation_rate*state%branch_force, damps => state%spring%viscosity)
+            associate (yields => -(state%spring%stiffness + state%spring%branch_stiffness) &
+               *velocity_of(self, k, motion) - state%spring%relaxation_rate*state%branch_force, &
+               damps => state%spring%viscosity)
                jerk = jerk + b*(yields - damps*sum(b*reactions%acceleration))
                spread = spread + abs(b)*(abs(yields) + damps*sum(abs(b)*moves))
             end associate

@@ -8,7 +8,8 @@ module surface_states
    use yielding_stop, only: impedance_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover, energy_in, indent
+   public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
+   public :: energy_in, indent
 
    type :: surface_state_t
       type(surface_t) :: surface

@@ -6,7 +6,8 @@ module surface_values
    use several_state, only: several_t
    implicit none (type, external)
    private
-   public :: along, event_of, gap_of, gap_at_home, velocity_of, noise_of, speed_noise, force_of, yielding_forces, pull_of
+   public :: along, event_of, gap_of, gap_at_home, velocity_of, noise_of, speed_noise, force_of
+   public :: yielding_forces, pull_of
 
 contains
 

@@ -248,8 +248,8 @@ contains
          instead_of='height_ratio', quantity='displacement', sweep=sweep_t(name='start_height')))
       call table%bind(start%position, name_t('position', 'points of the table over length, ascending', place_range, &
          tabulated, is_optional=.true.))
-      call table%bind(start%displacements, name_t('displacement_ratios', 'displacements there over D, a spline between', &
-         load_range, tabulated, default='0', is_optional=.true.))
+      call table%bind(start%displacements, name_t('displacement_ratios', &
+         'displacements there over D, a spline between', load_range, tabulated, default='0', is_optional=.true.))
       call table%bind(physical%displacements, name_t('displacements', 'the same, length', signed_range, tabulated, &
          instead_of='displacement_ratios'))
       call table%bind(start%velocities, name_t('velocity_ratios', 'velocities there over D omega1, a spline between', &

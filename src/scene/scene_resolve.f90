@@ -46,8 +46,8 @@ module scene_resolve
    integer, parameter :: most_elements_full = 5000
    !> Most elements for which `natural` is the default, 0.03 s; beyond that it is `auto`.
    integer, parameter :: most_elements_natural = 100
-   !> Most elements for damping of single modes by Newmark's method, which takes all modes and full matrices, one for each
-   !> length of the step: with so many 10 s before the first step, and 0.2 GB. Time grows with the third power.
+   !> Most elements for damping of single modes by Newmark's method, which takes all modes and full matrices, one for
+   !> each length of the step: with so many 10 s before the first step, and 0.2 GB. Time grows with the third power.
    integer, parameter :: most_elements_damped = 500
 
 contains
@@ -245,8 +245,8 @@ contains
       if (.not. (scene%wants_response .and. allocated(scene%mode_ratios)) .or. elements <= most_elements_damped) return
       if (scene%response%method == method_exact .or. scene%mesh%tolerance > 0.0_wp) return
       problem = "with method = 'newmark' damping of single modes needs full matrices, for at most "// &
-         to_text(most_elements_damped)//' elements, not for '//to_text(elements)//": take method = 'exact', or damping by " &
-         //'zeta and zeta_mass, or fewer elements'
+         to_text(most_elements_damped)//' elements, not for '//to_text(elements)// &
+         ": take method = 'exact', or damping by "//'zeta and zeta_mass, or fewer elements'
    end function trouble_with_damping
 
    !> &response
