@@ -27,6 +27,7 @@ module scene_checks
    use precision_study, only: needs_of_precision, run_precision_scene
    use paper_run, only: needs_of_statements, run_statements
    use scene_types, only: echo_t, scene_t
+   use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
    public :: open_folder, settle, complaint_of, is_legal, tally_t, clean_up
@@ -364,6 +365,18 @@ contains
       energy = 0.5_wp*energy*min(scene%response%duration, 1.0_wp)**2
    end function energy_of_loads
 
+   !> What rounding of displacements and velocities makes of the force of a stop, or of a beam of unit stiffness: a beam that
+   !> rests on what it touches is pressed by less.
+   pure function least_force(stop, reach) result(force)
+      type(stop_settings_t), intent(in) :: stop
+      !> Length to which displacements are compared
+      real(wp), intent(in) :: reach
+      real(wp) :: force
+
+      force = epsilon(1.0_wp)*reach*max(1.0_wp, static_stiffness(stop)*(1.0_wp + stop%branch_ratio), &
+         3.0_wp*stop%damper_ratio/lambda1**4)
+   end function least_force
+
    !> How far the beam moves, which a nodal impulse can raise with the energy that it creates.
    pure function length_scale(scene, response) result(unit)
       !> The scene
@@ -411,7 +424,7 @@ contains
             if (.not. (all(ieee_is_finite(surface%eta)) .and. all(ieee_is_finite(surface%force)))) &
                complaint = complaint//'a surface has what is not finite; '
             call limit('a surface pulls', -minval(surface%force)/max(maxval(surface%force), &
-               response%measures%greatest_force, tiny(1.0_wp)), rounding, complaint)
+               response%measures%greatest_force, least_force(stops(surface%stop), reach)), rounding, complaint)
             if (stops(surface%stop)%law /= law_restitution) cycle
             if (scene%response%method == method_exact) then
                call limit('the beam enters a surface', -minval(real(surface%sign, wp)*surface%eta)/reach, rounding, complaint)
@@ -514,7 +527,7 @@ contains
       reach = length_scale(scene, response)
       associate (force => response%history(force_stop)%values)
          call limit('the stop pulls', -minval(force)/max(maxval(force), response%measures%greatest_force, &
-            tiny(1.0_wp)), rounding, complaint)
+            least_force(scene%stop, reach)), rounding, complaint)
       end associate
       if (allocated(response%surfaces)) then
          call check_surfaces(scene, response, complaint)
