@@ -249,7 +249,7 @@ contains
             rounding_of_size*expected(place)%size)) complaint = complaint//'instants of contact err by '// &
             to_text(found(1)%tau - contact%tau)//', '//to_text(found(3)%tau - contact%tau)//'; '
          ! an instant is found within the tolerance of contact over the speed, and accelerations change the speed by as much
-         late = contact_tolerance/abs(contact%velocity_before)
+         late = contact_tolerance/max(abs(contact%velocity_before), sqrt(tiny(1.0_wp)))
          associate (v => expected(speed)%values)
             late = late*maxval([0.0_wp, abs(v(2:) - v(:size(v) - 1))])/h
          end associate
