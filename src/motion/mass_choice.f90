@@ -33,7 +33,7 @@ contains
 
       answer = .false.
       if (.not. is_plain(settings)) then
-         answer = errs_less_among_several(section, mesh, tip_mass_ratio, settings)
+         answer = errs_less_among_contacts(section, mesh, tip_mass_ratio, settings)
          return
       end if
       if (.not. is_rigid(settings%stop)) return
@@ -51,7 +51,7 @@ contains
 
    !> The same for several stops, other sides and laws: by those at the tip, if none of them yields. A node without mass
    !> is none of theirs.
-   pure recursive function errs_less_among_several(section, mesh, tip_mass_ratio, settings) result(answer)
+   pure recursive function errs_less_among_contacts(section, mesh, tip_mass_ratio, settings) result(answer)
       type(section_t), intent(in) :: section
       type(mesh_t), intent(in) :: mesh
       !> mu
@@ -76,6 +76,6 @@ contains
       tip = mesh
       tip%stop_node = mesh%elements
       answer = errs_less_redistributed(section, tip, tip_mass_ratio, alone)
-   end function errs_less_among_several
+   end function errs_less_among_contacts
 
 end module mass_choice

@@ -1,0 +1,430 @@
+!> Beginning and end of a run among several surfaces.
+module exact_start
+   use applied_loads, only: gather_loads, has_loads
+   use beam_model, only: beam_model_t, is_mechanism
+   use block_statistics, only: finish_statistics, open_blocks, take_events
+   use complementarity, only: close_gaps
+   use contact_measures, only: finish_surfaces
+   use contact_phase, only: contact_phase_t
+   use contact_sets, only: set_store_t
+   use damped_oscillators, only: make_oscillators
+   use failures, only: fail, failure_t, status_bad_input
+   use free_modes, only: free_modes_t
+   use held_sets, only: free_beam_t
+   use history_list, only: eta_stop, force_stop, velocity_stop
+   use kinds, only: wp
+   use load_settings, only: start_balance, start_pull
+   use modal_starts, only: find_modal_start, node_flexibility
+   use mode_choice, only: rates_of_modes
+   use moment_places, only: finish_moments
+   use moment_signals, only: make_moments
+   use motion_phases, only: motion_t
+   use number_text, only: to_text
+   use phase_measures, only: measurer_t
+   use phase_state, only: find_load, open_store, phase_state_t
+   use phase_transitions, only: meet_at_start, resume
+   use response_types, only: response_t, surface_record_t
+   use run_measures, only: no_rest, open_tally
+   use run_recorder, only: ledger_t
+   use run_settings, only: impulse_nodal, output_settings_t, run_settings_t
+   use section_records, only: finish_sections, open_sections
+   use section_states, only: put_state
+   use section_types, only: run_sections_t
+   use static_states, only: find_static_rest
+   use statistic_types, only: block_sums_t
+   use stop_surfaces, only: acting, is_beyond, is_plain, surface_t, surfaces_of
+   use surface_states, only: energy_in, make_surface_state, of_rigid_stop, put_node_before, surface_state_t
+   use surface_values, only: gap_at_home, gap_of, noise_of
+   use tangent_columns, only: open_tangent, tangent_t
+   implicit none (type, external)
+   private
+   public :: start_exact, finish_exact
+
+contains
+
+   !> From the state that the settings ask for.
+   subroutine start_exact(model, modes, settings, samples, sets, phase, motion, response, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      !> After the one at the start
+      integer, intent(in) :: samples
+      !> Of this run, and perhaps of those before
+      type(set_store_t), target, intent(inout) :: sets
+      type(contact_phase_t), intent(inout) :: phase
+      !> Its recorder is ready
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+      !> Set when rest cannot be found, or a surface is in the way
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(surface_t), allocatable :: surfaces(:)
+      real(wp), allocatable :: rest(:)
+      logical, allocatable :: acts(:)
+      real(wp) :: rest_energy
+      integer :: k
+
+      allocate (surfaces, source=surfaces_of(settings))
+      allocate (acts, source=acting(surfaces, model%stop_dofs(surfaces%stop)))
+      allocate (rest(size(surfaces)), source=0.0_wp)
+      rest_energy = 0.0_wp
+      associate (beam => phase%now%beam, now => phase%now)
+         now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
+         call make_beam(model, modes, settings, surfaces, beam)
+         if (has_loads(settings)) then
+            call take_loads(model, modes, settings, now)
+            rest_energy = no_rest
+         else if (is_mechanism(model)) then
+            rest_energy = no_rest
+         else if (settings%output%measures) then
+            call rest_on(model, surfaces, acts, rest, rest_energy, error)
+            if (allocated(error)) return
+         end if
+         if (allocated(response%moments)) call make_moments(model, modes, settings, surfaces, now%loads, &
+            response%moments, phase%moments)
+         allocate (now%states(size(surfaces)), now%measurers(size(surfaces)), phase%searches(size(surfaces)), &
+            phase%records(size(surfaces)))
+         do k = 1, size(surfaces)
+            call make_surface_state(surfaces(k), now%states(k))
+            if (modes%node_flexibility > 0.0_wp) call put_node_before(now%states(k), modes%node_flexibility, &
+               beam%oscillators%two_zeta)
+         end do
+         if (goes_on(phase)) then
+            allocate (motion%q, source=phase%carried%q)
+            allocate (motion%v, source=phase%carried%v)
+            call put_state(phase%carried, now)
+            allocate (response%starts_closed(size(surfaces)))
+            response%starts_closed(surfaces%number) = phase%carried%is_closed
+         else
+            call begin_anew(model, modes, settings, acts, now, motion, error)
+            if (allocated(error)) return
+         end if
+         response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
+            + sum([(energy_in(now%states(k)), k=1, size(surfaces))])
+         do k = 1, size(surfaces)
+            if (now%states(k)%is_node) call free_node(gap_at_home(now, k, motion%q), now%states(k), &
+               motion%recorder%ledger)
+            ! all the energy of the start would not bring the beam there
+            now%states(k)%acts = acts(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
+               *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
+               + node_flexibility(now%states(k)))))
+            call open_record(surfaces(k), settings%output, samples + 1, phase%records(k))
+            call start_measurer(settings, .not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), &
+               rest_energy, now%measurers(k))
+         end do
+         call open_store(now, sets)
+         if (now%pulled > 0) then
+            motion%measurer = now%measurers(now%pulled)
+         else
+            call start_measurer(settings, .false., response%initial_energy, 0.0_wp, rest_energy, motion%measurer)
+         end if
+         phase%force_scale = settings%height_ratio
+         phase%hop_tolerance = settings%response%hop_tolerance
+      end associate
+      call begin(settings, phase, motion, response)
+   end subroutine start_exact
+
+   !> What is asked of the motion from its start on, and that.
+   subroutine begin(settings, phase, motion, response)
+      type(run_settings_t), intent(in) :: settings
+      type(contact_phase_t), intent(inout) :: phase
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      if (allocated(settings%statistics)) call open_statistics(settings, phase%now, phase%blocks)
+      if (allocated(settings%poincare)) call start_sections(settings, phase%now, size(motion%q), phase%sections, &
+         motion%tangent)
+      if (goes_on(phase)) then
+         call resume(phase%now, motion, response)
+      else
+         call meet_at_start(phase%now, settings%response%hop_tolerance, motion, response)
+      end if
+      if (allocated(phase%blocks)) call take_events(phase%blocks, response)
+   end subroutine begin
+
+   !> Does the run take over a motion?
+   pure function goes_on(phase)
+      type(contact_phase_t), intent(in) :: phase
+      logical :: goes_on
+
+      goes_on = .false.
+      if (allocated(phase%carried)) goes_on = allocated(phase%carried%q)
+   end function goes_on
+
+   !> As &start says, with the surfaces that carry the beam.
+   subroutine begin_anew(model, modes, settings, acts, now, motion, error)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      !> Surfaces that can be met
+      logical, intent(in) :: acts(:)
+      type(phase_state_t), intent(inout) :: now
+      !> Gets its state
+      type(motion_t), intent(inout) :: motion
+      !> Set when a surface is in the way
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp) :: forces(size(acts))
+      integer :: k
+
+      call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces)
+      if (settings%start%kind == start_balance .and. is_mechanism(model)) call check_balance(now, forces, error)
+      if (allocated(error)) return
+      ! a pull was checked before the modes were found
+      if (settings%start%kind /= start_pull) call check_start(now, forces, motion%q, error)
+      if (allocated(error)) return
+      call move_onto_surfaces(now, acts, forces, motion)
+      do k = 1, size(forces)
+         associate (state => now%states(k))
+            state%is_indented = forces(k) > 0.0_wp
+            if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%depth = forces(k)/state%spring%stiffness
+            ! the node of the beam that the force of the start pulls
+            if (state%is_node) state%depth = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
+               /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
+         end associate
+      end do
+   end subroutine begin_anew
+
+   !> An undamped node without mass comes back at once to where the modes have it, or to the stop.
+   pure subroutine free_node(gap, state, ledger)
+      !> Distance of the modes' displacement from the stop
+      real(wp), intent(in) :: gap
+      type(surface_state_t), intent(inout) :: state
+      !> Charged with the energy of the node
+      type(ledger_t), intent(inout) :: ledger
+
+      real(wp) :: before
+
+      if (state%spring%surface_rate < huge(1.0_wp)) return
+      before = energy_in(state)
+      state%depth = max(0.0_wp, -gap)
+      state%is_indented = state%depth > 0.0_wp
+      ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
+   end subroutine free_node
+
+   subroutine start_sections(settings, now, modes, sections, tangent)
+      type(run_settings_t), intent(in) :: settings
+      type(phase_state_t), intent(in) :: now
+      !> Number of them
+      integer, intent(in) :: modes
+      type(run_sections_t), allocatable, intent(out) :: sections
+      !> Gets one variation, if there is none yet
+      type(tangent_t), allocatable, intent(inout) :: tangent
+
+      integer :: pulled
+
+      pulled = 0
+      if (now%pulled > 0) pulled = now%states(now%pulled)%surface%number
+      call open_sections(settings, size(now%states), pulled, sections, modes)
+      if (.not. settings%poincare%wants_exponent .or. allocated(tangent)) return
+      allocate (sections%log_size(size(sections%tau)), source=0.0_wp)
+      allocate (tangent)
+      call open_tangent(modes, size(now%states), 1, tangent)
+      ! of all modes something, of the slow ones no more than of others
+      tangent%q(:, 1) = 1.0_wp/sqrt(now%beam%oscillators%square)
+      tangent%v(:, 1) = 0.5_wp
+   end subroutine start_sections
+
+   subroutine open_statistics(settings, now, blocks)
+      type(run_settings_t), intent(in) :: settings
+      type(phase_state_t), intent(in) :: now
+      type(block_sums_t), allocatable, intent(out) :: blocks
+
+      logical :: yields(size(now%states))
+      integer :: pulled
+
+      yields(now%states%surface%number) = .not. now%states%is_rigid
+      pulled = 0
+      if (now%pulled > 0) pulled = now%states(now%pulled)%surface%number
+      allocate (blocks)
+      call open_blocks(settings, yields, pulled, blocks)
+   end subroutine open_statistics
+
+   !> What acts on the beam, in its free modes.
+   subroutine take_loads(model, modes, settings, now)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      type(phase_state_t), intent(inout) :: now
+
+      call gather_loads(model, settings, now%loads)
+      allocate (now%loads%mode, source=matmul(transpose(modes%mode), now%loads%vector))
+      allocate (now%load(size(modes%square)), now%load_rate(size(modes%square)))
+      call find_load(now, 0.0_wp)
+   end subroutine take_loads
+
+   !> Does a beam that turns freely hang in the air?
+   subroutine check_balance(now, forces, error)
+      type(phase_state_t), intent(in) :: now
+      !> Of each surface
+      real(wp), intent(in) :: forces(:)
+      !> Set when it does
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (any(forces > 0.0_wp) .or. now%loads%count == 0) return
+      if (abs(now%load(1)) <= 0.0_wp) return
+      call fail(error, status_bad_input, 'nothing carries the beam, which turns freely about its root: it has no ' &
+         //'balance to start in')
+   end subroutine check_balance
+
+   !> Is a surface in the way that does not carry the beam?
+   subroutine check_start(now, forces, q, error)
+      type(phase_state_t), intent(in) :: now
+      !> Of each
+      real(wp), intent(in) :: forces(:)
+      !> State of the free modes
+      real(wp), intent(in) :: q(:)
+      !> Set when there is one
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp) :: gap
+      integer :: k
+
+      do k = 1, size(now%states)
+         gap = gap_of(now, k, q)
+         associate (surface => now%states(k)%surface)
+            if (forces(k) > 0.0_wp .or. .not. is_beyond(surface, gap)) cycle
+            call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
+               to_text(surface%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
+            return
+         end associate
+      end do
+   end subroutine check_start
+
+   !> Move what lies beyond surfaces, by their tolerance at most, onto them: along shapes that a force there gives a
+   !> beam on an elastic foundation, so that one that turns freely has them, too.
+   subroutine move_onto_surfaces(now, acts, forces, motion)
+      type(phase_state_t), intent(in) :: now
+      !> Surfaces that can be met
+      logical, intent(in) :: acts(:)
+      !> Of each; those that carry the beam may be entered
+      real(wp), intent(in) :: forces(:)
+      !> Its displacements change
+      type(motion_t), intent(inout) :: motion
+
+      real(wp), dimension(size(acts)) :: gap, noise
+      real(wp), allocatable :: shape(:, :), shift(:)
+      integer, allocatable :: place(:)
+      integer :: i, k
+
+      gap = [(gap_of(now, k, motion%q), k=1, size(acts))]
+      noise = [(noise_of(now, k, motion), k=1, size(acts))]
+      allocate (place, source=pack([(k, k=1, size(acts))], acts .and. .not. (forces > 0.0_wp .or. &
+         is_beyond(now%states%surface, gap))))
+      if (all(gap(place) >= -noise(place))) return
+      allocate (shape(size(motion%q), size(place)), shift(size(place)))
+      do i = 1, size(place)
+         shape(:, i) = now%beam%value(:, place(i))/(1.0_wp + now%beam%oscillators%square)
+      end do
+      call close_gaps(matmul(transpose(now%beam%value(:, place)), shape), gap(place), noise(place), shift)
+      motion%q(:) = motion%q + matmul(shape, shift)
+   end subroutine move_onto_surfaces
+
+   !> The beam and its surfaces in the free modes.
+   pure subroutine make_beam(model, modes, settings, surfaces, beam)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      type(run_settings_t), intent(in) :: settings
+      type(surface_t), intent(in) :: surfaces(:)
+      type(free_beam_t), intent(out) :: beam
+
+      integer :: k
+
+      call make_oscillators(modes%square, settings%zeta, beam%oscillators, rates_of_modes(settings, modes%square))
+      beam%has_own_rates = allocated(settings%mode_ratios)
+      if (settings%stop%impulse == impulse_nodal) then
+         allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
+      end if
+      allocate (beam%value(size(modes%square), size(surfaces)))
+      allocate (beam%height(size(surfaces)))
+      beam%height(:) = surfaces%height
+      allocate (beam%tip_value, source=modes%mode(modes%tip_dof, :))
+      allocate (beam%tip_sign(size(surfaces)), source=0.0_wp)
+      do k = 1, size(surfaces)
+         associate (dof => model%stop_dofs(surfaces(k)%stop))
+            beam%value(:, k) = surfaces(k)%sign*modes%mode(dof, :)
+            if (dof == modes%tip_dof) beam%tip_sign(k) = surfaces(k)%sign
+         end associate
+      end do
+   end subroutine make_beam
+
+   !> Forces and energy at rest.
+   subroutine rest_on(model, surfaces, acts, force, energy, error)
+      type(beam_model_t), intent(in) :: model
+      type(surface_t), intent(in) :: surfaces(:)
+      !> Those that act
+      logical, intent(in) :: acts(:)
+      !> P of each
+      real(wp), intent(inout) :: force(:)
+      real(wp), intent(out) :: energy
+      !> Set when it cannot be found
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp) :: packed(count(acts))
+      integer :: k
+      integer, allocatable :: place(:)
+
+      allocate (place, source=pack([(k, k=1, size(acts))], acts))
+      call find_static_rest(model, surfaces(place), packed, energy, error)
+      force(place) = packed
+   end subroutine rest_on
+
+   !> Room for what is kept of a surface.
+   pure subroutine open_record(surface, output, samples, record)
+      type(surface_t), intent(in) :: surface
+      type(output_settings_t), intent(in) :: output
+      integer, intent(in) :: samples
+      type(surface_record_t), intent(out) :: record
+
+      record%stop = surface%stop
+      record%sign = nint(surface%sign)
+      record%position = surface%settings%position
+      record%height = surface%sign*surface%height
+      if (output%history(eta_stop)) allocate (record%eta(samples), source=0.0_wp)
+      if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
+      if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
+      if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
+   end subroutine open_record
+
+   !> Measures of a surface.
+   subroutine start_measurer(settings, yields, start_energy, rest_force, rest_energy, measurer)
+      type(run_settings_t), intent(in) :: settings
+      !> The surface does
+      logical, intent(in) :: yields
+      real(wp), intent(in) :: start_energy
+      !> Its force, and the energy of all, at rest
+      real(wp), intent(in) :: rest_force
+      real(wp), intent(in) :: rest_energy
+      type(measurer_t), intent(out) :: measurer
+
+      measurer%is_wanted = settings%output%measures
+      if (.not. measurer%is_wanted) return
+      measurer%most_peaks = settings%output%most_peaks
+      call open_tally(yields, start_energy, rest_force, rest_energy, settings%height_ratio, measurer%tally)
+   end subroutine start_measurer
+
+   !> What was kept goes into the response, in the scene's order.
+   subroutine finish_exact(settings, has_supports, phase, motion, response)
+      type(run_settings_t), intent(in) :: settings
+      !> The beam has supports along it
+      logical, intent(in) :: has_supports
+      type(contact_phase_t), intent(inout) :: phase
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      integer :: k
+
+      allocate (response%surfaces(size(phase%records)))
+      do k = 1, size(phase%records)
+         response%surfaces(phase%now%states(k)%surface%number) = phase%records(k)
+      end do
+      if (allocated(response%moments)) response%moments = phase%moments%records
+      if (settings%output%measures) call finish_surfaces(phase%now, settings%response%duration, motion, response)
+      if (allocated(phase%blocks)) call finish_statistics(phase%blocks, response)
+      if (allocated(phase%sections)) call finish_sections(phase%sections, response)
+      call finish_moments(response)
+      ! the histories of the run are those of its one contact
+      if (is_plain(settings) .and. .not. has_supports) deallocate (response%surfaces)
+   end subroutine finish_exact
+
+end module exact_start

@@ -1,0 +1,279 @@
+!> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md,
+!> section 18).
+module load_work
+   use driven_modes, only: make_driven_mode, work_on, work_on_swing
+   use joint_modes, only: terms_at
+   use kinds, only: wp
+   use load_courses, only: piece_t
+   use phase_drives, only: by_constant, by_harmonic
+   use phase_state, only: phase_state_t
+   use power_integrals, only: find_span, integral, span_t, taken_by
+   implicit none (type, external)
+   private
+   public :: work_of_loads, loss_in_stop
+
+contains
+
+   !> Work from the start of the phase to a time.
+   function work_of_loads(self, time, turn, z, v) result(work)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
+      !> State of the set's modes then, less what loads do
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      real(wp) :: work
+
+      real(wp) :: alone(size(z))
+
+      work = 0.0_wp
+      if (self%loads%count == 0 .or. .not. time > 0.0_wp) return
+      work = work_on_drive(self, time, turn)
+      alone = 1.0_wp
+      if (size(self%set%pressed) > 0) then
+         work = work + work_on_terms(self, time)
+         alone = 0.0_wp
+         alone(self%set%joint%inactive) = 1.0_wp
+      end if
+      call add_modes(self, alone, time, turn, z, v, work)
+   end function work_of_loads
+
+   !> Of what swings alone in modes, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
+   !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). Where that would cancel modes are driven from rest.
+   pure subroutine add_modes(self, alone, time, turn, z, v, work)
+      type(phase_state_t), intent(in) :: self
+      !> 1: it does so, else 0, [modes]
+      real(wp), contiguous, intent(in) :: alone(:)
+      real(wp), intent(in) :: time
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
+      !> State of all modes at that time
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      real(wp), intent(inout) :: work
+
+      type(piece_t) :: steady, turning
+      logical :: has_driven, is_steady, turns
+      integer :: g, m
+
+      has_driven = size(self%set%drive%driven) > 0
+      associate (set => self%set%drive, oscillators => self%set%held%oscillators, piece => self%drive%piece)
+         do g = 1, self%loads%count
+            is_steady = abs(piece(g)%constant) + abs(piece(g)%slope) > 0.0_wp
+            turns = swings(piece(g)%harmonic)
+            if (turns) work = work + work_of_harmonic(piece(g), turn(self%loads%harmonic(g)), alone, &
+               oscillators%square, set%backward(:, g), self%z, self%v, z, v)
+            if (.not. (is_steady .or. has_driven)) cycle
+            steady = piece(g)
+            steady%harmonic = 0.0_wp
+            turning = piece_t(harmonic=piece(g)%harmonic, frequency=piece(g)%frequency)
+            do m = 1, size(z)
+               if (.not. alone(m) > 0.0_wp) cycle
+               associate (load => set%load(m, g), square => oscillators%square(m), &
+                  is_slow => has_driven .and. is_driven(self, m, by_constant, 0))
+                  if (is_slow) work = work + load*work_on_swing(make_driven_mode(oscillators, m), &
+                     [self%z(m), self%v(m)], steady, time)
+                  if (has_driven .and. turns) then
+                     if (is_driven(self, m, by_harmonic, g)) work = work &
+                        + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], turning, time)
+                  end if
+                  if (is_steady .and. .not. is_slow) then
+                     work = work + load*steady%constant*(z(m) - self%z(m))
+                     if (abs(steady%slope) > 0.0_wp) work = work + load*steady%slope*(time*z(m) + (v(m) - self%v(m) &
+                        + (oscillators%two_zeta*square + oscillators%mass_rate(m))*(z(m) - self%z(m)))/square)
+                  end if
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine add_modes
+
+   !> Of a harmonic load on modes that swing alone.
+   pure function work_of_harmonic(load, turn, alone, square, backward, z0, v0, z, v) result(work)
+      type(piece_t), intent(in) :: load
+      !> What it has turned to
+      complex(wp), intent(in) :: turn
+      !> 1: the mode does so, else 0, [modes]
+      real(wp), contiguous, intent(in) :: alone(:)
+      !> W^2, [modes]
+      real(wp), contiguous, intent(in) :: square(:)
+      !> As `set_drive_t` has it: nothing of modes that are driven, [modes]
+      complex(wp), contiguous, intent(in) :: backward(:)
+      !> At the start, [modes]
+      real(wp), contiguous, intent(in) :: z0(:)
+      real(wp), contiguous, intent(in) :: v0(:)
+      !> And now
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      real(wp) :: work
+
+      real(wp) :: cosine, even, odd, real_part, sine, imaginary_part
+      integer :: i
+
+      cosine = real(turn, wp)
+      sine = aimag(turn)
+      real_part = 0.0_wp
+      imaginary_part = 0.0_wp
+      !$omp simd reduction(+:real_part, imaginary_part) private(even, odd)
+      do i = 1, size(z)
+         associate (p => square(i)*z(i), r => load%frequency*v(i))
+            even = alone(i)*(p*cosine - r*sine - square(i)*z0(i))
+            odd = alone(i)*(p*sine + r*cosine - load%frequency*v0(i))
+         end associate
+         real_part = real_part + (real(backward(i), wp)*even - aimag(backward(i))*odd)
+         imaginary_part = imaginary_part + (real(backward(i), wp)*odd + aimag(backward(i))*even)
+      end do
+      work = real(load%harmonic, wp)*real_part - aimag(load%harmonic)*imaginary_part
+   end function work_of_harmonic
+
+   !> Is a harmonic there?
+   elemental function swings(harmonic) result(does)
+      complex(wp), intent(in) :: harmonic
+      logical :: does
+
+      does = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
+   end function swings
+
+   !> Is a mode driven from rest by a load?
+   pure function is_driven(self, mode, part, load) result(is)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: mode
+      !> One of the `by_` constants
+      integer, intent(in) :: part
+      !> 0: all loads
+      integer, intent(in) :: load
+      logical :: is
+
+      associate (driven => self%set%drive%driven)
+         is = any(driven%mode == mode .and. driven%part == part .and. driven%load == load)
+      end associate
+   end function is_driven
+
+   !> Of what swings alone in terms.
+   pure function work_on_terms(self, time) result(work)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: work
+
+      complex(wp) :: rate, s, turn(self%loads%count)
+      complex(wp), dimension(self%set%joint%count) :: power
+      integer :: g, m
+
+      work = 0.0_wp
+      turn = exp(cmplx(0.0_wp, self%drive%piece%frequency*time, wp))
+      power = (1.0_wp, 0.0_wp)
+      associate (load => self%set%drive%term_load, joint => self%set%joint, piece => self%drive%piece)
+         power = terms_at(joint, power, time)
+         do m = 1, joint%count
+            s = joint%exponent(m)
+            do g = 1, self%loads%count
+               rate = self%amplitude(m)*load(m, g)
+               if (abs(piece(g)%constant) + abs(piece(g)%slope) > 0.0_wp) then
+                  work = work + real(rate*(piece(g)%constant*(power(m) - 1.0_wp) + piece(g)%slope*(time*power(m) &
+                     - integral(s, time, power(m)))), wp)
+               end if
+               if (abs(piece(g)%harmonic) <= 0.0_wp) cycle
+               associate (turning => cmplx(0.0_wp, piece(g)%frequency, wp), c => piece(g)%harmonic)
+                  work = work + 0.5_wp*real(s*rate*(c*integral(s + turning, time, power(m)*turn(g)) &
+                     + conjg(c)*integral(s - turning, time, power(m)*conjg(turn(g)))), wp)
+               end associate
+            end do
+         end do
+      end associate
+   end function work_on_terms
+
+   !> On what the loads do themselves.
+   pure function work_on_drive(self, time, turn) result(work)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      !> exp(i W t), [harmonics]
+      complex(wp), intent(in) :: turn(:)
+      real(wp) :: work
+
+      integer :: g, i, m
+      complex(wp) :: own, row
+
+      work = 0.0_wp
+      associate (set => self%set%drive, drive => self%drive)
+         do g = 1, self%loads%count
+            do i = 1, size(drive%pair)
+               work = work + set%load(set%driven(drive%pair(i))%mode, g)*work_on(drive%mode(i), drive%piece(g), time)
+            end do
+            own = (1.0_wp, 0.0_wp)
+            if (self%loads%harmonic(g) > 0) own = turn(self%loads%harmonic(g))
+            associate (piece => drive%piece(g))
+               work = work + drive%slope(set%at%loads + g)*(piece%constant + 0.5_wp*piece%slope*time)*time
+               if (swings(piece%harmonic) .and. abs(drive%slope(set%at%loads + g)) > 0.0_wp) then
+                  associate (s => cmplx(0.0_wp, piece%frequency, wp))
+                     work = work + drive%slope(set%at%loads + g)*real(piece%harmonic*integral(s, time, own), wp)
+                  end associate
+               end if
+               do m = 1, size(drive%frequency)
+                  row = drive%harmonic(set%at%loads + g, m)
+                  if (swings(row)) work = work + work_on_harmonic(piece, own, row, drive%frequency(m), &
+                     turn(m), time)
+               end do
+            end associate
+         end do
+      end associate
+   end function work_on_drive
+
+   !> Of a load on a point that moves with Re(row exp(i w t)).
+   pure function work_on_harmonic(load, own, row, w, turn, time) result(work)
+      type(piece_t), intent(in) :: load
+      !> What its own harmonic has turned to
+      complex(wp), intent(in) :: own
+      !> The point
+      complex(wp), intent(in) :: row
+      real(wp), intent(in) :: w
+      !> exp(i w t)
+      complex(wp), intent(in) :: turn
+      real(wp), intent(in) :: time
+      real(wp) :: work
+
+      complex(wp) :: s
+
+      s = cmplx(0.0_wp, w, wp)
+      work = 0.0_wp
+      if (abs(load%constant) > 0.0_wp) work = load%constant*real(row*(turn - 1.0_wp), wp)
+      if (abs(load%slope) > 0.0_wp) work = work + load%slope*real(row*(time*turn - integral(s, time, turn)), wp)
+      if (.not. swings(load%harmonic)) return
+      associate (up => cmplx(0.0_wp, w + load%frequency, wp), down => cmplx(0.0_wp, w - load%frequency, wp))
+         work = work + 0.5_wp*real(s*row*(load%harmonic*integral(up, time, turn*own) &
+            + conjg(load%harmonic)*integral(down, time, turn*conjg(own))), wp)
+      end associate
+   end function work_on_harmonic
+
+   !> Dissipated in the damper of a stop that is pressed: the square of its force or of its rate, a sum of terms like
+   !> any other.
+   pure function loss_in_stop(self, place, time) result(loss)
+      type(phase_state_t), intent(in) :: self
+      !> Among those that are pressed
+      integer, intent(in) :: place
+      real(wp), intent(in) :: time
+      real(wp) :: loss
+
+      complex(wp), allocatable :: amplitude(:)
+      type(span_t) :: span
+      real(wp) :: factor
+      integer :: row
+
+      associate (set => self%set, joint => self%set%joint, drive => self%drive, spring => self%set%joint%spring(place))
+         if (spring%branch_stiffness > 0.0_wp) then
+            factor = spring%relaxation_rate/spring%branch_stiffness
+            row = set%drive%at%branches + set%pressed(place)
+            allocate (amplitude, source=[joint%branch(place, :)*self%amplitude, drive%harmonic(row, :), &
+               cmplx(drive%constant(row), 0.0_wp, wp)])
+         else
+            factor = spring%viscosity
+            row = set%drive%at%depths + set%pressed(place)
+            allocate (amplitude, source=[joint%exponent*joint%indentation(place, :)*self%amplitude, &
+               cmplx(0.0_wp, drive%frequency, wp)*drive%harmonic(row, :), cmplx(drive%slope(row), 0.0_wp, wp)])
+         end if
+         call find_span(set%drive%products, amplitude, time, span)
+         loss = factor*taken_by(set%drive%products, span)
+      end associate
+   end function loss_in_stop
+
+end module load_work

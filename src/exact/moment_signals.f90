@@ -1,0 +1,300 @@
+!> Bending moments of a beam among any number of surfaces, in closed form phase by phase: histories, and extremes that
+!> no sample has to meet (docs/theory.md, section 19).
+!>
+!> In the modes of a set of surfaces that hold the beam, z'' + alpha z' is what acts on a mode less W^2 (z + 2 zeta z').
+!> So the moment is that of rest, plus stiffness - W^2 mass of each mode times z + 2 zeta z', plus the mass of all modes
+!> times the forces of surfaces that yield and of loads, plus what loads act beside the place. Modes that are left out
+!> are taken at rest under all forces.
+module moment_signals
+   use applied_loads, only: applied_loads_t
+   use beam_model, only: beam_model_t
+   use certified_search, only: viewed_signal_t
+   use driven_signal, only: add_terms, driven_terms_t
+   use exponential_signal, only: exponential_signal_t
+   use free_modes, only: free_modes_t, rigid_square
+   use kinds, only: wp
+   use modal_signal, only: make_modal_signal, modal_signal_t
+   use moment_places, only: enter_moment, gather_places, moment_places_t
+   use phase_state, only: ready_reaction, phase_state_t
+   use response_types, only: moment_record_t
+   use run_settings, only: run_settings_t
+   use signal_peaks, only: greatest_value, looks_t
+   use stop_surfaces, only: surface_t
+   use summed_signal, only: summed_signal_t
+   implicit none (type, external)
+   private
+   public :: moments_t, make_moments, begin_moments, sample_moments, measure_moments
+
+   type :: signal_place_t
+      class(viewed_signal_t), allocatable :: signal
+   end type signal_place_t
+
+   type :: moments_t
+      !> What is kept of each place; none: no moments are asked for
+      type(moment_record_t), allocatable :: records(:)
+      !> Weights of the free modes, and of their accelerations, [modes, places]
+      real(wp), allocatable, private :: stiffness(:, :)
+      real(wp), allocatable, private :: mass(:, :)
+      !> What each load acts beside the place and by the modes that are left out, [loads, places]
+      real(wp), allocatable, private :: load(:, :)
+      !> What the force of each surface acts by those, [surfaces, places]
+      real(wp), allocatable, private :: surface(:, :)
+      !> In the present phase, [places]
+      type(signal_place_t), allocatable, private :: place(:)
+   end type moments_t
+
+contains
+
+   !> The places in the free modes.
+   subroutine make_moments(model, modes, settings, surfaces, loads, records, moments)
+      type(beam_model_t), intent(in) :: model
+      type(free_modes_t), intent(in) :: modes
+      !> It asks for moments
+      type(run_settings_t), intent(in) :: settings
+      type(surface_t), intent(in) :: surfaces(:)
+      type(applied_loads_t), intent(in) :: loads
+      !> With room for what is kept
+      type(moment_record_t), intent(in) :: records(:)
+      type(moments_t), intent(out) :: moments
+
+      type(moment_places_t) :: places
+      real(wp), allocatable :: static(:, :)
+      integer :: k
+
+      call gather_places(model, settings, loads, places)
+      moments%records = records
+      allocate (moments%stiffness, source=matmul(transpose(modes%mode), places%stiffness))
+      allocate (moments%mass, source=matmul(transpose(modes%mode), places%mass))
+      call move_alloc(places%load, moments%load)
+      allocate (moments%surface(size(surfaces), size(records)), source=0.0_wp)
+      allocate (moments%place(size(records)))
+      if (.not. allocated(modes%left_mode)) return
+      ! at each place, per unit of what acts on each degree of freedom
+      allocate (static, source=matmul(modes%left_mode, matmul(transpose(modes%left_mode), places%stiffness) &
+         /spread(modes%left_square, 2, size(records))))
+      if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector), static)
+      do k = 1, size(surfaces)
+         moments%surface(k, :) = surfaces(k)%sign*static(model%stop_dofs(surfaces(k)%stop), :)
+      end do
+   end subroutine make_moments
+
+   !> A phase begins.
+   subroutine begin_moments(moments, now)
+      type(moments_t), intent(inout) :: moments
+      type(phase_state_t), intent(in) :: now
+
+      integer :: p
+
+      if (.not. allocated(moments%records)) return
+      do p = 1, size(moments%records)
+         call find_signal(moments, p, now, moments%place(p)%signal)
+      end do
+   end subroutine begin_moments
+
+   !> A sample.
+   subroutine sample_moments(moments, time, sample)
+      type(moments_t), intent(inout) :: moments
+      !> Since the start of the phase
+      real(wp), intent(in) :: time
+      !> Its place in the histories
+      integer, intent(in) :: sample
+
+      real(wp) :: rate
+      integer :: p
+
+      if (.not. allocated(moments%records)) return
+      do p = 1, size(moments%records)
+         associate (record => moments%records(p))
+            if (allocated(record%moment)) call moments%place(p)%signal%evaluate(time, record%moment(sample), rate)
+         end associate
+      end do
+   end subroutine sample_moments
+
+   !> A phase has ended: does a moment go beyond its extremes so far?
+   subroutine measure_moments(moments, tau, length)
+      type(moments_t), intent(inout) :: moments
+      !> Its start, and how long it was
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: length
+
+      class(viewed_signal_t), allocatable :: turned
+      real(wp) :: rate, value
+      integer :: p
+
+      if (.not. allocated(moments%records)) return
+      do p = 1, size(moments%records)
+         associate (record => moments%records(p), signal => moments%place(p)%signal)
+            ! both ends first: mostly that spares a search
+            call signal%evaluate(0.0_wp, value, rate)
+            call enter_moment(record, value, tau)
+            call signal%evaluate(length, value, rate)
+            call enter_moment(record, value, tau + length)
+            call seek_beyond(signal, 1.0_wp, record%looks_for_greatest)
+            call signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, turned)
+            call seek_beyond(turned, -1.0_wp, record%looks_for_least)
+         end associate
+      end do
+
+   contains
+
+      !> A greater value than so far of the moment, or of it with its sign turned.
+      subroutine seek_beyond(signal, sign, looks)
+         class(viewed_signal_t), intent(in) :: signal
+         real(wp), intent(in) :: sign
+         type(looks_t), intent(inout) :: looks
+
+         real(wp) :: known, peak, time
+         logical :: is_beyond, still_rises
+
+         associate (record => moments%records(p))
+            known = merge(record%greatest, -record%least, sign > 0.0_wp)
+            call greatest_value(signal, length, known, is_beyond, still_rises, peak, time, &
+               max(record%greatest, -record%least), looks)
+            if (is_beyond) call enter_moment(record, sign*peak, tau + time)
+         end associate
+      end subroutine seek_beyond
+   end subroutine measure_moments
+
+   !> The moment at a place through the present phase.
+   subroutine find_signal(moments, p, now, signal)
+      type(moments_t), intent(in) :: moments
+      !> Which place
+      integer, intent(in) :: p
+      type(phase_state_t), intent(in) :: now
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      type(modal_signal_t), allocatable :: modal
+      type(driven_terms_t) :: terms
+      real(wp), allocatable :: weight(:), mass(:)
+      real(wp) :: static
+
+      associate (held => now%set%held, stiffness => moments%stiffness(:, p), surface => moments%surface(:, p))
+         static = sum(stiffness*held%static) + sum(surface(held%held)*held%static_force)
+         if (allocated(held%mode)) then
+            allocate (mass, source=matmul(moments%mass(:, p), held%mode))
+            allocate (weight, source=matmul(stiffness, held%mode) - held%oscillators%square*mass &
+               + matmul(surface(held%held), held%reaction))
+         else
+            allocate (mass, source=moments%mass(:, p))
+            allocate (weight, source=stiffness - held%oscillators%square*mass)
+         end if
+         ! a rotation about a pinned root bends nothing
+         where (held%oscillators%square <= rigid_square) weight = 0.0_wp
+         if (size(now%set%pressed) > 0) then
+            call find_pressed(now, static, weight, of_forces(now, mass, surface), signal)
+         else
+            allocate (modal)
+            call make_modal_signal(held%oscillators, static, weight, modal)
+            modal%is_viscous = .true.
+            call ready_reaction(now%z, now%v, modal)
+            call move_alloc(modal, signal)
+         end if
+      end associate
+      if (now%loads%count == 0) return
+      call find_terms(now, weight, of_forces(now, mass, moments%surface(:, p)), moments%load(:, p) &
+         + matmul(mass, now%set%drive%load) - matmul(moments%surface(now%set%held%held, p), now%set%drive%share), terms)
+      call add_terms(terms, now%longest, signal)
+   end subroutine find_signal
+
+   !> Per unit of the force of each surface that yields.
+   pure function of_forces(now, mass, surface) result(moment)
+      type(phase_state_t), intent(in) :: now
+      !> Of what acts on the set's modes, [modes]
+      real(wp), intent(in) :: mass(:)
+      !> By the modes that are left out, [surfaces]
+      real(wp), intent(in) :: surface(:)
+      real(wp) :: moment(size(now%set%pressed))
+
+      integer :: m
+
+      associate (held => now%set%held, pressed => now%set%pressed)
+         do m = 1, size(pressed)
+            moment(m) = sum(mass*held%value(:, pressed(m))) + surface(pressed(m)) &
+               - sum(surface(held%held)*held%share(:, pressed(m)))
+         end do
+      end associate
+   end function of_forces
+
+   !> The same on surfaces that yield, less what loads do.
+   subroutine find_pressed(now, static, weight, of_force, signal)
+      type(phase_state_t), intent(in) :: now
+      !> At rest on those that hold the beam
+      real(wp), intent(in) :: static
+      !> Of the set's modes, [modes]
+      real(wp), intent(in) :: weight(:)
+      !> Of those that yield, [pressed]
+      real(wp), intent(in) :: of_force(:)
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      type(exponential_signal_t), allocatable :: exponential
+      type(summed_signal_t), allocatable :: whole
+      type(modal_signal_t), allocatable :: alone
+      real(wp) :: own(size(weight))
+      integer :: m
+
+      associate (set => now%set, joint => now%set%joint, oscillators => now%set%held%oscillators)
+         allocate (exponential)
+         exponential%offset = static + sum(weight*set%rest) + sum(of_force*set%rest_force)
+         allocate (exponential%exponent, source=joint%exponent)
+         allocate (exponential%amplitude, source=[(now%amplitude(m)*((1.0_wp + oscillators%two_zeta &
+            *joint%exponent(m))*sum(weight*joint%shape(:, m)) + sum(of_force*joint%force(:, m))), m=1, joint%count)])
+         if (size(joint%inactive) == 0) then
+            call move_alloc(exponential, signal)
+            return
+         end if
+         ! modes that have their nodes at those surfaces swing alone
+         own = 0.0_wp
+         own(joint%inactive) = weight(joint%inactive)
+         allocate (alone)
+         call make_modal_signal(oscillators, 0.0_wp, own, alone)
+         alone%is_viscous = .true.
+         call ready_reaction(now%z, now%v, alone)
+         allocate (whole)
+         call move_alloc(exponential, whole%first)
+         call move_alloc(alone, whole%second)
+         call move_alloc(whole, signal)
+      end associate
+   end subroutine find_pressed
+
+   !> What loads do to it.
+   pure subroutine find_terms(now, weight, of_force, of_load, terms)
+      type(phase_state_t), intent(in) :: now
+      !> Of the set's modes, [modes]
+      real(wp), intent(in) :: weight(:)
+      !> Of surfaces that yield, [pressed]
+      real(wp), intent(in) :: of_force(:)
+      !> Of each load beside the modes, [loads]
+      real(wp), intent(in) :: of_load(:)
+      type(driven_terms_t), intent(out) :: terms
+
+      complex(wp) :: s
+      integer :: g, i, m
+
+      associate (set => now%set, at => now%set%drive%at, drive => now%drive, &
+         two_zeta => now%set%held%oscillators%two_zeta)
+         associate (modes => drive%constant(at%modes + 1:at%gaps), slopes => drive%slope(at%modes + 1:at%gaps))
+            terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(of_load*drive%piece%constant) &
+               + sum(of_force*drive%constant(at%forces + set%pressed))
+            terms%slope = sum(weight*slopes) + sum(of_load*drive%piece%slope) &
+               + sum(of_force*drive%slope(at%forces + set%pressed))
+         end associate
+         allocate (terms%frequency, source=drive%frequency)
+         allocate (terms%harmonic(size(drive%frequency)))
+         do m = 1, size(drive%frequency)
+            s = cmplx(0.0_wp, drive%frequency(m), wp)
+            terms%harmonic(m) = (1.0_wp + two_zeta*s)*sum(weight*drive%harmonic(at%modes + 1:at%gaps, m)) &
+               + sum(of_force*drive%harmonic(at%forces + set%pressed, m))
+         end do
+         do g = 1, now%loads%count
+            m = now%loads%harmonic(g)
+            if (m > 0) terms%harmonic(m) = terms%harmonic(m) + of_load(g)*drive%piece(g)%harmonic
+         end do
+         terms%modes = size(drive%pair)
+         if (terms%modes == 0) return
+         allocate (terms%mode, source=drive%mode)
+         allocate (terms%share, source=[(weight(set%drive%driven(drive%pair(i))%mode), i=1, size(drive%pair))])
+         allocate (terms%share_of_rate, source=two_zeta*terms%share)
+      end associate
+   end subroutine find_terms
+
+end module moment_signals

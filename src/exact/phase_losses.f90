@@ -1,0 +1,147 @@
+!> What a phase among several surfaces costs beam and stops, and what stops keep of it (docs/theory.md, sections 17 and
+!> 18).
+module phase_losses
+   use contact_sets, only: losses_in
+   use damped_oscillators, only: elastic_and_viscous, modal_energy
+   use driven_signal, only: turn_of
+   use kinds, only: wp
+   use load_work, only: loss_in_stop, work_of_loads
+   use phase_drives, only: drive_at
+   use phase_state, only: phase_state_t
+   use surface_states, only: energy_in, indent, recover, surface_state_t
+   implicit none (type, external)
+   private
+   public :: find_losses, force_at, keep_indentation, leave_behind
+
+contains
+
+   !> What loads do to the force of a surface, its indentation and the force in its branch at a time in the phase.
+   pure function driven_part(self, k, time) result(part)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: part(3)
+
+      part = 0.0_wp
+      if (self%loads%count == 0) return
+      associate (set => self%set%drive, drive => self%drive)
+         part = [drive_at(set, drive, set%at%forces + k, set%at%forces + k, time, 0), &
+            drive_at(set, drive, set%at%depths + k, set%at%depths + k, time, 0), &
+            drive_at(set, drive, set%at%branches + k, set%at%branches + k, time, 0)]
+      end associate
+   end function driven_part
+
+   !> Force of a closed surface.
+   function force_at(now, k, time, z, v, term) result(force)
+      type(phase_state_t), intent(in) :: now
+      integer, intent(in) :: k
+      !> Since the start of the phase
+      real(wp), intent(in) :: time
+      !> State of the set's modes, less what loads do
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Terms, where a surface yields
+      complex(wp), intent(in) :: term(:)
+      real(wp) :: force
+
+      real(wp) :: part(3)
+      integer :: place
+
+      associate (set => now%set, held => now%set%held)
+         part = driven_part(now, k, time)
+         force = part(1)
+         place = findloc(set%pressed, k, dim=1)
+         if (place > 0) then
+            force = force + set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
+            return
+         end if
+         place = findloc(held%held, k, dim=1)
+         if (size(set%pressed) > 0) then
+            force = force + set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
+         else
+            force = force + held%static_force(place) + sum(held%reaction(place, :) &
+               *elastic_and_viscous(held%oscillators, z, v, time, now%z, now%v))
+         end if
+      end associate
+   end function force_at
+
+   !> Dissipated since the start of the phase, in the beam and in each surface that is pressed. Under loads a beam on
+   !> them loses what nothing else accounts for.
+   subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
+      type(phase_state_t), intent(in) :: self
+      !> The surfaces, and the energy of the modes, as the phase starts
+      type(surface_state_t), allocatable, intent(in) :: at_start(:)
+      real(wp), intent(in) :: start_energy
+      real(wp), intent(in) :: time
+      !> State of the set's modes, z and v, and the same less what loads do, [modes, 4]
+      real(wp), intent(in) :: state(:, :)
+      !> Terms, where a surface yields
+      complex(wp), intent(in) :: term(:)
+      !> [1 + pressed]
+      real(wp), intent(out) :: lost(:)
+      !> Of the loads, since then
+      real(wp), intent(out) :: work
+
+      type(surface_state_t) :: surface
+      integer :: place
+
+      work = work_of_loads(self, time, turn_of(self%drive%frequency, time), state(:, 3), state(:, 4))
+      associate (set => self%set)
+         if (size(set%pressed) > 0 .and. self%loads%count == 0) then
+            call losses_in(set, self%amplitude, self%z, self%v, time, lost)
+            return
+         end if
+         lost(1) = start_energy - sum(modal_energy(set%held%oscillators, state(:, 1), state(:, 2))) + work
+         do place = 1, size(set%pressed)
+            associate (k => set%pressed(place))
+               lost(1 + place) = 0.0_wp
+               if (self%states(k)%is_rigid) cycle
+               surface = at_start(k)
+               lost(1 + place) = loss_in_stop(self, place, time)
+               lost(1) = lost(1) + energy_in(surface) - lost(1 + place)
+               call keep_indentation(self, place, time, term, surface)
+               lost(1) = lost(1) - energy_in(surface)
+            end associate
+         end do
+      end associate
+   end subroutine find_losses
+
+   !> Indentation and force in the branch of a surface that is pressed.
+   subroutine keep_indentation(self, place, time, term, state)
+      type(phase_state_t), intent(in) :: self
+      !> Among those that are pressed
+      integer, intent(in) :: place
+      real(wp), intent(in) :: time
+      !> Terms at the instant
+      complex(wp), intent(in) :: term(:)
+      type(surface_state_t), intent(inout) :: state
+
+      real(wp) :: part(3)
+
+      associate (set => self%set)
+         part = driven_part(self, set%pressed(place), time)
+         state%depth = set%rest_force(place)/state%spring%stiffness &
+            + sum(real(set%joint%indentation(place, :)*term, wp)) + part(2)
+         state%branch_force = sum(real(set%joint%branch(place, :)*term, wp)) + part(3)
+      end associate
+   end subroutine keep_indentation
+
+   !> An open surface that yields after some time.
+   subroutine leave_behind(gap, time, state)
+      !> From where it is home
+      real(wp), intent(in) :: gap
+      real(wp), intent(in) :: time
+      type(surface_state_t), intent(inout) :: state
+
+      real(wp) :: before
+
+      if (.not. state%is_indented) then
+         call recover(state, time)
+         return
+      end if
+      before = energy_in(state)
+      call indent(state, max(-gap, 0.0_wp))
+      state%dissipated = state%dissipated + (before - energy_in(state))
+   end subroutine leave_behind
+
+end module phase_losses

@@ -1,0 +1,132 @@
+!> What ends a phase of a beam among several surfaces: each surface is asked (docs/theory.md, section 17).
+module phase_searches
+   use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
+   use driven_signal, only: find_short_driven, start_of
+   use kinds, only: wp
+   use modal_signal, only: modal_signal_t
+   use phase_state, only: driven_terms, end_force, end_gap, end_home, end_pull, phase_state_t, signal_of
+   implicit none (type, external)
+   private
+   public :: search_surface
+
+contains
+
+   !> When does a surface end the phase?
+   subroutine search_surface(self, k, limit, search, ended_by)
+      type(phase_state_t), target, intent(inout) :: self
+      integer, intent(in) :: k
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      type(search_t), intent(out) :: search
+      !> One of the `end_` constants
+      integer, intent(out) :: ended_by
+
+      class(viewed_signal_t), allocatable :: signal
+      type(search_t) :: other
+
+      associate (state => self%states(k), held => self%set%held)
+         ended_by = end_gap
+         if (state%is_closed) ended_by = end_force
+         if (state%is_indented) ended_by = end_pull
+         if (self%is_at_rest) then
+            search = search_t(outcome=found_none, time=limit)
+            return
+         end if
+         if (ended_by == end_gap .and. size(self%set%pressed) == 0) then
+            call search_gap(self, k, limit, search)
+            return
+         end if
+         if (ended_by == end_force .and. size(self%set%pressed) == 0 .and. self%loads%count == 0) then
+            associate (force => held%force(findloc(held%held, k, dim=1)))
+               force%start_order = start_of(force, state%start_order)
+               call first_zero(force, limit, search)
+            end associate
+            return
+         end if
+         call signal_of(self, k, ended_by, signal)
+         signal%start_order = start_of(signal, state%start_order)
+         call first_zero(signal, limit, search, self%trail)
+         self%trail_of = 0
+         if (ended_by == end_gap) call own_trail(self, k, search)
+         if (ended_by == end_force) then
+            call move_alloc(signal, self%pressing)
+            self%pressing_at = k
+         end if
+         if (.not. state%is_indented) return
+         call signal_of(self, k, end_home, signal)
+         signal%start_order = start_of(signal, 0)
+         call first_zero(signal, min(limit, search%time), other)
+         if (other%outcome == found_zero) then
+            search = other
+            ended_by = end_home
+         end if
+      end associate
+   end subroutine search_surface
+
+   !> When does a gap close, where no surface yields?
+   subroutine search_gap(self, k, limit, search)
+      type(phase_state_t), target, intent(inout) :: self
+      integer, intent(in) :: k
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      type(search_t), intent(out) :: search
+
+      type(modal_signal_t), pointer :: gap
+      integer :: i
+
+      gap => self%set%held%gap(k)
+      if (self%loads%count > 0) then
+         select type (free => self%set%drive%gap(k)%free)
+         type is (modal_signal_t)
+            gap => free
+         end select
+      end if
+      !$omp simd
+      do i = 1, size(self%z)
+         gap%z(i) = self%z(i)
+         gap%v(i) = self%v(i)
+      end do
+      associate (state => self%states(k), drive => self%drive)
+         gap%last => self%last
+         gap%surface = 0.0_wp
+         if (allocated(state%spring)) then
+            if (.not. state%follows) gap%surface = state%depth
+            gap%rate = min(state%spring%surface_rate, huge(1.0_wp))
+         end if
+         if (self%loads%count == 0) then
+            gap%start_order = start_of(gap, state%start_order)
+            call gap%find_zero(limit, search, self%trail)
+            call own_trail(self, k, search)
+            return
+         end if
+         if (state%start_order == 1 .and. size(drive%pair) == 0) then
+            associate (row => self%set%drive%at%gaps + k)
+               call find_short_driven(gap, drive%slope(row), drive%harmonic(row, :), drive%frequency, limit, search)
+            end associate
+            if (search%outcome == found_zero) then
+               self%trail_of = 0
+               return
+            end if
+         end if
+         associate (driven => self%set%drive%gap(k))
+            call driven_terms(self, k, end_gap, driven%terms)
+            driven%until = self%longest
+            driven%start_order = start_of(driven, state%start_order)
+            call first_zero(driven, limit, search, self%trail)
+         end associate
+         call own_trail(self, k, search)
+      end associate
+   end subroutine search_gap
+
+   !> Whose trail is it? A search that ends nothing has spoilt that of another.
+   pure subroutine own_trail(self, k, search)
+      type(phase_state_t), intent(inout) :: self
+      !> The surface whose gap was searched
+      integer, intent(in) :: k
+      type(search_t), intent(in) :: search
+
+      self%trail_of = 0
+      if (search%outcome == found_zero .and. self%states(k)%is_rigid) self%trail_of = k
+   end subroutine own_trail
+
+end module phase_searches

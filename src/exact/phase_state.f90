@@ -1,0 +1,440 @@
+!> A beam among any number of surfaces in the present phase: the set of closed ones, the state of its modes, and the
+!> signals that end it (docs/theory.md, section 17).
+module phase_state
+   use applied_loads, only: applied_loads_t
+   use certified_search, only: trail_t, viewed_signal_t
+   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
+   use damped_oscillators, only: acceleration, propagate
+   use driven_signal, only: add_terms, driven_terms_t
+   use exponential_signal, only: exponential_signal_t
+   use failures, only: failure_t
+   use held_sets, only: free_beam_t, into_held, out_of_held
+   use joint_modes, only: joint_amplitudes
+   use kinds, only: wp
+   use load_courses, only: piece_at, piece_t
+   use modal_signal, only: make_modal_signal, modal_signal_t, modal_state_t
+   use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
+   use phase_measures, only: measurer_t
+   use slow_loads, only: drive_terms
+   use surface_states, only: impedance_of, surface_state_t
+   use yielding_stop, only: impedance_t
+   implicit none (type, external)
+   private
+   public :: phase_state_t, open_store, take_over, find_load, signal_of, driven_terms, move_to, move_alone, free_state
+   public :: force_terms, ready_reaction
+   public :: end_gap, end_force, end_home, end_pull, whole_gap, whole_tip
+
+   !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
+   integer, parameter :: end_gap = 1
+   integer, parameter :: end_force = 2
+   integer, parameter :: end_home = 3
+   integer, parameter :: end_pull = 4
+   !> End nothing: the distance from a surface where that is home, and the displacement of the tip, whichever it is.
+   integer, parameter :: whole_gap = 5, whole_tip = 6
+
+   type :: phase_state_t
+      type(free_beam_t) :: beam
+      type(surface_state_t), allocatable :: states(:)
+      !> Place of the surface from which the beam is released
+      integer :: pulled = 1
+      !> The sets, which the next run may use too
+      type(set_store_t), pointer :: store => null()
+      type(contact_set_t), pointer :: set => null()
+      !> State of the set's modes as the phase starts, less what loads do, [modes]
+      real(wp), allocatable :: z(:), v(:)
+      !> Displacement of a node without mass besides that of the modes, as the phase starts
+      real(wp) :: node_depth = 0.0_wp
+      !> Where a search of a gap evaluated it last, less what loads do
+      type(modal_state_t) :: last
+      !> What acts on the beam; none: no phase is driven
+      type(applied_loads_t) :: loads
+      type(phase_drive_t) :: drive
+      !> Nothing moves until loads change
+      logical :: is_at_rest = .false.
+      !> Longest that the phase can be
+      real(wp) :: longest = huge(1.0_wp)
+      !> Loads in the free modes at the present instant, and their rates, [free]
+      real(wp), allocatable :: load(:), load_rate(:)
+      !> Of the terms, weights included, where a surface yields, [count]
+      complex(wp), allocatable :: amplitude(:)
+      !> What was sought last in the phase as the force of a surface that is pressed, and which; 0: none
+      class(viewed_signal_t), allocatable :: pressing
+      integer :: pressing_at = 0
+      !> What the search that ends the phase saw of the gap of a rigid surface, and which; 0: none
+      type(trail_t) :: trail
+      integer :: trail_of = 0
+      !> Of the surfaces but the pulled one, whose is that of the motion
+      type(measurer_t), allocatable :: measurers(:)
+   end type phase_state_t
+
+contains
+
+   !> Get the store ready for the surfaces.
+   subroutine open_store(self, store)
+      !> Beam and states are there
+      type(phase_state_t), intent(inout) :: self
+      type(set_store_t), target, intent(inout) :: store
+
+      integer :: k
+
+      call open_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
+      self%store => store
+      allocate (self%drive%frequency(0))
+   end subroutine open_store
+
+   !> Begin a phase with the set that is closed now.
+   subroutine take_over(self, tau, q, v, is_new, error)
+      type(phase_state_t), target, intent(inout) :: self
+      !> Its start
+      real(wp), intent(in) :: tau
+      !> State in the free modes, [free]
+      real(wp), contiguous, intent(in) :: q(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      !> The set had to be made
+      logical, intent(out) :: is_new
+      !> Set when it could not be
+      type(failure_t), allocatable, intent(inout) :: error
+
+      real(wp), dimension(size(self%states)) :: depth, branch_force
+      integer :: k
+
+      self%pressing_at = 0
+      self%trail_of = 0
+      self%last%time = -1.0_wp
+      self%node_depth = sum(self%states%depth, mask=self%states%is_node)
+      call find_set(self%states%is_closed, self%store, self%set, is_new, error)
+      if (allocated(error)) return
+      associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
+         if (allocated(self%z)) then
+            if (size(self%z) /= held%count) deallocate (self%z, self%v, self%last%z, self%last%v)
+         end if
+         if (.not. allocated(self%z)) allocate (self%z(held%count), self%v(held%count), self%last%z(held%count), &
+            self%last%v(held%count))
+         call into_held(self%beam, held, q, v, self%z, self%v)
+         if (self%loads%count > 0) call begin_drive(self, tau, is_new)
+         if (size(pressed) > 0) then
+            depth = self%states%depth
+            branch_force = self%states%branch_force
+            if (self%loads%count > 0) then
+               associate (at => self%set%drive%at)
+                  depth = depth - drive_at(self%set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp, 0)
+                  branch_force = branch_force - drive_at(self%set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
+               end associate
+            end if
+            if (allocated(self%amplitude)) then
+               if (size(self%amplitude) /= joint%count) deallocate (self%amplitude)
+            end if
+            if (.not. allocated(self%amplitude)) allocate (self%amplitude(joint%count))
+            call joint_amplitudes(held%oscillators%square, joint, -held%static_gap(pressed), &
+               depth(pressed), branch_force(pressed), self%z, self%v, self%amplitude)
+            self%amplitude = joint%weight*self%amplitude
+         else
+            do k = 1, size(held%held)
+               call ready_reaction(self%z, self%v, held%force(k))
+            end do
+         end if
+      end associate
+   end subroutine take_over
+
+   !> The loads at an instant, where they jump after it.
+   pure subroutine find_load(self, tau)
+      type(phase_state_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+
+      type(piece_t) :: piece
+      integer :: g
+
+      self%load(:) = 0.0_wp
+      self%load_rate(:) = 0.0_wp
+      do g = 1, self%loads%count
+         piece = piece_at(self%loads%course(g), tau)
+         self%load(:) = self%load + self%loads%mode(:, g)*(piece%constant + real(piece%harmonic, wp))
+         self%load_rate(:) = self%load_rate + self%loads%mode(:, g)*(piece%slope &
+            - piece%frequency*aimag(piece%harmonic))
+      end do
+   end subroutine find_load
+
+   !> What loads do from now on; the rest swings of itself.
+   subroutine begin_drive(self, tau, is_new)
+      type(phase_state_t), intent(inout) :: self
+      real(wp), intent(in) :: tau
+      !> The run has not used the set so far: its answers to loads are those of another run
+      logical, intent(in) :: is_new
+
+      real(wp), dimension(size(self%z)) :: rows, rates
+      type(impedance_t) :: spring(size(self%states))
+      integer :: k
+
+      associate (set => self%set)
+         if (is_new .or. size(set%pressed) > 0) spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
+         if (is_new) then
+            if (allocated(set%drive)) deallocate (set%drive)
+            allocate (set%drive)
+            call make_set_drive(self%beam, set%held, set%pressed, spring, self%loads, set%drive)
+         end if
+         call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
+         if (size(set%pressed) > 0) call drive_terms(set%held, set%joint, set%pressed, spring, self%loads, is_new, &
+            set%drive, self%drive)
+         self%longest = self%drive%until - tau
+         call find_rows_at(set%drive, self%drive, 1, set%drive%at%gaps, 0.0_wp, rows, rates)
+         !$omp simd
+         do k = 1, size(rows)
+            self%z(k) = self%z(k) - rows(k)
+            self%v(k) = self%v(k) - rates(k)
+         end do
+      end associate
+   end subroutine begin_drive
+
+   !> A reaction swings with p + 2 zeta p', which swings like p itself.
+   subroutine ready_reaction(z, v, reaction)
+      !> State of the modes
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      type(modal_signal_t), intent(inout) :: reaction
+
+      associate (two_zeta => reaction%oscillators%two_zeta, mass_rate => reaction%oscillators%mass_rate(:size(z)))
+         reaction%z = z + two_zeta*v
+         reaction%v = v - two_zeta*reaction%oscillators%square*reaction%z
+         reaction%v = reaction%v - two_zeta*mass_rate*v
+      end associate
+      associate (first => reaction%oscillators%blended + 1)
+         reaction%z(first:) = z(first:)
+         reaction%v(first:) = v(first:)
+      end associate
+   end subroutine ready_reaction
+
+   !> What ends the phase at a surface, as a signal.
+   subroutine signal_of(self, k, kind, signal)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> One of the `end_` constants, or `whole_gap`
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      if (size(self%set%pressed) > 0) then
+         call exponential_of(self, k, kind, signal)
+      else
+         call modal_of(self, k, kind, signal)
+      end if
+      if (self%loads%count > 0) call add_drive(self, k, kind, signal)
+   end subroutine signal_of
+
+   !> What loads do to it besides.
+   subroutine add_drive(self, k, kind, signal)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> One of the `end_` constants, or `whole_gap`
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(inout) :: signal
+
+      type(driven_terms_t) :: terms
+
+      call driven_terms(self, k, kind, terms)
+      call add_terms(terms, self%longest, signal)
+   end subroutine add_drive
+
+   !> That alone.
+   subroutine driven_terms(self, k, kind, terms)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      type(driven_terms_t), intent(inout) :: terms
+
+      real(wp) :: factor, of_rate
+      integer :: i, row
+
+      factor = merge(-1.0_wp, 1.0_wp, kind == end_home)
+      of_rate = 0.0_wp
+      if (kind == end_pull) then
+         factor = self%states(k)%spring%stiffness
+         of_rate = self%states(k)%spring%viscosity
+      end if
+      associate (set => self%set%drive, drive => self%drive)
+         row = set%at%gaps + k
+         if (kind == end_force) row = set%at%forces + k
+         if (kind == whole_tip) row = set%at%tip + 1
+         terms%constant = factor*drive%constant(row) + of_rate*drive%slope(row)
+         terms%slope = factor*drive%slope(row)
+         terms%frequency = drive%frequency
+         terms%harmonic = cmplx(factor, of_rate*drive%frequency, wp)*drive%harmonic(row, :)
+         terms%modes = size(drive%pair)
+         if (terms%modes == 0) return
+         terms%mode = drive%mode
+         terms%share = [(factor*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))]
+         terms%share_of_rate = [(factor*set%driven(drive%pair(i))%row_of_rate(row) &
+            + of_rate*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))]
+      end associate
+   end subroutine driven_terms
+
+   !> In modes.
+   subroutine modal_of(self, k, kind, signal)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      type(modal_signal_t), allocatable :: modal
+
+      associate (held => self%set%held)
+         allocate (modal)
+         select case (kind)
+         case (end_force)
+            modal = held%force(findloc(held%held, k, dim=1))
+         case (whole_tip)
+            call make_modal_signal(held%oscillators, held%static_tip, held%tip_value, modal)
+            modal%z = self%z
+            modal%v = self%v
+         case (end_pull)
+            associate (stiff => self%states(k)%spring%stiffness, viscous => self%states(k)%spring%viscosity)
+               call make_modal_signal(held%oscillators, stiff*held%static_gap(k), held%value(:, k), modal)
+               modal%z = stiff*self%z + viscous*self%v
+               modal%v = stiff*self%v + viscous*acceleration(held%oscillators, self%z, self%v)
+            end associate
+         case default
+            call make_modal_signal(held%oscillators, merge(-1.0_wp, 1.0_wp, kind == end_home)*held%static_gap(k), &
+               merge(-1.0_wp, 1.0_wp, kind == end_home)*held%value(:, k), modal)
+            modal%z = self%z
+            modal%v = self%v
+            if (k > 0) then
+               ! at home is the stop; the node before it is not
+               if (self%states(k)%is_node .and. kind == whole_gap) then
+                  modal%surface = self%node_depth
+                  modal%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
+               end if
+            end if
+         end select
+      end associate
+      call move_alloc(modal, signal)
+   end subroutine modal_of
+
+   !> In the terms of surfaces that yield.
+   subroutine exponential_of(self, k, kind, signal)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      class(viewed_signal_t), allocatable, intent(out) :: signal
+
+      type(exponential_signal_t), allocatable :: sum
+
+      allocate (sum)
+      associate (set => self%set, state => self%states(max(k, 1)), exponent => self%set%joint%exponent)
+         allocate (sum%exponent, source=exponent)
+         select case (kind)
+         case (end_force, whole_tip)
+            call force_terms(self, merge(0, k, kind == whole_tip), sum%offset, sum%amplitude)
+         case (end_pull)
+            sum%offset = state%spring%stiffness*set%rest_gap(k)
+            allocate (sum%amplitude, source=(state%spring%stiffness + state%spring%viscosity*exponent) &
+               *set%gap(k, :)*self%amplitude)
+         case (end_home)
+            sum%offset = -set%rest_gap(k)
+            allocate (sum%amplitude, source=-set%gap(k, :)*self%amplitude)
+         case default
+            sum%offset = set%rest_gap(k)
+            allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
+            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%follows) call add_surface(state, sum)
+         end select
+      end associate
+      call move_alloc(sum, signal)
+   end subroutine exponential_of
+
+   !> A surface that comes back, as one more term.
+   pure subroutine add_surface(state, sum)
+      type(surface_state_t), intent(in) :: state
+      type(exponential_signal_t), intent(inout) :: sum
+
+      real(wp) :: rate
+      integer :: slower
+
+      rate = min(state%spring%surface_rate, huge(1.0_wp))
+      slower = count(abs(sum%exponent) < rate)
+      sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
+      sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
+   end subroutine add_surface
+
+   !> The force of a closed surface where one yields; 0: not a force, but the displacement of the tip.
+   pure subroutine force_terms(self, k, offset, amplitude)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(out) :: offset
+      !> Of its terms, [count]
+      complex(wp), allocatable, intent(out) :: amplitude(:)
+
+      integer :: place
+
+      associate (set => self%set)
+         place = findloc(set%pressed, k, dim=1)
+         if (k == 0) then
+            offset = set%held%static_tip + sum(set%held%tip_value*set%rest)
+            allocate (amplitude, source=matmul(set%held%tip_value, set%joint%shape)*self%amplitude)
+         else if (place > 0) then
+            offset = set%rest_force(place)
+            allocate (amplitude, source=set%joint%force(place, :)*self%amplitude)
+         else
+            place = findloc(set%held%held, k, dim=1)
+            offset = set%rest_reaction(place)
+            allocate (amplitude, source=set%reaction(place, :)*self%amplitude)
+         end if
+      end associate
+   end subroutine force_terms
+
+   !> State of the set's modes at a time in the phase.
+   pure subroutine move_to(self, time, z, v, turn, alone)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp), contiguous, intent(out) :: z(:)
+      real(wp), contiguous, intent(out) :: v(:)
+      !> exp(i W t), where it is known, [harmonics]
+      complex(wp), intent(in), optional :: turn(:)
+      !> The same less what loads do, [modes, 2]
+      real(wp), contiguous, intent(out), optional :: alone(:, :)
+
+      real(wp), dimension(size(z)) :: rows, rates
+      integer :: i
+
+      call move_alone(self, time, z, v)
+      if (present(alone)) alone(:, 1) = z
+      if (present(alone)) alone(:, 2) = v
+      if (self%loads%count == 0) return
+      call find_rows_at(self%set%drive, self%drive, 1, size(z), time, rows, rates, turn)
+      !$omp simd
+      do i = 1, size(z)
+         z(i) = z(i) + rows(i)
+         v(i) = v(i) + rates(i)
+      end do
+   end subroutine move_to
+
+   !> The same less what loads do.
+   pure subroutine move_alone(self, time, z, v)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp), contiguous, intent(out) :: z(:)
+      real(wp), contiguous, intent(out) :: v(:)
+
+      if (.not. time > 0.0_wp) then
+         z = self%z
+         v = self%v
+      else if (.not. abs(self%last%time - time) > 0.0_wp) then
+         z = self%last%z
+         v = self%last%v
+      else if (size(self%set%pressed) > 0) then
+         call state_in(self%set, self%amplitude, self%z, self%v, time, z, v)
+      else
+         call propagate(self%set%held%oscillators, time, self%z, self%v, z, v)
+      end if
+   end subroutine move_alone
+
+   !> The same in the free modes.
+   pure subroutine free_state(self, z, v, q, rate)
+      type(phase_state_t), intent(in) :: self
+      !> State of the set's modes
+      real(wp), contiguous, intent(in) :: z(:)
+      real(wp), contiguous, intent(in) :: v(:)
+      !> [free]
+      real(wp), contiguous, intent(out) :: q(:)
+      real(wp), contiguous, intent(out) :: rate(:)
+
+      call out_of_held(self%beam, self%set%held, z, v, q, rate)
+   end subroutine free_state
+
+end module phase_state

@@ -1,0 +1,266 @@
+!> What happens where a phase among several surfaces ends: impacts, captures, contacts, releases (docs/theory.md,
+!> section 17).
+module phase_transitions
+   use certified_search, only: found_never_left, search_t
+   use contact_impulses, only: brake, bring_to_rest, capture_t, solve_impact, take_blow
+   use kinds, only: wp
+   use motion_phases, only: found_break, found_taken_back, motion_t
+   use phase_state, only: end_force, end_home, end_pull, find_load, phase_state_t
+   use response_types, only: append_event, event_capture, event_t, response_t
+   use run_recorder, only: charge_event
+   use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
+   use surface_reactions, only: find_reactions, leaving_orders, reactions_t, settle_touched
+   use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of
+   implicit none (type, external)
+   private
+   public :: follow_end, meet_at_start, resume
+
+   !> So many problems at one instant, then all that is hit is captured.
+   integer, parameter :: most_rounds = 100
+
+contains
+
+   !> What follows the end of a phase.
+   subroutine follow_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      !> The surface that ended it, and how
+      integer, intent(in) :: k
+      integer, intent(in) :: ended_by
+      !> A flight that began at rest on the surface ends there
+      logical, intent(in) :: from_rest
+      type(search_t), intent(in) :: search
+      !> A flight that stays below this is a capture
+      real(wp), intent(in) :: hop_tolerance
+      type(motion_t), intent(inout) :: motion
+      !> Gets the events
+      type(response_t), intent(inout) :: response
+
+      if (search%outcome == found_break) then
+         call resume(self, motion, response)
+         return
+      end if
+      call end_at_surface(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+      call settle_touched(self, motion, response)
+   end subroutine follow_end
+
+   !> What a surface that ended a phase makes of it.
+   subroutine end_at_surface(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      !> The surface that ended it, and how
+      integer, intent(in) :: k
+      integer, intent(in) :: ended_by
+      !> A flight that began at rest on the surface ends there
+      logical, intent(in) :: from_rest
+      type(search_t), intent(in) :: search
+      !> A flight that stays below this is a capture
+      real(wp), intent(in) :: hop_tolerance
+      type(motion_t), intent(inout) :: motion
+      !> Gets the events
+      type(response_t), intent(inout) :: response
+
+      type(capture_t) :: captures(size(self%states))
+
+      associate (state => self%states(k))
+         select case (ended_by)
+         case (end_force)
+            call let_go(self, k, motion, response)
+         case (end_home)
+            state%is_indented = .false.
+            state%depth = 0.0_wp
+            state%start_order = 1
+         case (end_pull)
+            call close_surface(self, k, 1, motion, response)
+         case default
+            if (.not. state%is_rigid) then
+               call meet_yielding(self, k, search, motion, response)
+               return
+            end if
+            captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
+               (state%hop_tolerance > 0.0_wp .and. state%is_low)
+            ! what would lift it is lost in the rounding error of the displacement
+            captures(k)%is_pressed = search%outcome == found_never_left .and. from_rest
+            if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
+               velocity_of(self, k, motion) > 0.0_wp)) then
+               call bring_to_rest(self, k, captures, motion, response)
+               call settle(self, captures, motion, response)
+               call check_dampers(self, motion, response)
+            else
+               call strike(self, k, hop_tolerance, captures, motion, response)
+            end if
+         end select
+      end associate
+   end subroutine end_at_surface
+
+   !> Loads, or what surfaces are, changed: which of those that are closed stay so?
+   subroutine resume(self, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      type(capture_t) :: captures(size(self%states))
+
+      call settle(self, captures, motion, response)
+      call check_dampers(self, motion, response)
+      call settle_touched(self, motion, response)
+   end subroutine resume
+
+   !> The run starts on some surfaces.
+   subroutine meet_at_start(self, hop_tolerance, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      !> A flight that stays below this is a capture
+      real(wp), intent(in) :: hop_tolerance
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      type(capture_t) :: captures(size(self%states))
+      integer :: hit, k
+
+      hit = 0
+      do k = 1, size(self%states)
+         if (.not. self%states(k)%acts) cycle
+         if (self%states(k)%is_indented) then
+            ! it carries the beam
+            captures(k)%is_in = self%states(k)%is_rigid
+            if (.not. self%states(k)%is_rigid) call close_surface(self, k, 0, motion, response)
+            cycle
+         end if
+         if (gap_of(self, k, motion%q) > noise_of(self, k, motion)) cycle
+         associate (state => self%states(k), velocity => velocity_of(self, k, motion))
+            if (abs(velocity) > speed_noise(self, k, motion)) then
+               state%start_order = 1
+               if (velocity > 0.0_wp) cycle
+               if (state%is_rigid) hit = k
+               if (.not. state%is_rigid) call close_surface(self, k, 1, motion, response)
+               cycle
+            end if
+            captures(k)%is_in = state%is_rigid
+            state%is_touched = .not. state%is_rigid
+         end associate
+      end do
+      if (hit > 0) then
+         call strike(self, hit, hop_tolerance, captures, motion, response)
+      else
+         call settle(self, captures, motion, response)
+      end if
+      call settle_touched(self, motion, response)
+   end subroutine meet_at_start
+
+   !> The beam comes to a surface that yields.
+   subroutine meet_yielding(self, k, search, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(search_t), intent(in) :: search
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: faster, impulse, surface_speed
+      integer :: order
+
+      order = 1
+      if (search%outcome == found_never_left .and. .not. self%states(k)%is_node) then
+         if (self%loads%count > 0) call find_load(self, motion%tau)
+         associate (state => self%states(k))
+            ! too low to be told from no flight: the stop point goes with the surface, if that is not faster
+            surface_speed = 0.0_wp
+            if (.not. state%follows) surface_speed = state%spring%surface_rate*state%depth
+            if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
+               order = 2
+               faster = velocity_of(self, k, motion) - surface_speed
+               call brake(self, k, faster, motion, impulse)
+               call charge_event(motion%recorder%ledger, -impulse*(surface_speed + 0.5_wp*faster))
+               if (.not. pull_of(self, k, motion) > state%spring%surface_rate*surface_speed) then
+                  call start_flight(self, k, 2, 0.0_wp)
+                  return
+               end if
+            end if
+         end associate
+      end if
+      call close_surface(self, k, order, motion, response)
+   end subroutine meet_yielding
+
+   !> Impulses at one instant: Newton's law as one complementarity problem over the rigid surface that is hit, those
+   !> that hold the beam, and others that it has reached and does not leave. What is turned back onto one that it was
+   !> leaving takes part in the next problem.
+   subroutine strike(self, first, hop_tolerance, captures, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      !> The surface that is hit
+      integer, intent(in) :: first
+      real(wp), intent(in) :: hop_tolerance
+      !> What is hit without rebound in; all that is brought to rest
+      type(capture_t), intent(inout) :: captures(:)
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      logical :: reached(size(self%states))
+      real(wp) :: velocity
+      integer :: k, next, round
+
+      do k = 1, size(self%states)
+         reached(k) = self%states(k)%acts .and. self%states(k)%is_rigid .and. .not. self%states(k)%is_closed
+         if (reached(k)) reached(k) = k == first .or. gap_of(self, k, motion%q) <= noise_of(self, k, motion)
+      end do
+      next = first
+      do round = 1, most_rounds
+         if (round == most_rounds) captures%is_in = captures%is_in .or. reached
+         call solve_impact(self, reached, next, hop_tolerance, captures, motion, response)
+         if (count(reached) == 1) exit
+         next = 0
+         do k = 1, size(reached)
+            if (.not. reached(k) .or. captures(k)%is_in .or. self%states(k)%is_closed) cycle
+            velocity = velocity_of(self, k, motion)
+            if (velocity < 0.0_wp) then
+               if (velocity < -speed_noise(self, k, motion)) next = k
+            end if
+         end do
+         if (next == 0) exit
+      end do
+      call settle(self, captures, motion, response)
+      call check_dampers(self, motion, response)
+   end subroutine strike
+
+   !> Which of the rigid surfaces on which the beam rests hold it? The same problem on accelerations; where the force
+   !> vanishes, as it changes.
+   subroutine settle(self, captures, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      !> Those that hold it already take part, too
+      type(capture_t), intent(in) :: captures(:)
+      type(motion_t), intent(inout) :: motion
+      type(response_t), intent(inout) :: response
+
+      integer :: resting(count(captures%is_in .or. (self%states%is_rigid .and. self%states%is_closed)))
+      integer :: orders(size(resting)), a, k
+      type(reactions_t) :: reactions
+      type(event_t) :: event
+
+      if (size(resting) == 0) return
+      if (self%loads%count > 0) call find_load(self, motion%tau)
+      resting = pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. &
+         self%states%is_closed))
+      call find_reactions(self, resting, motion, reactions)
+      orders = leaving_orders(self, motion, reactions)
+      do a = 1, size(resting)
+         k = resting(a)
+         associate (state => self%states(k), order => orders(a))
+            if (captures(k)%is_pressed) order = 0
+            if (captures(k)%is_in) then
+               state%is_closed = order == 0
+               state%is_indented = .false.
+               state%start_order = 0
+               ! with no impulse given and none to hold it there was no capture to speak of
+               if (state%is_closed .or. abs(captures(k)%velocity) > 0.0_wp .or. captures(k)%impulse > 0.0_wp) then
+                  event = event_of(self, k, event_capture, motion, captures(k)%velocity, 0.0_wp)
+                  event%impulse = captures(k)%impulse
+                  event%energy_change = captures(k)%energy_change
+                  call append_event(response, event)
+                  call take_blow(self, k, captures(k)%impulse, motion)
+                  if (order > 0) call open_surface(self, k, order, motion, response)
+               end if
+               if (order > 0) call start_flight(self, k, order, 0.0_wp)
+            else if (order > 0) then
+               call open_surface(self, k, order, motion, response)
+            end if
+         end associate
+      end do
+   end subroutine settle
+
+end module phase_transitions

@@ -1,0 +1,280 @@
+!> What rigid surfaces that hold the beam do to it at an instant, and what follows for the others: surfaces that yield
+!> and that it touches, and whether it moves at all (docs/theory.md, section 17).
+module surface_reactions
+   use complementarity, only: solve_complementarity
+   use damped_oscillators, only: acceleration_of => acceleration
+   use kinds, only: wp
+   use load_courses, only: piece_at, piece_t
+   use motion_phases, only: motion_t
+   use phase_state, only: find_load, phase_state_t
+   use response_types, only: response_t
+   use surface_changes, only: close_surface
+   use surface_values, only: force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
+   implicit none (type, external)
+   private
+   public :: reactions_t, find_reactions, leaving_orders, settle_touched
+
+   !> Rigid surfaces on which the beam rests.
+   type :: reactions_t
+      !> These surfaces
+      integer, allocatable :: place(:)
+      !> Acceleration of each gap by a force at another, [place, place]
+      real(wp), allocatable :: mobility(:, :)
+      !> Acceleration of each gap without them, and its rounding error, [place]
+      real(wp), allocatable :: free(:), noise(:)
+      !> Away from the surface, >= 0, [place]
+      real(wp), allocatable :: force(:)
+      !> Of the free modes with them
+      real(wp), allocatable :: acceleration(:)
+   end type reactions_t
+
+   !> More than rounding leaves of the velocities of a beam at rest.
+   real(wp), parameter :: most_creep = 1.0e-6_wp
+
+   !> Rounding error of a sum over the parts that its modes are made of.
+   real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
+
+contains
+
+   !> Forces of rigid surfaces on which the beam rests, from the complementarity of reactions and accelerations.
+   subroutine find_reactions(self, place, motion, reactions)
+      !> Its loads are those of the instant
+      type(phase_state_t), intent(in) :: self
+      !> Of these surfaces
+      integer, intent(in) :: place(:)
+      type(motion_t), intent(in) :: motion
+      type(reactions_t), intent(out) :: reactions
+
+      logical :: holds(size(place))
+      integer :: a, n
+
+      n = size(place)
+      reactions%place = place
+      allocate (reactions%mobility(n, n), reactions%free(n), reactions%noise(n), reactions%force(n))
+      reactions%acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
+      if (.not. all(self%states%is_rigid)) then
+         reactions%acceleration = reactions%acceleration + yielding_forces(self, motion)
+      end if
+      if (self%loads%count > 0) reactions%acceleration = reactions%acceleration + self%load
+      if (n == 0) return
+      associate (b => self%beam%value(:, place))
+         reactions%mobility(:, :) = matmul(transpose(b), b)
+         do a = 1, n
+            reactions%free(a) = -pull_of(self, place(a), motion, reactions%noise(a))
+         end do
+         call solve_complementarity(reactions%mobility, reactions%free, reactions%force, holds)
+         reactions%acceleration = reactions%acceleration + matmul(b, reactions%force)
+      end associate
+   end subroutine find_reactions
+
+   !> Which of the rigid surfaces on which the beam rests does it leave? Order of the first derivative of their gaps
+   !> that exceeds its rounding error, where that opens the gap; 0: the surface holds the beam, with or without a force.
+   function leaving_orders(self, motion, reactions) result(order)
+      type(phase_state_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      type(reactions_t), intent(in) :: reactions
+      integer :: order(size(reactions%place))
+
+      real(wp), dimension(size(motion%q)) :: jerk, spread
+      logical, dimension(size(order)) :: bears, leaves
+      integer :: a
+
+      call find_sides(reactions, bears, leaves)
+      order = merge(2, 0, leaves)
+      if (all(bears .or. leaves)) return
+      call find_jerk(self, motion, reactions, jerk, spread)
+      do a = 1, size(order)
+         if (bears(a) .or. leaves(a)) cycle
+         associate (b => self%beam%value(:, reactions%place(a)))
+            if (sum(b*jerk) > rounding*sum(abs(b)*spread)) order(a) = 3
+         end associate
+      end do
+   end function leaving_orders
+
+   !> Rigid surfaces that bear a force, those that the beam leaves by an acceleration, and the rest, where both vanish.
+   pure subroutine find_sides(reactions, bears, leaves)
+      type(reactions_t), intent(in) :: reactions
+      logical, intent(out) :: bears(:)
+      logical, intent(out) :: leaves(:)
+
+      integer :: a
+
+      do a = 1, size(bears)
+         bears(a) = reactions%force(a)*reactions%mobility(a, a) > reactions%noise(a)
+         leaves(a) = .not. bears(a) .and. &
+            reactions%free(a) + sum(reactions%mobility(:, a)*reactions%force) > reactions%noise(a)
+      end do
+   end subroutine find_sides
+
+   !> How accelerations change from now on. Surfaces that bear a force go on holding the beam; those where force and
+   !> acceleration vanish hold it or let it go as their rates are complementary, which is one problem over all of them:
+   !> what a load at one place does to another surface depends on what holds the beam where the load is.
+   subroutine find_jerk(self, motion, reactions, jerk, spread)
+      type(phase_state_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      type(reactions_t), intent(in) :: reactions
+      !> Rates of the accelerations of the free modes
+      real(wp), intent(out) :: jerk(:)
+      !> Sum of the magnitudes that each of these is made of
+      real(wp), intent(out) :: spread(:)
+
+      real(wp) :: moves(size(motion%q))
+      logical, dimension(size(reactions%place)) :: bears, leaves
+      real(wp), allocatable :: rate(:)
+      logical, allocatable :: holds(:)
+      integer, allocatable :: asked(:)
+      integer :: a, k
+
+      jerk = acceleration_of(self%beam%oscillators, motion%v, reactions%acceleration)
+      moves = spread_of(self, motion, reactions)
+      associate (beam => self%beam%oscillators)
+         spread = beam%square*(abs(motion%v) + beam%two_zeta*moves) + beam%mass_rate(:size(moves))*moves
+      end associate
+      if (self%loads%count > 0) then
+         jerk = jerk + self%load_rate
+         spread = spread + abs(self%load_rate)
+      end if
+      do k = 1, size(self%states)
+         associate (state => self%states(k), b => self%beam%value(:, k))
+            if (state%is_rigid .or. .not. state%is_closed) cycle
+            associate (yields => -(state%spring%stiffness + state%spring%branch_stiffness) &
+               *velocity_of(self, k, motion) - state%spring%relaxation_rate*state%branch_force, &
+               damps => state%spring%viscosity)
+               jerk = jerk + b*(yields - damps*sum(b*reactions%acceleration))
+               spread = spread + abs(b)*(abs(yields) + damps*sum(abs(b)*moves))
+            end associate
+         end associate
+      end do
+      call find_sides(reactions, bears, leaves)
+      allocate (asked, source=pack([(a, a=1, size(leaves))], .not. leaves))
+      allocate (rate(size(asked)), holds(size(asked)))
+      associate (b => self%beam%value(:, reactions%place(asked)))
+         call solve_complementarity(reactions%mobility(asked, asked), matmul(jerk, b), rate, holds, bears(asked))
+         jerk = jerk + matmul(b, rate)
+         do a = 1, size(asked)
+            spread = spread + abs(b(:, a)*rate(a))
+         end do
+      end associate
+   end subroutine find_jerk
+
+   !> Sum of the magnitudes that the acceleration of each free mode is made of.
+   function spread_of(self, motion, reactions) result(spread)
+      type(phase_state_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      type(reactions_t), intent(in) :: reactions
+      real(wp) :: spread(size(motion%q))
+
+      integer :: k
+
+      spread = self%beam%oscillators%square*abs(motion%q)
+      do k = 1, size(reactions%place)
+         spread = spread + abs(self%beam%value(:, reactions%place(k)))*reactions%force(k)
+      end do
+      if (self%loads%count > 0) spread = spread + abs(self%load)
+      do k = 1, size(self%states)
+         if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
+         spread = spread + abs(self%beam%value(:, k)*force_of(self, k, motion))
+      end do
+   end function spread_of
+
+   !> The beam touches surfaces that yield and does not press on them: is each pressed from now on, or left, or does
+   !> that go on? And does anything move?
+   subroutine settle_touched(self, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      !> Gets the events
+      type(response_t), intent(inout) :: response
+
+      self%is_at_rest = .false.
+      if (.not. any(self%states%is_touched) .and. sum(abs(motion%v)) > most_creep*(1.0_wp + sum(abs(motion%q)))) return
+      call ask_touched(self, motion, response)
+   end subroutine settle_touched
+
+   !> The same of a beam that touches surfaces or hardly moves.
+   subroutine ask_touched(self, motion, response)
+      type(phase_state_t), intent(inout) :: self
+      type(motion_t), intent(in) :: motion
+      !> Gets the events
+      type(response_t), intent(inout) :: response
+
+      type(reactions_t) :: reactions
+      real(wp), dimension(size(motion%q)) :: jerk, spread, jerk_spread
+      integer :: k
+
+      if (self%loads%count > 0) call find_load(self, motion%tau)
+      call find_reactions(self, pack([(k, k=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed), &
+         motion, reactions)
+      spread = spread_of(self, motion, reactions)
+      if (any(self%states%is_touched)) then
+         call find_jerk(self, motion, reactions, jerk, jerk_spread)
+         do k = 1, size(self%states)
+            if (self%states(k)%is_touched) call leave_or_press(self, k, motion, reshape([reactions%acceleration, &
+               spread, jerk, jerk_spread], [size(jerk), 4]), response)
+         end do
+      end if
+      self%is_at_rest = is_at_rest(self, motion, reactions%acceleration, spread)
+   end subroutine ask_touched
+
+   !> A surface that yields is pressed by the beam that touches it at rest, is left, or neither: the first derivative of
+   !> the gap that exceeds its rounding error decides.
+   subroutine leave_or_press(self, k, motion, changes, response)
+      type(phase_state_t), intent(inout) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      !> Accelerations of the free modes, the sum of the magnitudes that each is made of, and both of their rates,
+      !> [modes, 4]
+      real(wp), intent(in) :: changes(:, :)
+      !> Gets a contact
+      type(response_t), intent(inout) :: response
+
+      real(wp) :: push(3), error(3)
+      integer :: order
+
+      associate (b => self%beam%value(:, k), state => self%states(k))
+         state%is_touched = gap_of(self, k, motion%q) <= noise_of(self, k, motion)
+         if (.not. state%is_touched) return
+         push = [velocity_of(self, k, motion), sum(b*changes(:, 1)), sum(b*changes(:, 3))]
+         error = [speed_noise(self, k, motion), rounding*sum(abs(b)*changes(:, 2)), rounding*sum(abs(b)*changes(:, 4))]
+         order = findloc(abs(push) > error, .true., dim=1)
+         if (order == 0) then
+            state%start_order = 3
+         else if (push(order) < 0.0_wp) then
+            call close_surface(self, k, order, motion, response)
+         else
+            state%is_touched = .false.
+            state%start_order = order
+         end if
+      end associate
+   end subroutine leave_or_press
+
+   !> Does nothing move until loads change? Velocities and accelerations are rounding errors, loads constant, and no
+   !> surface is on its way home.
+   function is_at_rest(self, motion, acceleration, spread) result(answer)
+      type(phase_state_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      !> Of the free modes
+      real(wp), intent(in) :: acceleration(:)
+      !> Sum of the magnitudes that each of these is made of
+      real(wp), intent(in) :: spread(:)
+      logical :: answer
+
+      type(piece_t) :: piece
+      integer :: g, k
+
+      answer = all(abs(acceleration) <= rounding*spread) .and. &
+         all(abs(motion%v)*max(self%beam%oscillators%frequency, 1.0_wp) <= rounding*spread)
+      do g = 1, self%loads%count
+         if (.not. answer) return
+         piece = piece_at(self%loads%course(g), motion%tau)
+         answer = .not. (abs(piece%slope) > 0.0_wp .or. abs(piece%harmonic) > 0.0_wp)
+      end do
+      do k = 1, size(self%states)
+         associate (state => self%states(k))
+            if (state%is_rigid .or. .not. answer) cycle
+            answer = .not. (state%is_indented .or. abs(state%branch_force) > 0.0_wp .or. &
+               (state%depth > 0.0_wp .and. .not. state%is_closed))
+         end associate
+      end do
+   end function is_at_rest
+
+end module surface_reactions

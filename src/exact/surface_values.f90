@@ -1,0 +1,157 @@
+!> Gaps, velocities and forces of surfaces at the present state of a motion, in the free modes.
+module surface_values
+   use kinds, only: wp
+   use motion_phases, only: motion_t
+   use phase_state, only: phase_state_t
+   use response_types, only: event_t
+   implicit none (type, external)
+   private
+   public :: along, event_of, gap_of, gap_at_home, velocity_of, noise_of, speed_noise, force_of
+   public :: yielding_forces, pull_of
+
+contains
+
+   !> An event at the present state: displacement and velocity of the stop point up from the surface.
+   pure function event_of(self, k, kind, motion, before, after) result(event)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      integer, intent(in) :: kind
+      type(motion_t), intent(in) :: motion
+      !> Velocities away from the surface
+      real(wp), intent(in) :: before
+      real(wp), intent(in) :: after
+      type(event_t) :: event
+
+      associate (surface => self%states(k)%surface)
+         event = event_t(tau=motion%tau, kind=kind, eta=surface%sign*gap_of(self, k, motion%q), &
+            velocity_before=surface%sign*before, velocity_after=surface%sign*after, surface=surface%number)
+      end associate
+   end function event_of
+
+   !> Distance of the stop point from a surface where that is home.
+   pure function gap_of(self, k, q) result(gap)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), contiguous, intent(in) :: q(:)
+      real(wp) :: gap
+
+      gap = gap_at_home(self, k, q)
+      if (self%states(k)%is_node) gap = gap + self%states(k)%depth
+   end function gap_of
+
+   !> The same of the modes' displacement there, without that of a node without mass.
+   pure function gap_at_home(self, k, q) result(gap)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), contiguous, intent(in) :: q(:)
+      real(wp) :: gap
+
+      gap = along(self%beam%value(:, k), q) - self%beam%height(k)
+   end function gap_at_home
+
+   !> Displacement or velocity of a point, or the mobility between two.
+   pure function along(shape, state) result(value)
+      !> The modes there, [modes]
+      real(wp), contiguous, intent(in) :: shape(:)
+      !> State in the modes, or the modes at the other point, [modes]
+      real(wp), contiguous, intent(in) :: state(:)
+      real(wp) :: value
+
+      integer :: i
+
+      value = 0.0_wp
+      !$omp simd reduction(+:value)
+      do i = 1, size(shape)
+         value = value + shape(i)*state(i)
+      end do
+   end function along
+
+   !> Away from the surface.
+   pure function velocity_of(self, k, motion) result(velocity)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: velocity
+
+      velocity = along(self%beam%value(:, k), motion%v)
+   end function velocity_of
+
+   !> Rounding error of a gap at an instant that is rounded itself.
+   pure function noise_of(self, k, motion) result(noise)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: noise
+
+      noise = 4.0_wp*epsilon(1.0_wp)*(abs(self%beam%height(k)) + sum(abs(self%beam%value(:, k)*motion%q)) &
+         + abs(velocity_of(self, k, motion))*motion%tau)
+   end function noise_of
+
+   !> Rounding error of a velocity.
+   pure function speed_noise(self, k, motion) result(noise)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: noise
+
+      noise = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
+   end function speed_noise
+
+   !> Force of a surface that yields, if the beam is on it.
+   pure function force_of(self, k, motion) result(force)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      real(wp) :: force
+
+      associate (state => self%states(k))
+         force = state%spring%stiffness*state%depth + state%branch_force &
+            - state%spring%viscosity*velocity_of(self, k, motion)
+      end associate
+   end function force_of
+
+   !> What closed surfaces that yield do to the free modes.
+   pure function yielding_forces(self, motion) result(forces)
+      type(phase_state_t), intent(in) :: self
+      type(motion_t), intent(in) :: motion
+      real(wp) :: forces(size(motion%q))
+
+      integer :: k
+
+      forces = 0.0_wp
+      do k = 1, size(self%states)
+         if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
+         forces = forces + self%beam%value(:, k)*force_of(self, k, motion)
+      end do
+   end function yielding_forces
+
+   !> How the beam presses on a surface that does not act: the gap's acceleration with its sign turned.
+   function pull_of(self, k, motion, noise) result(pull)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(motion_t), intent(in) :: motion
+      !> Its rounding error
+      real(wp), intent(out), optional :: noise
+      real(wp) :: pull
+
+      real(wp), allocatable :: others(:)
+
+      associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
+         two_zeta => self%beam%oscillators%two_zeta, mass_rate => self%beam%oscillators%mass_rate(:size(motion%q)))
+         pull = sum(b*square*(motion%q + two_zeta*motion%v)) + sum(b*mass_rate*motion%v)
+         if (present(noise)) noise = sum(abs(b)*(square*(abs(motion%q) + two_zeta*abs(motion%v)) &
+            + mass_rate*abs(motion%v)))
+         if (.not. all(self%states%is_rigid)) then
+            allocate (others, source=yielding_forces(self, motion))
+            pull = pull - sum(b*others)
+            if (present(noise)) noise = noise + sum(abs(b*others))
+         end if
+         if (self%loads%count > 0) then
+            pull = pull - sum(b*self%load)
+            if (present(noise)) noise = noise + sum(abs(b*self%load))
+         end if
+         if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*noise
+      end associate
+   end function pull_of
+
+end module surface_values

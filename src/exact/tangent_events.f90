@@ -1,0 +1,206 @@
+!> Variations of a motion across its events: each is brought to where it meets the event, follows what happens there,
+!> and back to one instant (docs/theory.md, section 22).
+module tangent_events
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use certified_search, only: found_never_left, search_t
+   use complementarity, only: solve_active
+   use kinds, only: wp
+   use phase_state, only: end_force, end_gap, end_home, end_pull, phase_state_t
+   use section_types, only: run_sections_t
+   use tangent_columns, only: by_nothing, shift_columns, size_of_column, state_rates_t, tangent_t
+   use tangent_flow, only: find_rates, flow_columns, keeps_memory, load_changes
+   implicit none (type, external)
+   private
+   public :: begin_columns, end_columns, take_back_columns, take_sizes
+
+   !> Beyond this a single column is brought back to 1.
+   real(wp), parameter :: greatest_size = 1.0e50_wp
+
+contains
+
+   !> A phase begins: from where each column met the event to one instant.
+   subroutine begin_columns(now, tangent)
+      !> Has taken over the state
+      type(phase_state_t), intent(in) :: now
+      type(tangent_t), intent(inout) :: tangent
+
+      real(wp) :: length
+
+      call find_rates(now, 0.0_wp, tangent%begun)
+      call shift_columns(tangent%begun, -1.0_wp, tangent)
+      if (size(tangent%delay) > 1) return
+      length = size_of_column(tangent, 1, now%beam%oscillators)
+      if (length < greatest_size .and. length*greatest_size > 1.0_wp .or. length <= 0.0_wp) return
+      tangent%log_scale = tangent%log_scale + log(length)
+      tangent%q = tangent%q/length
+      tangent%v = tangent%v/length
+      tangent%memory = tangent%memory/length
+      tangent%delay = tangent%delay/length
+   end subroutine begin_columns
+
+   !> A phase that began did not happen: to where the event before was met.
+   pure subroutine take_back_columns(tangent)
+      !> Unallocated: there are none
+      type(tangent_t), allocatable, intent(inout) :: tangent
+
+      if (allocated(tangent)) call shift_columns(tangent%begun, 1.0_wp, tangent)
+   end subroutine take_back_columns
+
+   !> A phase ends: to where each column meets what ends it.
+   subroutine end_columns(now, ended, ended_by, search, tangent)
+      type(phase_state_t), intent(in) :: now
+      !> The surface that ends it, 0: none, and how
+      integer, intent(in) :: ended
+      integer, intent(in) :: ended_by
+      type(search_t), intent(in) :: search
+      type(tangent_t), intent(inout) :: tangent
+
+      type(state_rates_t) :: rates
+      real(wp), dimension(now%loads%count) :: by_parameter, load_rate, nothing
+      real(wp) :: slope
+      integer :: i
+
+      if (search%outcome == found_never_left) then
+         call shift_columns(tangent%begun, 1.0_wp, tangent)
+         return
+      end if
+      call flow_columns(now, search%time, tangent)
+      tangent%delay = 0.0_wp
+      call find_rates(now, search%time, rates)
+      if (ended == 0) tangent%begun = rates
+      if (ended == 0) return
+      call load_changes(now, search%time, tangent, by_parameter, load_rate)
+      nothing = 0.0_wp
+      slope = signal_change(now, ended, ended_by, rates%q, rates%v, rates%memory, load_rate)
+      if (ended_by == end_gap .and. now%states(ended)%is_rigid) tangent%least_speed = &
+         min(tangent%least_speed, abs(slope))
+      slope = sign(max(abs(slope), tiny(1.0_wp)**0.25_wp), slope)
+      do i = 1, size(tangent%delay)
+         tangent%delay(i) = -signal_change(now, ended, ended_by, tangent%q(:, i), tangent%v(:, i), &
+            tangent%memory(:, i), merge(by_parameter, nothing, i == size(tangent%delay) .and. &
+            tangent%parameter /= by_nothing))/slope
+      end do
+      call shift_columns(rates, 1.0_wp, tangent)
+   end subroutine end_columns
+
+   !> The size of the first variation at the sections of a phase that are not taken yet.
+   subroutine take_sizes(now, tau, length, tangent, sections)
+      type(phase_state_t), intent(in) :: now
+      !> Start of the phase
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: length
+      !> As it starts
+      type(tangent_t), intent(in) :: tangent
+      type(run_sections_t), intent(inout) :: sections
+
+      type(tangent_t) :: there
+      real(wp) :: size_there
+      integer :: n
+
+      if (.not. allocated(sections%log_size)) return
+      do n = sections%count + 1, size(sections%tau)
+         ! as near to the end as rounding can tell is in it
+         if (sections%tau(n) > tau + length + 4.0_wp*epsilon(1.0_wp)*tau) exit
+         there = tangent
+         call flow_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), there)
+         size_there = size_of_column(there, 1, now%beam%oscillators)
+         sections%log_size(n) = ieee_value(1.0_wp, ieee_quiet_nan)
+         if (size_there > 0.0_wp) sections%log_size(n) = there%log_scale + log(size_there)
+      end do
+   end subroutine take_sizes
+
+   !> What a change of state and loads makes of the signal that ends a phase.
+   function signal_change(now, k, ended_by, q, v, memory, load) result(change)
+      type(phase_state_t), intent(in) :: now
+      integer, intent(in) :: k
+      !> One of the `end_` constants
+      integer, intent(in) :: ended_by
+      !> In the free modes
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+      !> Of P2, [surfaces]
+      real(wp), intent(in) :: memory(:)
+      !> [loads]
+      real(wp), intent(in) :: load(:)
+      real(wp) :: change
+
+      associate (state => now%states(k), gap => sum(now%beam%value(:, k)*q))
+         select case (ended_by)
+         case (end_gap)
+            change = gap
+            if (keeps_memory(state)) change = gap - memory(k)/state%spring%stiffness
+         case (end_home)
+            change = -gap
+         case (end_pull)
+            change = -force_change(now, k, q, v, 0.0_wp*memory)
+         case (end_force)
+            if (state%is_rigid) then
+               change = reaction_change(now, k, q, v, memory, load)
+            else
+               change = force_change(now, k, q, v, memory)
+            end if
+         case default
+            change = 0.0_wp
+         end select
+      end associate
+   end function signal_change
+
+   !> The same of the force of a surface that yields.
+   pure function force_change(now, k, q, v, memory) result(change)
+      type(phase_state_t), intent(in) :: now
+      integer, intent(in) :: k
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+      real(wp), intent(in) :: memory(:)
+      real(wp) :: change
+
+      associate (spring => now%states(k)%spring, b => now%beam%value(:, k))
+         change = memory(k) - spring%viscosity*sum(b*v) - spring%stiffness*sum(b*q)
+      end associate
+   end function force_change
+
+   !> The same of the reaction of a rigid one.
+   function reaction_change(now, k, q, v, memory, load) result(change)
+      type(phase_state_t), intent(in) :: now
+      integer, intent(in) :: k
+      real(wp), intent(in) :: q(:)
+      real(wp), intent(in) :: v(:)
+      real(wp), intent(in) :: memory(:)
+      real(wp), intent(in) :: load(:)
+      real(wp) :: change
+
+      real(wp), allocatable :: forces(:), mobility(:, :), reaction(:)
+      integer, allocatable :: rigid(:)
+      integer :: i, place
+
+      associate (set => now%set, held => now%set%held, beam => now%beam)
+         place = findloc(held%held, k, dim=1)
+         allocate (forces(size(q)), source=0.0_wp)
+         if (place > 0) then
+            change = sum(held%reaction(place, :)*matmul(q + held%oscillators%two_zeta*v, held%mode))
+            if (now%loads%count > 0) change = change - sum(set%drive%share(place, :)*load)
+            do i = 1, size(set%pressed)
+               change = change - held%share(place, set%pressed(i))*force_change(now, set%pressed(i), q, v, memory)
+            end do
+            return
+         end if
+         ! all that hold it press on the free modes
+         allocate (rigid, source=pack(set%pressed, now%states(set%pressed)%is_rigid))
+         associate (oscillators => beam%oscillators, n => size(q))
+            forces = oscillators%square*(q + oscillators%two_zeta*v) + oscillators%mass_rate(:n)*v
+         end associate
+         if (now%loads%count > 0) forces = forces - matmul(now%loads%mode, load)
+         do i = 1, size(set%pressed)
+            associate (other => set%pressed(i))
+               if (.not. now%states(other)%is_rigid) forces = forces - beam%value(:, other) &
+                  *force_change(now, other, q, v, memory)
+            end associate
+         end do
+         allocate (reaction(size(rigid)))
+         mobility = matmul(transpose(beam%value(:, rigid)), beam%value(:, rigid))
+         call solve_active(mobility, -matmul(forces, beam%value(:, rigid)), spread(.true., 1, size(rigid)), reaction)
+         change = reaction(findloc(rigid, k, dim=1))
+      end associate
+   end function reaction_change
+
+end module tangent_events
