@@ -39,9 +39,8 @@ module surface_states
       real(wp) :: hop_tolerance = 0.0_wp
       logical :: is_new_flight = .true.
       logical :: is_low = .true.
-      !> It is the flight with which the run began; it rose above the quiet level
-      logical :: is_first_flight = .true.
-      logical :: has_risen = .false.
+      !> How often the beam has left it since the start of the run
+      integer :: flights = 0
       !> Dissipated so far in the stop, and at impacts on it
       real(wp) :: dissipated = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp

@@ -2,10 +2,10 @@
 !> what follows for each, and stop points that are brought to rest (docs/theory.md, section 17).
 module contact_impulses
    use complementarity, only: solve_complementarity
+   use contact_measures, only: measure_impulse
    use contact_sets, only: moved_by
    use kinds, only: wp
    use motion_phases, only: motion_t
-   use phase_measures, only: measure_impulse
    use phase_state, only: phase_state_t
    use response_types, only: append_event, event_blow, event_impact, event_release, event_t, response_t
    use run_recorder, only: charge_event
@@ -15,7 +15,7 @@ module contact_impulses
    use tangent_columns, only: brake_columns, strike_columns
    implicit none (type, external)
    private
-   public :: capture_t, solve_impact, bring_to_rest, brake, take_blow
+   public :: capture_t, solve_impact, bring_to_rest, brake
 
    !> Is a surface brought to rest, and what did that take?
    type :: capture_t
@@ -76,7 +76,7 @@ contains
          event = event_of(self, closed(i), event_blow, motion, 0.0_wp, 0.0_wp)
          event%impulse = real(share(i, 1), wp)
          call append_event(response, event)
-         call take_blow(self, closed(i), event%impulse, motion)
+         call measure_impulse(motion%observers%measures, closed(i), motion%tau, event%impulse)
       end do
    end subroutine share_blow
 
@@ -217,7 +217,7 @@ contains
          if (event%impulse > 0.0_wp) then
             other%kind = event_blow
             call append_event(response, other)
-            call take_blow(self, k, event%impulse, motion)
+            call measure_impulse(motion%observers%measures, k, motion%tau, event%impulse)
          else if (leaves > speed_noise(self, k, motion)) then
             other%kind = event_release
             call append_event(response, other)
@@ -235,32 +235,18 @@ contains
             other%impulse = captures(k)%impulse
             other%energy_change = captures(k)%energy_change
             call append_event(response, other)
-            call take_blow(self, k, other%impulse, motion)
+            call measure_impulse(motion%observers%measures, k, motion%tau, other%impulse)
          end if
          captures(k) = capture_t()
          call start_flight(self, k, 1, hop_tolerance)
       else
          if (event%impulse > 0.0_wp .or. .not. leaves > 0.0_wp) then
             call append_event(response, event)
-            call take_blow(self, k, event%impulse, motion)
+            call measure_impulse(motion%observers%measures, k, motion%tau, event%impulse)
          end if
          captures(k)%is_in = .not. leaves > 0.0_wp
          if (leaves > 0.0_wp) call start_flight(self, k, 1, hop_tolerance)
       end if
    end subroutine enter_impact
-
-   !> An impulse, for the measures.
-   subroutine take_blow(self, k, impulse, motion)
-      type(phase_state_t), intent(inout) :: self
-      integer, intent(in) :: k
-      real(wp), intent(in) :: impulse
-      type(motion_t), intent(inout) :: motion
-
-      if (k == self%pulled) then
-         call measure_impulse(motion%measurer, motion%tau, impulse)
-      else
-         call measure_impulse(self%measurers(k), motion%tau, impulse)
-      end if
-   end subroutine take_blow
 
 end module contact_impulses

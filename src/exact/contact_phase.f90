@@ -1,9 +1,7 @@
 !> The phase of a beam among any number of surfaces: one set of closed ones, until the first of its signals falls to
 !> zero (docs/theory.md, section 17).
 module contact_phase
-   use block_statistics, only: take_events
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
-   use contact_measures, only: measure_surfaces
    use contact_sets, only: moved_by, ready_for_losses
    use damped_oscillators, only: modal_energy, next_sample
    use driven_signal, only: turn_of
@@ -11,21 +9,21 @@ module contact_phase
    use joint_modes, only: terms_at
    use kinds, only: wp
    use load_work, only: work_of_loads
-   use moment_signals, only: begin_moments, measure_moments, moments_t, sample_moments
-   use motion_phases, only: found_break, found_taken_back, measure_energy, motion_t, phase_t
+   use moment_signals, only: begin_moments, sample_moments
+   use motion_phases, only: found_break, found_taken_back, motion_t, phase_t
    use phase_drives, only: find_rows_at
+   use phase_intervals, only: phase_interval_t
    use phase_losses, only: find_losses, force_at, keep_indentation, leave_behind
    use phase_searches, only: search_surface
    use phase_state, only: end_force, end_gap, free_state, move_alone, move_to, phase_state_t, signal_of, take_over, &
       whole_gap
    use phase_transitions, only: follow_end
    use response_types, only: response_t, surface_record_t
+   use run_observers, only: observe, observe_events
    use run_recorder, only: asked_t, charge_event, sample_t
-   use section_states, only: state_at, take_sections
-   use section_types, only: run_sections_t, section_state_t
-   use statistic_types, only: block_sums_t
+   use section_states, only: keep_modes, state_at
+   use section_types, only: section_state_t
    use surface_states, only: energy_in, indent, node_at, of_rigid_stop, surface_state_t
-   use surface_statistics, only: take_phase
    use tangent_events, only: begin_columns, end_columns, take_back_columns, take_sizes
    implicit none (type, external)
    private
@@ -37,27 +35,18 @@ module contact_phase
       real(wp) :: force_scale = 0.0_wp
       !> A flight after a rebound that stays below this is captured
       real(wp) :: hop_tolerance = 0.0_wp
-      !> What ends the phase, and how the search of each surface went
+      !> What ends the phase
       integer :: ended = 0
       integer :: ended_by = end_gap
       !> The flight that it ends began at rest on that surface
       logical :: from_rest = .false.
-      type(search_t), allocatable :: searches(:)
-      !> State of the set's modes as it ends, [modes]
-      real(wp), allocatable :: z_end(:), v_end(:)
       !> Energy of the modes as the phase starts
       real(wp) :: start_energy = 0.0_wp
-      !> The surfaces as it starts
-      type(surface_state_t), allocatable :: at_start(:)
       !> What is kept of each surface, and of how many samples
       type(surface_record_t), allocatable :: records(:)
       integer :: kept = 0
-      !> Bending moments, where they are asked for
-      type(moments_t) :: moments
-      !> What &statistics asks for; unallocated: nothing
-      type(block_sums_t), allocatable :: blocks
-      !> What &poincare asks for; unallocated: nothing
-      type(run_sections_t), allocatable :: sections
+      !> The phase as observers see it
+      type(phase_interval_t) :: interval
       !> The state from which the run goes on, if it has one, and in the end the last; unallocated: not asked for
       type(section_state_t), allocatable :: carried
    contains
@@ -65,7 +54,6 @@ module contact_phase
       procedure :: find_end
       procedure :: go_to
       procedure :: take_sample
-      procedure :: energy_at
       procedure :: finish
       procedure :: measure
       procedure :: follow
@@ -84,23 +72,23 @@ contains
       if (allocated(motion%error)) return
       if (is_new .and. any(self%now%states%is_closed)) motion%factorisations = motion%factorisations + 1
       if (allocated(motion%tangent)) call begin_columns(self%now, motion%tangent)
-      if (motion%recorder%asked%energy .or. motion%measurer%is_wanted) call ready_for_losses(self%now%set, &
-         motion%recorder%asked%energy)
-      if ((motion%measurer%is_wanted .or. self%now%loads%count > 0) .and. .not. all(self%now%states%is_rigid)) then
-         self%at_start = self%now%states
+      if (motion%recorder%asked%energy .or. motion%observers%measures%is_wanted) call ready_for_losses( &
+         self%now%set, motion%recorder%asked%energy)
+      if ((motion%observers%measures%is_wanted .or. self%now%loads%count > 0) .and. &
+         .not. all(self%now%states%is_rigid)) self%interval%at_start = self%now%states
+      if (allocated(self%interval%z_end)) then
+         if (size(self%interval%z_end) /= size(self%now%z)) deallocate (self%interval%z_end, self%interval%v_end)
       end if
-      if (allocated(self%z_end)) then
-         if (size(self%z_end) /= size(self%now%z)) deallocate (self%z_end, self%v_end)
-      end if
-      if (.not. allocated(self%z_end)) allocate (self%z_end(size(self%now%z)), self%v_end(size(self%now%z)))
+      if (.not. allocated(self%interval%z_end)) allocate (self%interval%z_end(size(self%now%z)), &
+         self%interval%v_end(size(self%now%z)))
       if (keeps_losses(self, motion)) then
-         self%z_end(:) = self%now%z
-         self%v_end(:) = self%now%v
-         if (self%now%loads%count > 0) call move_to(self%now, 0.0_wp, self%z_end, self%v_end)
-         self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%z_end, self%v_end))
+         self%interval%z_end(:) = self%now%z
+         self%interval%v_end(:) = self%now%v
+         if (self%now%loads%count > 0) call move_to(self%now, 0.0_wp, self%interval%z_end, self%interval%v_end)
+         self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%interval%z_end, self%interval%v_end))
       end if
       call self%now%set%sampler%restart()
-      call begin_moments(self%moments, self%now)
+      call begin_moments(self%interval%moments, self%now)
    end subroutine begin
 
    !> The first end of any surface. A low hop that nothing interrupts is no flight.
@@ -115,7 +103,7 @@ contains
       if (self%now%longest < limit) self%search = search_t(outcome=found_break, time=self%now%longest)
       self%ended = 0
       do k = 1, size(self%now%states)
-         associate (state => self%now%states(k), search => self%searches(k))
+         associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%acts) cycle
             call search_surface(self%now, k, self%search%time, search, ended_by)
             self%search%evaluations = self%search%evaluations + search%evaluations
@@ -127,14 +115,14 @@ contains
          end associate
       end do
       do k = 1, size(self%now%states)
-         associate (state => self%now%states(k), search => self%searches(k))
+         associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%acts .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
             state%is_low = state%is_low .and. search%greatest < state%hop_tolerance
             if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call judge_hop(self, k)
          end associate
       end do
       if (self%ended == 0) return
-      self%search%greatest = self%searches(self%ended)%greatest
+      self%search%greatest = self%interval%searches(self%ended)%greatest
       associate (state => self%now%states(self%ended))
          if (self%ended_by == end_gap .and. self%search%outcome == found_zero .and. state%hop_tolerance > 0.0_wp &
             .and. state%is_low .and. state%is_new_flight) self%search%outcome = found_taken_back
@@ -200,7 +188,7 @@ contains
       logical :: is_held
 
       self%kept = self%kept + 1
-      call sample_moments(self%moments, time, self%kept)
+      call sample_moments(self%interval%moments, time, sample)
       associate (now => self%now, set => self%now%set, held => self%now%set%held)
          if (size(set%pressed) > 0) then
             allocate (term, source=terms_at(set%joint, now%amplitude, time))
@@ -272,7 +260,7 @@ contains
          sample%beam_energy = modal_energy(held%oscillators, modes(:, 1), modes(:, 2))
          sample%lost = 0.0_wp
          sample%stop_energy = 0.0_wp
-         call find_losses(self%now, self%at_start, self%start_energy, time, modes, term, lost, sample%work)
+         call find_losses(self%now, self%interval%at_start, self%start_energy, time, modes, term, lost, sample%work)
          sample%lost(1) = lost(1)
          sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
          do k = 1, size(now%states)
@@ -304,50 +292,6 @@ contains
       end associate
    end subroutine sample_energy
 
-   !> Energy of beam and stops at a time in the phase.
-   function energy_at(self, time) result(energy)
-      class(contact_phase_t), intent(in) :: self
-      real(wp), intent(in) :: time
-      real(wp) :: energy
-
-      type(surface_state_t) :: state
-      real(wp), dimension(size(self%now%z)) :: z, v
-      complex(wp), allocatable :: term(:)
-      integer :: k, place
-
-      associate (now => self%now, set => self%now%set, held => self%now%set%held)
-         call move_to(now, time, z, v)
-         energy = energy_of(self, z, v)
-         if (all(now%states%is_rigid)) return
-         allocate (term(0))
-         if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
-         do k = 1, size(now%states)
-            if (now%states(k)%is_rigid) cycle
-            state = self%at_start(k)
-            place = findloc(set%pressed, k, dim=1)
-            if (place > 0) then
-               call keep_indentation(self%now, place, time, term, state)
-            else
-               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
-            end if
-            energy = energy + energy_in(state)
-         end do
-      end associate
-   end function energy_at
-
-   !> Energy of the beam.
-   pure function energy_of(self, z, v) result(energy)
-      class(contact_phase_t), intent(in) :: self
-      !> State of the set's modes
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
-      real(wp) :: energy
-
-      associate (held => self%now%set%held)
-         energy = held%static_energy + 0.5_wp*sum(v**2 + held%oscillators%square*z**2)
-      end associate
-   end function energy_of
-
    !> Bring the motion to the end of the phase.
    subroutine finish(self, motion)
       class(contact_phase_t), intent(inout) :: self
@@ -359,7 +303,8 @@ contains
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
       if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self, motion)
-      if (.not. self%now%is_at_rest) call free_state(self%now, self%z_end, self%v_end, motion%q, motion%v)
+      if (.not. self%now%is_at_rest) call free_state(self%now, self%interval%z_end, self%interval%v_end, motion%q, &
+         motion%v)
    end subroutine finish
 
    !> Bring variations of the motion to the end of the phase.
@@ -370,8 +315,8 @@ contains
       type(motion_t), intent(inout) :: motion
 
       if (.not. allocated(motion%tangent)) return
-      if (allocated(self%sections)) call take_sizes(self%now, motion%tau, self%search%time, motion%tangent, &
-         self%sections)
+      if (allocated(motion%observers%sections)) call take_sizes(self%now, motion%tau, self%search%time, &
+         motion%tangent, motion%observers%sections)
       call end_columns(self%now, ended, self%ended_by, self%search, motion%tangent)
    end subroutine end_variations
 
@@ -387,18 +332,18 @@ contains
       associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
          ledger => motion%recorder%ledger)
          turn = turn_of(now%drive%frequency, time)
-         call move_to(now, time, self%z_end, self%v_end, turn, state(:, 3:))
+         call move_to(now, time, self%interval%z_end, self%interval%v_end, turn, state(:, 3:))
          ! the measures of the phase ask for the state at its end again
          now%last%time = time
          now%last%z(:) = state(:, 3)
          now%last%v(:) = state(:, 4)
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          if (keeps_losses(self, motion)) then
-            state(:, :2) = reshape([self%z_end, self%v_end], [size(state, 1), 2])
-            call find_losses(self%now, self%at_start, self%start_energy, time, state, term, lost, work)
+            state(:, :2) = reshape([self%interval%z_end, self%interval%v_end], [size(state, 1), 2])
+            call find_losses(self%now, self%interval%at_start, self%start_energy, time, state, term, lost, work)
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%work = ledger%work + work
-         else if (motion%measurer%is_wanted) then
+         else if (motion%observers%measures%is_wanted) then
             ledger%work = ledger%work + work_of_loads(now, time, turn, state(:, 3), state(:, 4))
          end if
          do k = 1, size(now%states)
@@ -409,7 +354,7 @@ contains
                if (keeps_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
             else
-               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*self%z_end), time, now%states(k))
+               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*self%interval%z_end), time, now%states(k))
             end if
          end do
          ledger%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
@@ -425,7 +370,8 @@ contains
       type(motion_t), intent(in) :: motion
       logical :: keeps
 
-      keeps = motion%recorder%asked%energy .or. (motion%measurer%is_wanted .and. size(self%now%set%pressed) > 0)
+      keeps = motion%recorder%asked%energy .or. (motion%observers%measures%is_wanted .and. &
+         size(self%now%set%pressed) > 0)
    end function keeps_losses
 
    !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that
@@ -440,43 +386,47 @@ contains
       if (self%ended == 0) return
       associate (held => self%now%set%held, state => self%now%states(self%ended))
          if (state%is_rigid .neqv. self%ended_by == end_gap) return
-         reached = sum(held%value(:, self%ended)*self%z_end)
+         reached = sum(held%value(:, self%ended)*self%interval%z_end)
          dip = -state%depth - held%static_gap(self%ended) - reached
          if (state%is_rigid .and. dip < least) return
          associate (shape => moved_by(self%now%set, self%ended, held%oscillators%square))
             force = dip/sum(held%value(:, self%ended)*shape)
             if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(reached + 0.5_wp*dip))
-            self%z_end = self%z_end + shape*force
+            self%interval%z_end = self%interval%z_end + shape*force
          end associate
       end associate
    end subroutine put_right
 
-   !> What the phase tells.
+   !> What observers see of the phase.
    subroutine measure(self, is_last, motion)
-      class(contact_phase_t), intent(inout) :: self
+      class(contact_phase_t), target, intent(inout) :: self
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
 
-      if (allocated(self%blocks)) call take_phase(self%now, self%searches, motion%tau, self%search%time, self%blocks)
-      if (is_last) call end_variations(self, 0, motion)
-      if (allocated(self%sections)) call take_sections(self%now, motion%tau, self%search%time, self%sections)
-      if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
-      if (.not. motion%measurer%is_wanted) return
-      if (is_last) then
-         self%ended = 0
-         call close_books(self, motion)
-      end if
-      call measure_moments(self%moments, motion%tau, self%search%time)
-      call measure_surfaces(self%now, self%search%time, self%searches, is_last, motion)
-      if (self%now%loads%count > 0) then
-         if (is_last) motion%measurer%measures%final_energy = energy_of(self, self%z_end, self%v_end) &
-            + sum(energy_in(self%now%states))
-         return
-      end if
-      ! beam and stops together win no energy, but by the nodal reading of an impulse
-      if (motion%measurer%tally%has_spent .and. .not. (is_last .or. allocated(self%now%beam%nodal_shape))) return
-      call measure_energy(self, energy_of(self, self%z_end, self%v_end) + sum(energy_in(self%now%states)), &
-         motion)
+      integer :: kept
+
+      associate (interval => self%interval, observers => motion%observers)
+         if (is_last) call end_variations(self, 0, motion)
+         if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
+         if (is_last .and. observers%measures%is_wanted) then
+            self%ended = 0
+            call close_books(self, motion)
+         end if
+         interval%start = motion%tau
+         interval%length = self%search%time
+         interval%is_last = is_last
+         ! by the nodal reading of an impulse
+         interval%may_gain = allocated(self%now%beam%nodal_shape)
+         interval%contacts = size(self%now%states)
+         interval%now => self%now
+         if (allocated(interval%moments%place)) interval%places = size(interval%moments%place)
+         if (allocated(interval%signals)) deallocate (interval%signals)
+         kept = 0
+         if (allocated(observers%sections)) kept = observers%sections%count
+         call observe(observers, interval)
+         if (allocated(observers%sections)) call keep_modes(self%now, motion%tau, self%search%time, kept + 1, &
+            observers%sections)
+      end associate
    end subroutine measure
 
    !> What follows.
@@ -488,7 +438,7 @@ contains
       if (self%search%outcome == found_taken_back) call take_back_columns(motion%tangent)
       call follow_end(self%now, self%ended, self%ended_by, self%from_rest, self%search, self%hop_tolerance, motion, &
          response)
-      if (allocated(self%blocks)) call take_events(self%blocks, response)
+      call observe_events(motion%observers, response)
    end subroutine follow
 
 end module contact_phase

@@ -2,9 +2,8 @@
 module exact_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
-   use block_statistics, only: finish_statistics, open_blocks, take_events
    use complementarity, only: close_gaps
-   use contact_measures, only: finish_surfaces
+   use contact_measures, only: open_measures
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
    use damped_oscillators, only: make_oscillators
@@ -16,22 +15,19 @@ module exact_start
    use load_settings, only: start_balance, start_pull
    use modal_starts, only: find_modal_start, node_flexibility
    use mode_choice, only: rates_of_modes
-   use moment_places, only: finish_moments
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
    use number_text, only: to_text
-   use phase_measures, only: measurer_t
    use phase_state, only: find_load, open_store, phase_state_t
    use phase_transitions, only: meet_at_start, resume
    use response_types, only: response_t, surface_record_t
    use run_measures, only: no_rest, open_tally
+   use run_observers, only: finish_observers, observe_events, open_observers
    use run_recorder, only: ledger_t
    use run_settings, only: impulse_nodal, output_settings_t, run_settings_t
-   use section_records, only: finish_sections, open_sections
    use section_states, only: put_state
    use section_types, only: run_sections_t
    use static_states, only: find_static_rest
-   use statistic_types, only: block_sums_t
    use stop_surfaces, only: acting, is_beyond, is_plain, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state, of_rigid_stop, put_node_before, surface_state_t
    use surface_values, only: gap_at_home, gap_of, noise_of
@@ -81,8 +77,8 @@ contains
             if (allocated(error)) return
          end if
          if (allocated(response%moments)) call make_moments(model, modes, settings, surfaces, now%loads, &
-            response%moments, phase%moments)
-         allocate (now%states(size(surfaces)), now%measurers(size(surfaces)), phase%searches(size(surfaces)), &
+            phase%interval%moments)
+         allocate (now%states(size(surfaces)), phase%interval%searches(size(surfaces)), &
             phase%records(size(surfaces)))
          do k = 1, size(surfaces)
             call make_surface_state(surfaces(k), now%states(k))
@@ -101,6 +97,10 @@ contains
          end if
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
             + sum([(energy_in(now%states(k)), k=1, size(surfaces))])
+         call open_measures(size(surfaces), now%pulled, settings%output%measures, settings%output%most_peaks, &
+            motion%observers%measures)
+         call open_tally(.false., response%initial_energy, 0.0_wp, rest_energy, settings%height_ratio, &
+            motion%observers%measures%of(0)%tally)
          do k = 1, size(surfaces)
             if (now%states(k)%is_node) call free_node(gap_at_home(now, k, motion%q), now%states(k), &
                motion%recorder%ledger)
@@ -109,15 +109,10 @@ contains
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
             call open_record(surfaces(k), settings%output, samples + 1, phase%records(k))
-            call start_measurer(settings, .not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), &
-               rest_energy, now%measurers(k))
+            call open_tally(.not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), rest_energy, &
+               settings%height_ratio, motion%observers%measures%of(k)%tally)
          end do
          call open_store(now, sets)
-         if (now%pulled > 0) then
-            motion%measurer = now%measurers(now%pulled)
-         else
-            call start_measurer(settings, .false., response%initial_energy, 0.0_wp, rest_energy, motion%measurer)
-         end if
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
       end associate
@@ -131,15 +126,18 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      if (allocated(settings%statistics)) call open_statistics(settings, phase%now, phase%blocks)
-      if (allocated(settings%poincare)) call start_sections(settings, phase%now, size(motion%q), phase%sections, &
-         motion%tangent)
+      call open_observers(settings, phase%now%states%surface%number, .not. phase%now%states%is_rigid, &
+         phase%now%pulled, response, motion%observers, size(motion%q))
+      if (allocated(settings%poincare)) then
+         if (settings%poincare%wants_exponent .and. .not. allocated(motion%tangent)) call start_variation(phase%now, &
+            motion%observers%sections, motion%tangent)
+      end if
       if (goes_on(phase)) then
          call resume(phase%now, motion, response)
       else
          call meet_at_start(phase%now, settings%response%hop_tolerance, motion, response)
       end if
-      if (allocated(phase%blocks)) call take_events(phase%blocks, response)
+      call observe_events(motion%observers, response)
    end subroutine begin
 
    !> Does the run take over a motion?
@@ -202,43 +200,21 @@ contains
       ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
    end subroutine free_node
 
-   subroutine start_sections(settings, now, modes, sections, tangent)
-      type(run_settings_t), intent(in) :: settings
+   !> A variation of the state, whose growth sections tell.
+   subroutine start_variation(now, sections, tangent)
       type(phase_state_t), intent(in) :: now
-      !> Number of them
-      integer, intent(in) :: modes
-      type(run_sections_t), allocatable, intent(out) :: sections
-      !> Gets one variation, if there is none yet
-      type(tangent_t), allocatable, intent(inout) :: tangent
+      type(run_sections_t), intent(inout) :: sections
+      type(tangent_t), allocatable, intent(out) :: tangent
 
-      integer :: pulled
-
-      pulled = 0
-      if (now%pulled > 0) pulled = now%states(now%pulled)%surface%number
-      call open_sections(settings, size(now%states), pulled, sections, modes)
-      if (.not. settings%poincare%wants_exponent .or. allocated(tangent)) return
       allocate (sections%log_size(size(sections%tau)), source=0.0_wp)
       allocate (tangent)
-      call open_tangent(modes, size(now%states), 1, tangent)
-      ! of all modes something, of the slow ones no more than of others
-      tangent%q(:, 1) = 1.0_wp/sqrt(now%beam%oscillators%square)
-      tangent%v(:, 1) = 0.5_wp
-   end subroutine start_sections
-
-   subroutine open_statistics(settings, now, blocks)
-      type(run_settings_t), intent(in) :: settings
-      type(phase_state_t), intent(in) :: now
-      type(block_sums_t), allocatable, intent(out) :: blocks
-
-      logical :: yields(size(now%states))
-      integer :: pulled
-
-      yields(now%states%surface%number) = .not. now%states%is_rigid
-      pulled = 0
-      if (now%pulled > 0) pulled = now%states(now%pulled)%surface%number
-      allocate (blocks)
-      call open_blocks(settings, yields, pulled, blocks)
-   end subroutine open_statistics
+      associate (square => now%beam%oscillators%square)
+         call open_tangent(size(square), size(now%states), 1, tangent)
+         ! of all modes something, of the slow ones no more than of others
+         tangent%q(:, 1) = 1.0_wp/sqrt(square)
+         tangent%v(:, 1) = 0.5_wp
+      end associate
+   end subroutine start_variation
 
    !> What acts on the beam, in its free modes.
    subroutine take_loads(model, modes, settings, now)
@@ -386,23 +362,6 @@ contains
       if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
    end subroutine open_record
 
-   !> Measures of a surface.
-   subroutine start_measurer(settings, yields, start_energy, rest_force, rest_energy, measurer)
-      type(run_settings_t), intent(in) :: settings
-      !> The surface does
-      logical, intent(in) :: yields
-      real(wp), intent(in) :: start_energy
-      !> Its force, and the energy of all, at rest
-      real(wp), intent(in) :: rest_force
-      real(wp), intent(in) :: rest_energy
-      type(measurer_t), intent(out) :: measurer
-
-      measurer%is_wanted = settings%output%measures
-      if (.not. measurer%is_wanted) return
-      measurer%most_peaks = settings%output%most_peaks
-      call open_tally(yields, start_energy, rest_force, rest_energy, settings%height_ratio, measurer%tally)
-   end subroutine start_measurer
-
    !> What was kept goes into the response, in the scene's order.
    subroutine finish_exact(settings, has_supports, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
@@ -412,17 +371,21 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
+      real(wp) :: lost_beam, lost_stop
       integer :: k
 
       allocate (response%surfaces(size(phase%records)))
       do k = 1, size(phase%records)
          response%surfaces(phase%now%states(k)%surface%number) = phase%records(k)
       end do
-      if (allocated(response%moments)) response%moments = phase%moments%records
-      if (settings%output%measures) call finish_surfaces(phase%now, settings%response%duration, motion, response)
-      if (allocated(phase%blocks)) call finish_statistics(phase%blocks, response)
-      if (allocated(phase%sections)) call finish_sections(phase%sections, response)
-      call finish_moments(response)
+      lost_stop = sum(phase%now%states%dissipated)
+      associate (ledger => motion%recorder%ledger, measures => motion%observers%measures)
+         ! the ledger closes to rounding
+         lost_beam = response%initial_energy + ledger%work + ledger%created - ledger%dissipated_impact - lost_stop &
+            - measures%of(measures%pulled)%measures%final_energy
+         call finish_observers(motion%observers, settings%response%duration, [lost_beam, lost_stop, &
+            ledger%dissipated_impact], ledger%created, phase%now%states%surface%number, response)
+      end associate
       ! the histories of the run are those of its one contact
       if (is_plain(settings) .and. .not. has_supports) deallocate (response%surfaces)
    end subroutine finish_exact

@@ -14,24 +14,21 @@ module moment_signals
    use free_modes, only: free_modes_t, rigid_square
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use moment_places, only: enter_moment, gather_places, moment_places_t
+   use moment_places, only: gather_places, moment_places_t
    use phase_state, only: ready_reaction, phase_state_t
-   use response_types, only: moment_record_t
+   use run_recorder, only: sample_t
    use run_settings, only: run_settings_t
-   use signal_peaks, only: greatest_value, looks_t
    use stop_surfaces, only: surface_t
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
    private
-   public :: moments_t, make_moments, begin_moments, sample_moments, measure_moments
+   public :: moments_t, make_moments, begin_moments, sample_moments
 
    type :: signal_place_t
       class(viewed_signal_t), allocatable :: signal
    end type signal_place_t
 
    type :: moments_t
-      !> What is kept of each place; none: no moments are asked for
-      type(moment_record_t), allocatable :: records(:)
       !> Weights of the free modes, and of their accelerations, [modes, places]
       real(wp), allocatable, private :: stiffness(:, :)
       real(wp), allocatable, private :: mass(:, :)
@@ -39,22 +36,20 @@ module moment_signals
       real(wp), allocatable, private :: load(:, :)
       !> What the force of each surface acts by those, [surfaces, places]
       real(wp), allocatable, private :: surface(:, :)
-      !> In the present phase, [places]
-      type(signal_place_t), allocatable, private :: place(:)
+      !> In the present phase, [places]; none: no moments are asked for
+      type(signal_place_t), allocatable :: place(:)
    end type moments_t
 
 contains
 
    !> The places in the free modes.
-   subroutine make_moments(model, modes, settings, surfaces, loads, records, moments)
+   subroutine make_moments(model, modes, settings, surfaces, loads, moments)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       !> It asks for moments
       type(run_settings_t), intent(in) :: settings
       type(surface_t), intent(in) :: surfaces(:)
       type(applied_loads_t), intent(in) :: loads
-      !> With room for what is kept
-      type(moment_record_t), intent(in) :: records(:)
       type(moments_t), intent(out) :: moments
 
       type(moment_places_t) :: places
@@ -62,16 +57,15 @@ contains
       integer :: k
 
       call gather_places(model, settings, loads, places)
-      moments%records = records
       allocate (moments%stiffness, source=matmul(transpose(modes%mode), places%stiffness))
       allocate (moments%mass, source=matmul(transpose(modes%mode), places%mass))
       call move_alloc(places%load, moments%load)
-      allocate (moments%surface(size(surfaces), size(records)), source=0.0_wp)
-      allocate (moments%place(size(records)))
+      allocate (moments%surface(size(surfaces), size(settings%stress%position)), source=0.0_wp)
+      allocate (moments%place(size(settings%stress%position)))
       if (.not. allocated(modes%left_mode)) return
       ! at each place, per unit of what acts on each degree of freedom
       allocate (static, source=matmul(modes%left_mode, matmul(transpose(modes%left_mode), places%stiffness) &
-         /spread(modes%left_square, 2, size(records))))
+         /spread(modes%left_square, 2, size(settings%stress%position))))
       if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector), static)
       do k = 1, size(surfaces)
          moments%surface(k, :) = surfaces(k)%sign*static(model%stop_dofs(surfaces(k)%stop), :)
@@ -85,75 +79,28 @@ contains
 
       integer :: p
 
-      if (.not. allocated(moments%records)) return
-      do p = 1, size(moments%records)
+      if (.not. allocated(moments%place)) return
+      do p = 1, size(moments%place)
          call find_signal(moments, p, now, moments%place(p)%signal)
       end do
    end subroutine begin_moments
 
    !> A sample.
    subroutine sample_moments(moments, time, sample)
-      type(moments_t), intent(inout) :: moments
+      type(moments_t), intent(in) :: moments
       !> Since the start of the phase
       real(wp), intent(in) :: time
-      !> Its place in the histories
-      integer, intent(in) :: sample
+      type(sample_t), intent(inout) :: sample
 
       real(wp) :: rate
       integer :: p
 
-      if (.not. allocated(moments%records)) return
-      do p = 1, size(moments%records)
-         associate (record => moments%records(p))
-            if (allocated(record%moment)) call moments%place(p)%signal%evaluate(time, record%moment(sample), rate)
-         end associate
+      if (.not. allocated(moments%place)) return
+      if (.not. allocated(sample%moment)) allocate (sample%moment(size(moments%place)))
+      do p = 1, size(moments%place)
+         call moments%place(p)%signal%evaluate(time, sample%moment(p), rate)
       end do
    end subroutine sample_moments
-
-   !> A phase has ended: does a moment go beyond its extremes so far?
-   subroutine measure_moments(moments, tau, length)
-      type(moments_t), intent(inout) :: moments
-      !> Its start, and how long it was
-      real(wp), intent(in) :: tau
-      real(wp), intent(in) :: length
-
-      class(viewed_signal_t), allocatable :: turned
-      real(wp) :: rate, value
-      integer :: p
-
-      if (.not. allocated(moments%records)) return
-      do p = 1, size(moments%records)
-         associate (record => moments%records(p), signal => moments%place(p)%signal)
-            ! both ends first: mostly that spares a search
-            call signal%evaluate(0.0_wp, value, rate)
-            call enter_moment(record, value, tau)
-            call signal%evaluate(length, value, rate)
-            call enter_moment(record, value, tau + length)
-            call seek_beyond(signal, 1.0_wp, record%looks_for_greatest)
-            call signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, turned)
-            call seek_beyond(turned, -1.0_wp, record%looks_for_least)
-         end associate
-      end do
-
-   contains
-
-      !> A greater value than so far of the moment, or of it with its sign turned.
-      subroutine seek_beyond(signal, sign, looks)
-         class(viewed_signal_t), intent(in) :: signal
-         real(wp), intent(in) :: sign
-         type(looks_t), intent(inout) :: looks
-
-         real(wp) :: known, peak, time
-         logical :: is_beyond, still_rises
-
-         associate (record => moments%records(p))
-            known = merge(record%greatest, -record%least, sign > 0.0_wp)
-            call greatest_value(signal, length, known, is_beyond, still_rises, peak, time, &
-               max(record%greatest, -record%least), looks)
-            if (is_beyond) call enter_moment(record, sign*peak, tau + time)
-         end associate
-      end subroutine seek_beyond
-   end subroutine measure_moments
 
    !> The moment at a place through the present phase.
    subroutine find_signal(moments, p, now, signal)

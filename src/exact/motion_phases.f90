@@ -1,19 +1,17 @@
 !> Exact motion as phases. A phase is a set of closed contacts: while it lasts everything is linear and in closed form,
 !> and it ends where the first of its signals falls to zero.
 module motion_phases
-   use bracketed_zero, only: bracket_t, chord, enter, go_to
    use certified_search, only: search_t
    use failures, only: failure_t
    use kinds, only: wp
-   use phase_measures, only: measurer_t
    use response_types, only: response_t
-   use run_measures, only: excess_of, mark_energy
+   use run_observers, only: observers_t
    use run_recorder, only: asked_t, keep_sample, keep_shape, next_sample_time, recorder_t, sample_t, samples_before, &
       shape_due
    use tangent_columns, only: tangent_t
    implicit none (type, external)
    private
-   public :: motion_t, phase_t, record_phase, measure_energy, found_taken_back, found_break
+   public :: motion_t, phase_t, record_phase, found_taken_back, found_break
 
    !> A flight that did not happen: it was too low to be told from contact. The motion stands where it began.
    integer, parameter :: found_taken_back = 4
@@ -26,7 +24,7 @@ module motion_phases
       !> Free modal state, [modes]
       real(wp), allocatable :: q(:), v(:)
       type(recorder_t) :: recorder
-      type(measurer_t) :: measurer
+      type(observers_t) :: observers
       !> Eigen-problems solved on the way
       integer :: factorisations = 0
       !> Its variations; unallocated: not asked for
@@ -43,7 +41,6 @@ module motion_phases
       procedure(find_end_interface), deferred :: find_end
       procedure(go_to_interface), deferred :: go_to
       procedure(sample_interface), deferred :: take_sample
-      procedure(energy_interface), deferred :: energy_at
       procedure(finish_interface), deferred :: finish
       procedure(measure_interface), deferred :: measure
       procedure(follow_interface), deferred :: follow
@@ -95,16 +92,6 @@ module motion_phases
          type(sample_t), intent(inout) :: sample
       end subroutine sample_interface
 
-      !> Energy of beam and stop at a time in the phase.
-      function energy_interface(self, time) result(energy)
-         import :: phase_t, wp
-         implicit none (type, external)
-         class(phase_t), intent(in) :: self
-         !> Since its start
-         real(wp), intent(in) :: time
-         real(wp) :: energy
-      end function energy_interface
-
       !> Bring the motion to the end of the phase, and its ledger.
       subroutine finish_interface(self, motion)
          import :: motion_t, phase_t
@@ -118,7 +105,7 @@ module motion_phases
       subroutine measure_interface(self, is_last, motion)
          import :: motion_t, phase_t
          implicit none (type, external)
-         class(phase_t), intent(inout) :: self
+         class(phase_t), target, intent(inout) :: self
          !> The run ends with it; `finish` was not called
          logical, intent(in) :: is_last
          !> `tau` is still that of the start
@@ -166,37 +153,5 @@ contains
          end do
       end associate
    end subroutine record_phase
-
-   !> Where in a phase does the energy fall for good to the share that counts as spent?
-   subroutine measure_energy(phase, at_end, motion)
-      class(phase_t), intent(in) :: phase
-      !> Energy at its end
-      real(wp), intent(in) :: at_end
-      type(motion_t), intent(inout) :: motion
-
-      type(bracket_t) :: bracket
-      real(wp) :: excess
-
-      associate (measurer => motion%measurer, tally => motion%measurer%tally)
-         measurer%measures%final_energy = at_end
-         ! most phases neither are the last with it nor come after that
-         if (.not. tally%has_spent .and. excess_of(tally, at_end) > 0.0_wp) return
-         excess = excess_of(tally, phase%energy_at(0.0_wp))
-         ! the nodal reading of an impulse may have created some
-         if (excess > 0.0_wp .and. tally%has_spent) call mark_energy(tally, .false., motion%tau)
-         if (tally%has_spent .or. excess_of(tally, at_end) > 0.0_wp) return
-         ! down to the rounding error of the energy that is left
-         bracket = bracket_t(high=phase%search%time, value_low=excess, value_high=excess_of(tally, at_end), &
-            least_value=2.0_wp*epsilon(1.0_wp)*abs(excess_of(tally, 0.0_wp)), least_length=4.0_wp*epsilon(1.0_wp))
-         ! an impact before the phase may have spent it
-         bracket%is_found = excess <= 0.0_wp
-         if (.not. bracket%is_found) bracket%point = chord(bracket)
-         do while (.not. bracket%is_found)
-            call enter(bracket, excess_of(tally, phase%energy_at(bracket%point)))
-            call go_to(bracket, chord(bracket))
-         end do
-         call mark_energy(tally, .true., motion%tau + bracket%point)
-      end associate
-   end subroutine measure_energy
 
 end module motion_phases

@@ -14,7 +14,6 @@ module phase_state
    use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t, modal_state_t
    use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
-   use phase_measures, only: measurer_t
    use slow_loads, only: drive_terms
    use surface_states, only: impedance_of, surface_state_t
    use yielding_stop, only: impedance_t
@@ -63,8 +62,6 @@ module phase_state
       !> What the search that ends the phase saw of the gap of a rigid surface, and which; 0: none
       type(trail_t) :: trail
       integer :: trail_of = 0
-      !> Of the surfaces but the pulled one, whose is that of the motion
-      type(measurer_t), allocatable :: measurers(:)
    end type phase_state_t
 
 contains

@@ -2,7 +2,8 @@
 !> section 17).
 module phase_transitions
    use certified_search, only: found_never_left, search_t
-   use contact_impulses, only: brake, bring_to_rest, capture_t, solve_impact, take_blow
+   use contact_impulses, only: brake, bring_to_rest, capture_t, solve_impact
+   use contact_measures, only: measure_impulse
    use kinds, only: wp
    use motion_phases, only: found_break, found_taken_back, motion_t
    use phase_state, only: end_force, end_home, end_pull, find_load, phase_state_t
@@ -252,7 +253,7 @@ contains
                   event%impulse = captures(k)%impulse
                   event%energy_change = captures(k)%energy_change
                   call append_event(response, event)
-                  call take_blow(self, k, captures(k)%impulse, motion)
+                  call measure_impulse(motion%observers%measures, k, motion%tau, captures(k)%impulse)
                   if (order > 0) call open_surface(self, k, order, motion, response)
                end if
                if (order > 0) call start_flight(self, k, order, 0.0_wp)

@@ -4,12 +4,11 @@ module section_states
    use kinds, only: wp
    use phase_losses, only: keep_indentation, leave_behind
    use phase_state, only: free_state, move_to, phase_state_t
-   use section_records, only: next_section
    use section_types, only: run_sections_t, section_state_t
    use surface_states, only: surface_state_t
    implicit none (type, external)
    private
-   public :: state_at, take_sections, put_state
+   public :: state_at, keep_modes, put_state
 
 contains
 
@@ -74,40 +73,27 @@ contains
       end do
    end subroutine put_state
 
-   !> What sections keep of a phase, the instant with which it ends included.
-   subroutine take_sections(self, tau, length, sections)
+   !> What sections keep of the free modes.
+   subroutine keep_modes(self, tau, length, first, sections)
       type(phase_state_t), intent(in) :: self
-      !> Its start
+      !> Start of the phase, and its length
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: length
+      !> The first section in the phase
+      integer, intent(in) :: first
       type(run_sections_t), intent(inout) :: sections
 
       real(wp), dimension(size(self%z)) :: z, rate
       real(wp), dimension(size(self%beam%tip_value)) :: q, v
-      integer :: k
+      integer :: n
 
-      ! as near to the end as rounding can tell is in it
-      do while (next_section(sections) <= tau + length + 4.0_wp*epsilon(1.0_wp)*tau)
-         sections%count = sections%count + 1
-         associate (n => sections%count)
-            call move_to(self, min(max(sections%tau(n) - tau, 0.0_wp), length), z, rate)
-            call free_state(self, z, rate, q, v)
-            sections%tip(:, n) = [sum(self%beam%tip_value*q), sum(self%beam%tip_value*v)]
-            do k = 1, size(self%states)
-               associate (state => self%states(k))
-                  sections%stop(:, state%surface%number, n) = state%surface%sign*[sum(self%beam%value(:, k)*q), &
-                     sum(self%beam%value(:, k)*v)]
-                  ! exactly, not to rounding
-                  if (state%is_rigid .and. state%is_closed) sections%stop(:, state%surface%number, n) = &
-                     [state%surface%sign*state%surface%height, 0.0_wp]
-               end associate
-            end do
-            if (allocated(sections%modes)) then
-               sections%modes(1, :, n) = q
-               sections%modes(2, :, n) = v
-            end if
-         end associate
+      if (.not. allocated(sections%modes)) return
+      do n = first, sections%count
+         call move_to(self, min(max(sections%tau(n) - tau, 0.0_wp), length), z, rate)
+         call free_state(self, z, rate, q, v)
+         sections%modes(1, :, n) = q
+         sections%modes(2, :, n) = v
       end do
-   end subroutine take_sections
+   end subroutine keep_modes
 
 end module section_states

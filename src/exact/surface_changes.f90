@@ -64,8 +64,7 @@ contains
          state%hop_tolerance = hop_tolerance
          state%is_new_flight = .true.
          state%is_low = .true.
-         state%has_risen = .false.
-         state%is_first_flight = .false.
+         state%flights = state%flights + 1
       end associate
    end subroutine start_flight
 

@@ -2,6 +2,7 @@
 !> complementarity of reactions and accelerations finds.
 module newmark_contacts
    use complementarity, only: solve_complementarity
+   use contact_measures, only: measure_impulse
    use contact_rows, only: along, put_along
    use failures, only: fail, status_run_failed
    use kinds, only: wp
@@ -9,10 +10,9 @@ module newmark_contacts
       lets_go, lifted_force, nowhere, newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use number_text, only: to_text
-   use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, event_t, &
-      response_t
+   use response_types, only: append_event, event_blow, event_capture, event_contact, event_impact, event_release, &
+      event_separation, event_t, is_contact_end, response_t
    use run_recorder, only: charge_event
-   use step_measures, only: measure_event
    use yielding_stop, only: contact_force
    implicit none (type, external)
    private
@@ -239,8 +239,6 @@ contains
       !> Events
       type(response_t), intent(inout) :: response
 
-      type(event_t) :: seen_from_it
-
       if (response%event_count >= run%event_limit) then
          call fail(run%error, status_run_failed, 'more than event_limit = '//to_text(run%event_limit)// &
             ' events by tau = '//to_text(event%tau))
@@ -250,9 +248,9 @@ contains
       call charge_event(run%ledger, event%energy_change)
       associate (contact => run%contacts(k))
          contact%dissipated = contact%dissipated - event%energy_change
-         seen_from_it = event
-         seen_from_it%eta = contact%row%sign*event%eta
-         if (run%keeps_measures) call measure_event(contact%measurer, seen_from_it, contact%measures)
+         if (any(event%kind == [event_impact, event_capture, event_blow])) call measure_impulse( &
+            run%observers%measures, k, event%tau, event%impulse)
+         if (event%kind == event_impact .or. is_contact_end(event%kind)) contact%flights = contact%flights + 1
       end associate
    end subroutine keep_event
 

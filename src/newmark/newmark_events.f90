@@ -10,7 +10,7 @@ module newmark_events
       is_open, lets_go, lifted_force, rounding_at, newmark_run_t
    use number_text, only: to_text
    use response_types, only: event_release, response_t
-   use step_measures, only: greatest_in, piece_t
+   use step_intervals, only: cubic_of, greatest_of
    implicit none (type, external)
    private
    public :: find_events, give_way, meet_and_leave
@@ -79,8 +79,8 @@ contains
          gap = gap_at(run, k, new)
          rate = gap_rate_at(run, k, new)
          if (contact%judged) then
-            contact%peak = max(contact%peak, greatest_in(piece_t(0.0_wp, step, [gap_at(run, k, old), gap], &
-               [gap_rate_at(run, k, old), rate])))
+            contact%peak = max(contact%peak, greatest_of(cubic_of([gap_at(run, k, old), gap], &
+               step*[gap_rate_at(run, k, old), rate])))
             if (contact%peak > run%hop_height) contact%judged = .false.
          end if
          if (gap > run%hop_height) contact%captures = 0

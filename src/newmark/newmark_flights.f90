@@ -23,7 +23,7 @@ contains
          if (.not. allocated(start%contacts)) then
             start%state = run%states(run%now)
             allocate (start%contacts(size(run%contacts)))
-            if (allocated(run%moments)) allocate (start%moments(4, size(run%moments)))
+            if (allocated(run%observers%moments)) allocate (start%moments(4, size(run%observers%moments)))
          end if
          do k = 1, size(run%contacts)
             if (run%contacts(k)%flight_events == begins_now) run%contacts(k)%flight_events = events
@@ -31,15 +31,16 @@ contains
          end do
          call copy(run%states(run%now), start%state)
          start%progress = run%run_progress_t
-         if (allocated(run%moments)) then
-            do k = 1, size(run%moments)
-               associate (moment => run%moments(k))
+         if (allocated(run%observers%moments)) then
+            do k = 1, size(run%observers%moments)
+               associate (moment => run%observers%moments(k))
                   start%moments(:, k) = [moment%least, moment%least_tau, moment%greatest, moment%greatest_tau]
                end associate
             end do
          end if
-         if (allocated(run%sections)) start%sections = run%sections%count
-         if (allocated(run%blocks)) call keep_sums(run)
+         if (run%observers%measures%is_wanted) start%measurers = run%observers%measures%of
+         if (allocated(run%observers%sections)) start%sections = run%observers%sections%count
+         if (allocated(run%observers%blocks)) call keep_sums(run)
       end associate
    end subroutine keep_flight_start
 
@@ -50,7 +51,8 @@ contains
       integer :: k, last
 
       last = 0
-      if (allocated(run%blocks)) last = min(blocks_begun(run%blocks, instant_of(run)), size(run%blocks%tip%sums, 2))
+      if (allocated(run%observers%blocks)) last = min(blocks_begun(run%observers%blocks, instant_of(run)), &
+         size(run%observers%blocks%tip%sums, 2))
       associate (start => run%flight_start)
          call copy(start%state, run%states(run%now))
          run%run_progress_t = start%progress
@@ -58,9 +60,9 @@ contains
          do k = 1, size(run%contacts)
             run%contacts(k)%contact_progress_t = start%contacts(k)
          end do
-         if (allocated(run%moments)) then
-            do k = 1, size(run%moments)
-               associate (moment => run%moments(k), kept => start%moments(:, k))
+         if (allocated(run%observers%moments)) then
+            do k = 1, size(run%observers%moments)
+               associate (moment => run%observers%moments(k), kept => start%moments(:, k))
                   moment%least = kept(1)
                   moment%least_tau = kept(2)
                   moment%greatest = kept(3)
@@ -68,8 +70,9 @@ contains
                end associate
             end do
          end if
-         if (allocated(run%sections)) run%sections%count = start%sections
-         if (allocated(run%blocks)) call put_sums_back(run, last)
+         if (run%observers%measures%is_wanted) run%observers%measures%of = start%measurers
+         if (allocated(run%observers%sections)) run%observers%sections%count = start%sections
+         if (allocated(run%observers%blocks)) call put_sums_back(run, last)
       end associate
    end subroutine take_flight_back
 
@@ -79,7 +82,7 @@ contains
 
       integer :: k
 
-      associate (start => run%flight_start, blocks => run%blocks)
+      associate (start => run%flight_start, blocks => run%observers%blocks)
          start%block = blocks_begun(blocks, instant_of(run))
          if (.not. allocated(start%impacts)) then
             allocate (start%impacts(size(blocks%surface)), start%has_flown(size(blocks%surface)))
@@ -106,7 +109,7 @@ contains
 
       integer :: block, first, k
 
-      associate (start => run%flight_start, blocks => run%blocks)
+      associate (start => run%flight_start, blocks => run%observers%blocks)
          first = min(max(start%block, 1), size(blocks%tip%sums, 2))
          blocks%tip%sums(:, first) = start%sums(:, 0)
          do block = first + 1, last

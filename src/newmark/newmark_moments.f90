@@ -4,14 +4,14 @@ module newmark_moments
    use beam_model, only: beam_model_t
    use kinds, only: wp
    use load_courses, only: value_at
-   use moment_places, only: enter_moment, gather_places
-   use newmark_run, only: instant_of, newmark_run_t
+   use moment_places, only: gather_places
+   use newmark_run, only: newmark_run_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use skyline_matrix, only: multiply, solve_factorised
    implicit none (type, external)
    private
-   public :: start_moments, measure_moments, sample_moments
+   public :: start_moments, moments_now
 
 contains
 
@@ -27,7 +27,7 @@ contains
       real(wp) :: share
 
       if (.not. allocated(response%moments)) return
-      run%moments = response%moments
+      allocate (run%places)
       call gather_places(model, settings, run%loads, run%places)
       associate (scheme => settings%response, step => run%stepper%step)
          ! what M* has more than M, in K
@@ -42,7 +42,7 @@ contains
    !> Moments of the present state.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
-      real(wp) :: moment(size(run%moments))
+      real(wp) :: moment(size(run%places%stiffness, 2))
 
       real(wp), dimension(run%stepper%order) :: accelerated, damped, strained
       integer :: g
@@ -66,29 +66,5 @@ contains
          end do
       end associate
    end function moments_now
-
-   !> Do those of the present state go beyond the extremes so far?
-   pure subroutine measure_moments(run)
-      type(newmark_run_t), intent(inout) :: run
-
-      if (.not. run%keeps_measures) return
-      call enter_moment(run%moments, moments_now(run), instant_of(run))
-   end subroutine measure_moments
-
-   !> A sample.
-   pure subroutine sample_moments(run, sample)
-      type(newmark_run_t), intent(inout) :: run
-      !> Its place in the histories
-      integer, intent(in) :: sample
-
-      real(wp), allocatable :: moment(:)
-      integer :: p
-
-      if (.not. allocated(run%moments)) return
-      allocate (moment, source=moments_now(run))
-      do p = 1, size(run%moments)
-         if (allocated(run%moments(p)%moment)) run%moments(p)%moment(sample) = moment(p)
-      end do
-   end subroutine sample_moments
 
 end module newmark_moments

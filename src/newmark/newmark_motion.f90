@@ -6,38 +6,37 @@
 module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, hold_supports, is_mechanism
-   use block_statistics, only: finish_statistics, take_events
+   use contact_measures, only: open_measures
    use contact_rows, only: along, band, contact_row_t, put_along
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: i8, wp
    use load_settings, only: start_pull
-   use moment_places, only: finish_moments, open_moments
+   use moment_places, only: open_moments
    use newmark_contacts, only: settle
    use newmark_energies, only: kinetic_energy, strain_energy
    use newmark_events, only: give_way, find_events
    use newmark_flights, only: keep_flight_start
    use newmark_limits, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
-   use newmark_moments, only: measure_moments, start_moments
+   use newmark_moments, only: moments_now, start_moments
    use newmark_run, only: energy_left, instant_of, is_held, is_inactive, is_in_contact, level_of, nowhere, &
       newmark_run_t, contact_energy, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
-   use newmark_sections, only: resume, start_sections, state_of, take_over, take_sections
+   use newmark_sections, only: resume, state_of, take_over
    use newmark_start, only: begin_at_contacts, make_start, open_contacts
-   use newmark_statistics, only: open_statistics, take_step
    use newmark_stepper, only: deepest_level, make_newmark_stepper
-   use newmark_steps, only: account_step, find_refusals, measure_step, prepare_level, try_step
+   use newmark_steps, only: account_step, find_refusals, observe_step, prepare_level, try_step
    use number_text, only: to_text
    use response_records, only: open_records
-   use response_types, only: miss_of_energies, response_t, run_measures_t
-   use run_measures, only: gather_measures, no_rest, open_tally
+   use response_types, only: miss_of_energies, response_t
+   use run_measures, only: no_rest, open_tally
+   use run_observers, only: finish_observers, observe_events, open_observers
    use run_reach, only: tell_reach
    use run_settings, only: count_samples, law_spring_damper, run_settings_t
-   use section_records, only: finish_sections
    use section_types, only: section_state_t
    use skyline_matrix, only: skyline_t, solve_factorised
    use static_states, only: find_static_rest, find_static_start
-   use step_measures, only: finish_steps
+   use step_intervals, only: open_step_interval
    use stop_laws, only: make_yielding_stop, static_stiffness
    use stop_surfaces, only: acting, is_plain, surface_t, surfaces_of
    implicit none (type, external)
@@ -61,7 +60,7 @@ contains
       ! at least so many samples, if there are, are held against the ledger where energies are no output
       integer, parameter :: fewest_checks = 8
       type(newmark_run_t) :: run
-      integer :: between_checks, samples
+      integer :: between_checks, k, places, samples
       logical :: goes_on
 
       call make_run(model, settings, run, error)
@@ -76,21 +75,27 @@ contains
       call open_moments(model, settings, samples, response)
       call start_moments(model, settings, response, run)
       call open_contacts(settings, run, response)
-      run%keeps_measures = settings%output%measures
-      run%keeps_ledger = allocated(response%energy) .or. run%keeps_measures
+      run%keeps_ledger = allocated(response%energy) .or. settings%output%measures
+      run%samples = samples
+      call open_observers(settings, run%contacts%surface%number, [(allocated(run%contacts(k)%stop), &
+         k=1, size(run%contacts))], run%pulled, response, run%observers)
+      if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
+      places = 0
+      if (allocated(run%places)) places = size(response%moments)
+      run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare)
+      call open_step_interval(size(run%contacts), places, run%interval)
       run%keeps_shapes = allocated(response%shape_tau)
       run%root_dofs = model%root_dofs
       response%initial_energy = run%start_energy
-      if (run%keeps_measures) call start_measures(model, run, error)
+      if (settings%output%measures) call start_measures(model, settings, run, error)
       if (allocated(error)) return
       if (run%keeps_shapes) call shapes_in_step(run, 0.0_wp, response)
-      call begin(settings, goes_on, run, response)
-      if (allocated(run%moments)) call measure_moments(run)
+      call begin(goes_on, run, response)
       if (.not. allocated(run%error)) call take_sample(run, response)
       do while (run%sample < samples .and. .not. allocated(run%error))
          call advance(run, response)
          if (allocated(run%error)) exit
-         if (allocated(run%blocks)) call take_events(run%blocks, response)
+         call observe_events(run%observers, response)
          if (run%begins_flight) call keep_flight_start(run, response%event_count)
          if (run%part > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
@@ -106,42 +111,38 @@ contains
          call move_alloc(run%error, error)
          return
       end if
-      call finish(settings, run, response)
+      call finish(run, response)
       if (present(carried)) call state_of(run, carried)
    end subroutine newmark_response
 
    !> What is asked of the motion from its start on, and that.
-   subroutine begin(settings, goes_on, run, response)
-      type(run_settings_t), intent(in) :: settings
+   subroutine begin(goes_on, run, response)
       !> It takes over a motion
       logical, intent(in) :: goes_on
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
-      if (allocated(settings%statistics)) call open_statistics(settings, run)
-      if (allocated(settings%poincare)) call start_sections(settings, run)
       if (goes_on) then
          call resume(run, response)
       else
          call begin_at_contacts(run, response)
       end if
-      if (allocated(run%blocks)) call take_events(run%blocks, response)
+      call observe_events(run%observers, response)
       if (run%begins_flight) call keep_flight_start(run, response%event_count)
    end subroutine begin
 
    !> What is told at the end.
-   subroutine finish(settings, run, response)
-      type(run_settings_t), intent(in) :: settings
+   subroutine finish(run, response)
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
       response%ends_in_contact = any(run%contacts%status == is_held .or. run%contacts%status == is_in_contact)
       response%factorisations = run%stepper%factorisations
-      if (allocated(run%moments)) call move_alloc(run%moments, response%moments)
-      if (run%keeps_measures) call finish_measures(run, settings%output%most_peaks, response)
-      if (allocated(run%blocks)) call finish_statistics(run%blocks, response)
-      if (allocated(run%sections)) call finish_sections(run%sections, response)
-      call finish_moments(response)
+      associate (ledger => run%ledger, measures => run%observers%measures)
+         if (measures%is_wanted) measures%of(run%pulled)%measures%final_energy = energy_left(run)
+         call finish_observers(run%observers, instant_of(run), [ledger%dissipated_beam, ledger%dissipated_stop, &
+            ledger%dissipated_impact], ledger%created, run%contacts%surface%number, response)
+      end associate
       if (.not. run%keeps_contacts) deallocate (response%surfaces)
    end subroutine finish
 
@@ -310,7 +311,7 @@ contains
    end subroutine check_contact
 
    !> One accepted step and the events it may end with; or those that no step leads past.
-   pure subroutine advance(run, response)
+   subroutine advance(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events and counters
       type(response_t), intent(inout) :: response
@@ -318,9 +319,10 @@ contains
       integer :: level
       integer(i8) :: span
       logical :: has_passed, stands
-      real(wp) :: energy, from, step
+      real(wp) :: energy, from, moments(run%interval%places, 2), step
 
       from = instant_of(run)
+      if (allocated(run%places)) moments(:, 1) = moments_now(run)
       level = run%next_level
       run%next_level = 0
       if (run%offset > 0_i8) level = max(level, deepest_level - trailz(run%offset))
@@ -363,10 +365,10 @@ contains
       step = run%stepper%factors(level)%step
       energy = energy_left(run)
       if (run%keeps_ledger) call account_step(run, step)
-      if (run%keeps_measures) call measure_step(run, from, step, [energy, energy_left(run)])
-      if (allocated(run%moments)) call measure_moments(run)
-      if (allocated(run%blocks)) call take_step(run, from, step)
-      if (allocated(run%sections)) call take_sections(run, step)
+      if (run%observes) then
+         if (allocated(run%places)) moments(:, 2) = moments_now(run)
+         call observe_step(run, from, step, [energy, energy_left(run)], moments)
+      end if
       if (run%keeps_shapes) call shapes_in_step(run, step, response)
       call find_events(run, step, response)
       if (allocated(run%error)) return
@@ -374,7 +376,6 @@ contains
          call pass_jump(run, has_passed)
          if (has_passed) call settle(run, response)
       end if
-      if (allocated(run%moments)) call measure_moments(run)
    end subroutine advance
 
    !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.
@@ -398,8 +399,9 @@ contains
    end subroutine check_energy
 
    !> Begin to measure each surface.
-   subroutine start_measures(model, run, error)
+   subroutine start_measures(model, settings, run, error)
       type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
       type(newmark_run_t), intent(inout) :: run
       !> Set when the state of rest is not found
       type(failure_t), allocatable, intent(out) :: error
@@ -416,43 +418,15 @@ contains
          if (allocated(error)) return
       end if
       forces(acting_ones) = forces(:size(acting_ones))
-      if (run%pulled == 0) call open_tally(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
-         run%measurer%tally)
+      call open_measures(size(run%contacts), run%pulled, .true., settings%output%most_peaks, run%observers%measures)
+      call open_tally(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, run%observers%measures%of(0)%tally)
       do k = 1, size(run%contacts)
          if (run%contacts(k)%status == is_inactive) forces(k) = 0.0_wp
          associate (contact => run%contacts(k))
             call open_tally(allocated(contact%stop), run%start_energy, forces(k), energy, run%height_ratio, &
-               contact%measurer%tally)
+               run%observers%measures%of(k)%tally)
          end associate
       end do
    end subroutine start_measures
-
-   !> The measures of each surface, and of the run.
-   pure subroutine finish_measures(run, most_peaks, response)
-      type(newmark_run_t), intent(inout) :: run
-      !> Peaks are kept of so many rebounds
-      integer, intent(in) :: most_peaks
-      !> Gets the measures
-      type(response_t), intent(inout) :: response
-
-      type(run_measures_t) :: free
-      integer :: k
-
-      associate (ledger => run%ledger)
-         do k = 1, size(run%contacts)
-            run%contacts(k)%measures%final_energy = energy_left(run)
-            call finish_steps(run%contacts(k)%measurer, instant_of(run), &
-               [ledger%dissipated_beam, ledger%dissipated_stop, ledger%dissipated_impact], ledger%created, most_peaks, &
-               run%contacts(k)%measures, response, run%contacts(k)%surface%number)
-         end do
-      end associate
-      if (run%pulled > 0) then
-         call gather_measures(response, run%contacts(run%pulled)%surface%number)
-      else
-         free%final_energy = energy_left(run)
-         call finish_steps(run%measurer, instant_of(run), [run%ledger%dissipated_beam, 0.0_wp, 0.0_wp], &
-            run%ledger%created, most_peaks, free, response)
-      end if
-   end subroutine finish_measures
 
 end module newmark_motion

@@ -2,16 +2,16 @@
 !> state, and where it stands on the grid of steps.
 module newmark_run
    use applied_loads, only: applied_loads_t
+   use contact_measures, only: measurer_t
    use contact_rows, only: along, contact_row_t
    use failures, only: failure_t
    use kinds, only: i8, wp
    use moment_places, only: moment_places_t
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
-   use response_types, only: moment_record_t, run_measures_t
+   use run_observers, only: observers_t
    use run_recorder, only: ledger_t
-   use section_types, only: run_sections_t
-   use statistic_types, only: block_sums_t, impact_t
-   use step_measures, only: step_measurer_t
+   use statistic_types, only: impact_t
+   use step_intervals, only: step_interval_t
    use stop_surfaces, only: surface_t
    use yielding_stop, only: rounding_of_force, stop_step_t, yielding_stop_t
    implicit none (type, external)
@@ -75,7 +75,8 @@ module newmark_run
       integer(i8) :: refused_end = nowhere
       !> What it has dissipated, at impacts too
       real(wp) :: dissipated = 0.0_wp
-      type(step_measurer_t) :: measurer
+      !> How often the beam has left it since the start of the run
+      integer :: flights = 0
    end type contact_progress_t
 
    type, extends(contact_progress_t) :: newmark_contact_t
@@ -89,7 +90,6 @@ module newmark_run
       integer :: contact_level = 0
       !> What the beam gave it over the last step tried
       real(wp) :: work = 0.0_wp
-      type(run_measures_t) :: measures
    end type newmark_contact_t
 
    !> What a step of one length needs besides the stepper's factors.
@@ -117,8 +117,6 @@ module newmark_run
       !> All work of loads so far, won and lost
       real(wp) :: turnover = 0.0_wp
       type(ledger_t) :: ledger
-      !> Where there are no surfaces
-      type(step_measurer_t) :: measurer
    end type run_progress_t
 
    !> Where the last flight after a rebound began.
@@ -126,6 +124,7 @@ module newmark_run
       type(run_state_t) :: state
       type(run_progress_t) :: progress
       type(contact_progress_t), allocatable :: contacts(:)
+      type(measurer_t), allocatable :: measurers(:)
       !> Least and greatest moments, and when, [4, places]
       real(wp), allocatable :: moments(:, :)
       !> Sections that had come
@@ -142,7 +141,7 @@ module newmark_run
       type(newmark_stepper_t) :: stepper
       type(newmark_contact_t), allocatable :: contacts(:)
       !> Place of the surface at which histories are taken, from which a beam is released, and d there; 0: there are no
-      !> surfaces, and the run measures with a measurer of its own
+      !> surfaces
       integer :: pulled = 1
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
@@ -153,6 +152,8 @@ module newmark_run
       !> Steps between two samples, and their distance
       integer :: parts = 1
       real(wp) :: sample_step = 0.0_wp
+      !> Samples after the one at the start
+      integer :: samples = 0
       !> Gap within which an approach is a contact; force below which, at a sign change, the beam leaves
       real(wp) :: contact_tolerance = 0.0_wp
       real(wp) :: release_force = 0.0_wp
@@ -161,14 +162,14 @@ module newmark_run
       integer :: event_limit = 0
       real(wp) :: height_ratio = 0.0_wp
       logical :: keeps_ledger = .false.
-      logical :: keeps_measures = .false.
       logical :: keeps_shapes = .false.
+      !> Some observer asks for steps
+      logical :: observes = .false.
       !> What happens at each surface is told besides what the run tells; a scene of one stop keeps to that
       logical :: keeps_contacts = .true.
-      !> What &statistics asks for; unallocated: nothing
-      type(block_sums_t), allocatable :: blocks
-      !> What &poincare asks for; unallocated: nothing
-      type(run_sections_t), allocatable :: sections
+      type(observers_t) :: observers
+      !> The step last taken as observers see it
+      type(step_interval_t) :: interval
       !> Displacement and rotation of the root among the degrees of freedom; 0: held
       integer :: root_dofs(2) = 0
       !> The present state and, in the other place, the one a step leads to or came from
@@ -182,9 +183,8 @@ module newmark_run
       !> What acts on the beam, and the instants at which that may jump
       type(applied_loads_t) :: loads
       real(wp), allocatable :: jumps(:)
-      !> Bending moments: what makes them of the state, and what is kept of them; unallocated: none are asked for
-      type(moment_places_t) :: places
-      type(moment_record_t), allocatable :: moments(:)
+      !> Bending moments: what makes them of the state; unallocated: none are asked for
+      type(moment_places_t), allocatable :: places
       !> Damping in proportion to the mass, and is it that of each mode instead?
       real(wp) :: mass_damping = 0.0_wp
       logical :: damps_modes = .false.

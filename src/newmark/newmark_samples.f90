@@ -3,7 +3,7 @@ module newmark_samples
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_moments, only: sample_moments
+   use newmark_moments, only: moments_now
    use newmark_run, only: instant_of, newmark_run_t, contact_energy
    use newmark_stepper, only: newmark_state_t
    use response_types, only: response_t
@@ -49,8 +49,8 @@ contains
             end associate
          end do
       end associate kept
+      if (allocated(run%places)) sample%moment = moments_now(run)
       call keep_sample(place, sample, run%ledger, response)
-      call sample_moments(run, place)
    end subroutine take_sample
 
    !> Keep the shapes asked for within the last step.

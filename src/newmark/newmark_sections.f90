@@ -1,4 +1,4 @@
-!> Sections of a Newmark run, and a run that takes over a motion (docs/theory.md, section 21).
+!> A Newmark run that takes over a motion (docs/theory.md, section 21).
 module newmark_sections
    use contact_rows, only: along
    use kinds, only: wp
@@ -8,70 +8,12 @@ module newmark_sections
       newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use response_types, only: response_t
-   use run_settings, only: run_settings_t
-   use section_records, only: next_section, open_sections
    use section_types, only: section_state_t
    implicit none (type, external)
    private
-   public :: start_sections, take_sections, state_of, take_over, resume
+   public :: state_of, take_over, resume
 
 contains
-
-   !> Begin a run.
-   subroutine start_sections(settings, run)
-      !> With sections
-      type(run_settings_t), intent(in) :: settings
-      !> Its surfaces are there
-      type(newmark_run_t), intent(inout) :: run
-
-      integer :: pulled
-
-      pulled = 0
-      if (run%pulled > 0) pulled = run%contacts(run%pulled)%surface%number
-      call open_sections(settings, size(run%contacts), pulled, run%sections)
-   end subroutine start_sections
-
-   !> Those within the step just accepted, its end included, from the cubic between its ends.
-   pure subroutine take_sections(run, step)
-      !> With sections
-      type(newmark_run_t), intent(inout) :: run
-      !> Its length
-      real(wp), intent(in) :: step
-
-      real(wp) :: end, share
-      integer :: k
-
-      end = instant_of(run)
-      associate (sections => run%sections)
-         do while (next_section(sections) <= end + 8.0_wp*epsilon(1.0_wp)*end)
-            sections%count = sections%count + 1
-            share = 1.0_wp + min(0.0_wp, (sections%tau(sections%count) - end)/step)
-            sections%tip(:, sections%count) = at(run%stepper%tip_dof)
-            do k = 1, size(run%contacts)
-               sections%stop(:, run%contacts(k)%surface%number, sections%count) = at(run%contacts(k)%row%dof)
-            end do
-         end do
-      end associate
-
-   contains
-
-      !> Displacement and velocity of a degree of freedom.
-      pure function at(dof) result(state)
-         integer, intent(in) :: dof
-         real(wp) :: state(2)
-
-         real(wp) :: rate
-
-         associate (old => run%states(3 - run%now)%beam, new => run%states(run%now)%beam, s => share)
-            rate = (new%displacement(dof) - old%displacement(dof))/step
-            ! what the end moves less or more than the chord
-            associate (first => old%velocity(dof) - rate, last => new%velocity(dof) - rate)
-               state(1) = old%displacement(dof) + s*step*rate + step*s*(1.0_wp - s)*(first*(1.0_wp - s) - last*s)
-               state(2) = rate + first*(1.0_wp - s)*(1.0_wp - 3.0_wp*s) + last*s*(3.0_wp*s - 2.0_wp)
-            end associate
-         end associate
-      end function at
-   end subroutine take_sections
 
    !> The present state.
    pure subroutine state_of(run, state)

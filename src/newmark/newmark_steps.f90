@@ -8,16 +8,17 @@
 module newmark_steps
    use contact_rows, only: along, band, put_along
    use kinds, only: wp
+   use motion_intervals, only: observed_contact_t
    use newmark_energies, only: beam_dissipation
    use newmark_loads, only: load_at_end
    use newmark_run, only: depth_at, gap_at, instant_of, is_held, is_inactive, is_in_contact, is_lifted, is_open, &
       lets_go, newmark_run_t, contact_energy, whole_step
    use newmark_stepper, only: add_column, deepest_level, finish_step, make_factors, predict_step, solve_for_row
-   use step_measures, only: measure_contact, measure_energy, measure_motion, piece_t
+   use run_observers, only: observe
    use yielding_stop, only: contact_force, mean_force_coefficients
    implicit none (type, external)
    private
-   public :: prepare_level, try_step, find_refusals, account_step, measure_step, eliminate
+   public :: prepare_level, try_step, find_refusals, account_step, observe_step, eliminate
 
 contains
 
@@ -333,36 +334,42 @@ contains
       end associate
    end subroutine account_step
 
-   !> Measure the step just accepted.
-   pure subroutine measure_step(run, from, step, energy)
+   !> The step just accepted as observers see it.
+   subroutine observe_step(run, from, step, energies, moments)
       type(newmark_run_t), intent(inout) :: run
       !> Its beginning and length
       real(wp), intent(in) :: from
       real(wp), intent(in) :: step
       !> Energy at its ends
-      real(wp), intent(in) :: energy(2)
+      real(wp), intent(in) :: energies(2)
+      !> Moments at its ends, [places, 2]
+      real(wp), intent(in) :: moments(:, :)
 
       integer :: k
 
-      associate (old => run%states(3 - run%now), new => run%states(run%now))
+      associate (old => run%states(3 - run%now), new => run%states(run%now), interval => run%interval)
+         interval%start = from
+         interval%length = step
+         interval%is_last = run%sample >= run%samples
+         interval%energies = energies
          do k = 1, size(run%contacts)
-            associate (contact => run%contacts(k))
-               if (contact%status == is_inactive) cycle
-               call measure_motion(contact%measurer, piece_t(from, step, &
-                  [along(contact%row, old%beam%displacement), along(contact%row, new%beam%displacement)] &
-                  - contact%surface%height, [along(contact%row, old%beam%velocity), &
-                  along(contact%row, new%beam%velocity)]))
-               if (contact%status == is_held .or. contact%status == is_in_contact) then
-                  call measure_contact(contact%measurer, from, step, [old%force(k), new%force(k)])
-               end if
+            associate (contact => run%contacts(k), seen => interval%seen(k))
+               seen = observed_contact_t(contact%surface%number, contact%row%sign, contact%surface%height, &
+                  contact%status == is_held .or. contact%status == is_in_contact, allocated(contact%stop), &
+                  allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)
+               interval%ends(:, k) = [along(contact%row, old%beam%displacement) - seen%height, &
+                  along(contact%row, new%beam%displacement) - seen%height, along(contact%row, old%beam%velocity), &
+                  along(contact%row, new%beam%velocity)]
+               interval%line(:, k) = [old%force(k), new%force(k)]
             end associate
          end do
-         if (run%pulled > 0) then
-            call measure_energy(run%contacts(run%pulled)%measurer, from, step, energy)
-         else
-            call measure_energy(run%measurer, from, step, energy)
-         end if
+         associate (tip => run%stepper%tip_dof)
+            interval%ends(:, k) = [old%beam%displacement(tip), new%beam%displacement(tip), old%beam%velocity(tip), &
+               new%beam%velocity(tip)]
+         end associate
+         if (size(moments) > 0) interval%line(:, k:) = transpose(moments)
       end associate
-   end subroutine measure_step
+      call observe(run%observers, run%interval)
+   end subroutine observe_step
 
 end module newmark_steps

@@ -8,11 +8,13 @@ module moment_places
    use beam_model, only: beam_model_t
    use beam_section, only: inertia, outer_fibre
    use kinds, only: lambda1_power4, wp
+   use motion_intervals, only: interval_t, peak_t, row_t
    use response_types, only: moment_record_t, response_t
    use run_settings, only: run_settings_t
+   use signal_peaks, only: looks_t
    implicit none (type, external)
    private
-   public :: moment_places_t, gather_places, open_moments, enter_moment, finish_moments
+   public :: moment_places_t, gather_places, open_moments, watch_moments, finish_moments
 
    !> The moment at a place is stiffness.(y + 2 zeta y') + mass.(y'' + what damps in proportion to the mass) + what each
    !> load acts on the stretch of the beam beside it.
@@ -94,6 +96,45 @@ contains
       if (.not. settings%stress%history .or. allocated(response%tau)) return
       allocate (response%tau, source=[(real(i, wp)*settings%response%step, i=0, samples)])
    end subroutine open_moments
+
+   !> Do the moments of an interval go beyond their extremes so far?
+   subroutine watch_moments(interval, moments)
+      class(interval_t), intent(inout) :: interval
+      !> [places]
+      type(moment_record_t), intent(inout) :: moments(:)
+
+      real(wp) :: state(2)
+      integer :: p
+
+      do p = 1, size(moments)
+         associate (moment => moments(p))
+            ! both ends first: mostly that spares a search
+            state = interval%evaluate(row_t(interval%moment_row(p)), 0.0_wp)
+            call enter_moment(moment, state(1), interval%start)
+            state = interval%evaluate(row_t(interval%moment_row(p)), interval%length)
+            call enter_moment(moment, state(1), interval%start + interval%length)
+            call seek_beyond(1.0_wp, moment%greatest, moment%looks_for_greatest)
+            call seek_beyond(-1.0_wp, -moment%least, moment%looks_for_least)
+         end associate
+      end do
+
+   contains
+
+      !> A greater value than is known of the moment times a sign.
+      subroutine seek_beyond(sign, known, looks)
+         real(wp), intent(in) :: sign
+         real(wp), intent(in) :: known
+         type(looks_t), intent(inout) :: looks
+
+         type(peak_t) :: peak
+
+         peak%looks = looks
+         call interval%seek_peak(row_t(interval%moment_row(p), sign, 0.0_wp, max(moments(p)%greatest, &
+            -moments(p)%least)), [0.0_wp, interval%length], known, peak)
+         looks = peak%looks
+         if (peak%is_found) call enter_moment(moments(p), sign*peak%value, interval%start + peak%time)
+      end subroutine seek_beyond
+   end subroutine watch_moments
 
    !> A value at an instant.
    elemental subroutine enter_moment(moment, value, tau)

@@ -11,15 +11,12 @@ module run_measures
    use measure_list, only: first_statistic, measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
       quiet_energy, response_t, run_measures_t
-   use run_settings, only: stop_settings_t
    use sorting, only: ascending_order
-   use stop_laws, only: make_yielding_stop
-   use yielding_stop, only: yielding_stop_t
    implicit none (type, external)
    private
-   public :: tally_t, start_tally, open_tally, take_impulse, take_contact, end_episode, mark_energy, add_rebound
+   public :: tally_t, open_tally, take_impulse, take_contact, end_episode, mark_energy, put_peak
    public :: finish_tally, gather_measures
-   public :: early_part, excess_of, force_window, no_rest, row_of
+   public :: comes_to_rest, early_part, excess_of, force_window, no_rest, row_of
 
    !> A rigid stop's force is the mean over so long from the beginning of an episode, tau.
    real(wp), parameter :: force_window = 0.1_wp
@@ -54,30 +51,6 @@ module run_measures
    end type tally_t
 
 contains
-
-   !> Begin a run with one stop below the beam.
-   subroutine start_tally(stop, start_energy, force_scale, tally)
-      type(stop_settings_t), intent(in) :: stop
-      !> Energy of the static shape of the start, whose stop point is 1 + delta away from where it is unstressed
-      real(wp), intent(in) :: start_energy
-      !> Pbar per unit of force
-      real(wp), intent(in) :: force_scale
-      !> Ready for the first phase
-      type(tally_t), intent(out) :: tally
-
-      class(yielding_stop_t), allocatable :: yielding
-      real(wp) :: compliance, rest_force
-
-      call make_yielding_stop(stop, yielding)
-      rest_force = 0.0_wp
-      if (stop%preload > 0.0_wp) then
-         ! of the beam, and of the stop in a row with it
-         compliance = 0.5_wp*(1.0_wp + stop%preload)**2/start_energy
-         if (allocated(yielding)) compliance = compliance + 1.0_wp/yielding%stiffness
-         rest_force = stop%preload/compliance
-      end if
-      call open_tally(allocated(yielding), start_energy, rest_force, 0.5_wp*stop%preload*rest_force, force_scale, tally)
-   end subroutine start_tally
 
    !> Begin a run with any surface.
    pure subroutine open_tally(yields, start_energy, rest_force, rest_energy, force_scale, tally)
@@ -197,19 +170,16 @@ contains
       tally%has_spent = is_spent
    end subroutine mark_energy
 
-   !> A flight after the first meeting rose above `quiet_level`, and its highest point is not where the run ends.
-   pure subroutine add_rebound(measures, tau, eta)
-      !> Gets one more
+   !> The highest point of the last rebound so far.
+   pure subroutine put_peak(measures, tau, eta)
+      !> It is counted already
       type(run_measures_t), intent(inout) :: measures
-      !> Highest point; not given: it only counts
-      real(wp), intent(in), optional :: tau
-      real(wp), intent(in), optional :: eta
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: eta
 
       real(wp), allocatable :: larger(:)
       integer :: room
 
-      measures%rebounds = measures%rebounds + 1
-      if (.not. present(eta)) return
       associate (place => measures%rebounds)
          if (.not. allocated(measures%peak_eta)) allocate (measures%peak_eta(8), measures%peak_tau(8))
          room = size(measures%peak_eta)
@@ -224,7 +194,7 @@ contains
          measures%peak_eta(place) = eta
          measures%peak_tau(place) = tau
       end associate
-   end subroutine add_rebound
+   end subroutine put_peak
 
    !> The end of the run.
    pure subroutine finish_tally(tally, response, duration, lost, created, most_peaks, measures, surface)

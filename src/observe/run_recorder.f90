@@ -39,6 +39,8 @@ module run_recorder
       real(wp) :: lost(2) = 0.0_wp
       !> Work of loads, likewise
       real(wp) :: work = 0.0_wp
+      !> Bending moments, [places]
+      real(wp), allocatable :: moment(:)
    end type sample_t
 
    !> How far the histories have come.
@@ -93,6 +95,11 @@ contains
       do i = 1, history_count
          if (allocated(response%history(i)%values)) response%history(i)%values(place) = sample%history(i)
       end do
+      if (allocated(sample%moment)) then
+         do i = 1, size(sample%moment)
+            if (allocated(response%moments(i)%moment)) response%moments(i)%moment(place) = sample%moment(i)
+         end do
+      end if
       if (.not. allocated(response%energy)) return
       associate (entry => response%energy)
          entry%kinetic(place) = sample%beam_energy(1)

@@ -3,12 +3,13 @@ module section_records
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
+   use motion_intervals, only: interval_t, observed_contact_t, row_t
    use response_types, only: event_contact, event_impact, response_t
    use run_settings, only: run_settings_t
    use section_types, only: run_sections_t
    implicit none (type, external)
    private
-   public :: check_period, open_sections, next_section, finish_sections
+   public :: check_period, open_sections, take_sections, finish_sections
 
 contains
 
@@ -55,14 +56,32 @@ contains
       end associate
    end subroutine open_sections
 
-   !> When the next section is.
-   pure function next_section(sections) result(tau)
-      type(run_sections_t), intent(in) :: sections
-      real(wp) :: tau
+   !> What sections keep of an interval, the instant with which it ends included.
+   subroutine take_sections(interval, sections)
+      class(interval_t), intent(in) :: interval
+      type(run_sections_t), intent(inout) :: sections
 
-      tau = huge(1.0_wp)
-      if (sections%count < size(sections%tau)) tau = sections%tau(sections%count + 1)
-   end function next_section
+      type(observed_contact_t) :: contact
+      real(wp) :: end, time
+      integer :: k
+
+      ! as near to the end as rounding can tell is in it
+      end = (interval%start + interval%length)*(1.0_wp + 8.0_wp*epsilon(1.0_wp))
+      do while (sections%count < size(sections%tau))
+         associate (n => sections%count + 1)
+            if (sections%tau(n) > end) exit
+            time = min(max(sections%tau(n) - interval%start, 0.0_wp), interval%length)
+            sections%tip(:, n) = interval%evaluate(row_t(interval%tip_row()), time)
+            do k = 1, interval%contacts
+               contact = interval%contact(k)
+               sections%stop(:, contact%number, n) = [contact%sign*contact%height, 0.0_wp]
+               if (.not. contact%holds) sections%stop(:, contact%number, n) = interval%evaluate(row_t(k, &
+                  contact%sign, contact%sign*contact%height), time)
+            end do
+         end associate
+         sections%count = sections%count + 1
+      end do
+   end subroutine take_sections
 
    !> The end of the run.
    pure subroutine finish_sections(sections, response)

@@ -1,0 +1,382 @@
+!> A phase of exact motion as observers see it.
+module phase_intervals
+   use certified_search, only: search_t, viewed_signal_t
+   use damped_oscillators, only: modal_energy
+   use driven_modes, only: driven_mode_at, integral_of, integral_of_swing, make_driven_mode
+   use flight_peaks, only: find_peak
+   use joint_modes, only: terms_at
+   use kinds, only: wp
+   use moment_signals, only: moments_t
+   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
+   use phase_integrals, only: find_signals, integrate_stretch
+   use phase_losses, only: keep_indentation, leave_behind
+   use phase_state, only: end_force, force_terms, move_alone, move_to, phase_state_t, signal_of, whole_gap, whole_tip
+   use point_forces, only: slow
+   use power_integrals, only: integral
+   use signal_integrals, only: signals_t, squares_t
+   use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
+   use surface_states, only: energy_in, of_rigid_stop, surface_state_t
+   implicit none (type, external)
+   private
+   public :: phase_interval_t
+
+   type, extends(interval_t) :: phase_interval_t
+      type(phase_state_t), pointer :: now => null()
+      !> How the search for the end of the phase went at each contact
+      type(search_t), allocatable :: searches(:)
+      !> Bending moments, where they are asked for
+      type(moments_t) :: moments
+      !> Contacts as the phase starts, where some yield
+      type(surface_state_t), allocatable :: at_start(:)
+      !> State of the set's modes as it ends, [modes]
+      real(wp), allocatable :: z_end(:), v_end(:)
+      !> Made where integrals are asked for, and kept from phase to phase
+      type(signals_t), allocatable :: signals
+      type(squares_t) :: squares
+   contains
+      procedure :: contact
+      procedure :: evaluate
+      procedure :: reach
+      procedure :: rounding
+      procedure :: exceeds
+      procedure :: seek_peak
+      procedure :: keep_gap
+      procedure :: impulse
+      procedure :: integrate
+      procedure :: energy
+   end type phase_interval_t
+
+   type, extends(curve_t) :: signal_curve_t
+      class(viewed_signal_t), allocatable :: signal
+   contains
+      procedure :: last_beyond
+   end type signal_curve_t
+
+contains
+
+   pure function contact(self, k)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(observed_contact_t) :: contact
+
+      associate (state => self%now%states(k))
+         contact%number = state%surface%number
+         contact%sign = state%surface%sign
+         contact%height = self%now%beam%height(k)
+         contact%is_closed = self%now%set%is_closed(k)
+         contact%yields = .not. of_rigid_stop(state)
+         contact%has_force = .not. state%is_rigid
+         contact%is_active = state%acts
+         contact%holds = contact%is_closed .and. .not. contact%yields
+         contact%flights = state%flights
+      end associate
+   end function contact
+
+   !> A row and its rate.
+   function evaluate(self, row, time) result(state)
+      class(phase_interval_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: time
+      real(wp) :: state(2)
+
+      class(viewed_signal_t), allocatable, target :: room
+      class(viewed_signal_t), pointer :: signal
+
+      call find_signal(self, row, room, signal)
+      call signal%evaluate(time, state(1), state(2))
+      state = row%factor*state + [row%offset, 0.0_wp]
+   end function evaluate
+
+   !> Of a rigid contact as the search for the end of the phase has seen it.
+   pure function reach(self, k)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: reach
+
+      reach = huge(1.0_wp)
+      if (self%now%states(k)%is_rigid) reach = self%searches(k)%ceiling
+   end function reach
+
+   pure function rounding(self, k)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: rounding
+
+      associate (held => self%now%set%held)
+         rounding = 4.0_wp*epsilon(1.0_wp)*(abs(held%static_gap(k)) + sum(abs(held%value(:, k)*self%now%z)))
+      end associate
+   end function rounding
+
+   function exceeds(self, row, level) result(does)
+      class(phase_interval_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: level
+      logical :: does
+
+      class(viewed_signal_t), allocatable, target :: room
+      class(viewed_signal_t), allocatable :: part
+      class(viewed_signal_t), pointer :: signal
+
+      does = .false.
+      if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
+         ! an open surface moves up at most, and the beam is above it
+         if (.not. self%now%set%is_closed(row%number)) return
+         if (.not. may_sink(self%now, row%number, level)) return
+      end if
+      call find_signal(self, row, room, signal)
+      if (row%factor < 0.0_wp) then
+         call signal%view(0.0_wp, row%factor, row%offset, 0, part)
+         does = exceeds_in(part, self%length, level)
+      else
+         does = exceeds_in(signal, self%length, level)
+      end if
+   end function exceeds
+
+   !> The greatest value of a row.
+   subroutine seek_peak(self, row, stretch, known, peak)
+      class(phase_interval_t), intent(inout) :: self
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: known
+      type(peak_t), intent(inout) :: peak
+
+      class(viewed_signal_t), allocatable, target :: room
+      class(viewed_signal_t), allocatable :: part
+      class(viewed_signal_t), pointer :: signal
+      real(wp) :: seen, threshold
+      logical :: is_certain, is_whole
+
+      is_whole = .not. (stretch(1) > 0.0_wp .or. stretch(2) < self%length)
+      peak%still_rises = .false.
+      threshold = known
+      seen = -huge(1.0_wp)
+      call find_signal(self, row, room, signal)
+      if (is_whole .and. row%number <= self%contacts) then
+         if (self%now%trail_of == row%number .and. .not. (self%is_last .or. row%factor < 0.0_wp)) then
+            call find_peak(signal, self%now%trail, is_certain, peak%value, peak%time)
+            peak%is_found = is_certain .and. row%offset + peak%value > known
+            if (is_certain) return
+         end if
+      end if
+      if (is_whole .and. row%number > self%tip_row() .and. row%number <= self%force_row(self%contacts)) then
+         associate (search => self%searches(row%number - self%tip_row()))
+            ! what it saw behind the end of the phase, where another contact ends that, does not come
+            if (search%time <= self%length) seen = search%greatest
+         end associate
+         threshold = max(threshold, seen*(1.0_wp + peak_tolerance))
+      end if
+      call signal%view(stretch(1), row%factor, row%offset, 0, part)
+      if (row%scale < 0.0_wp) then
+         call greatest_value(part, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+            peak%time, looks=peak%looks)
+      else
+         call greatest_value(part, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+            peak%time, row%scale, peak%looks)
+      end if
+      peak%time = stretch(1) + peak%time
+      if (peak%is_found .or. .not. seen*(1.0_wp + peak_tolerance) > known) return
+      peak%is_found = .true.
+      peak%value = seen
+   end subroutine seek_peak
+
+   !> The signal, and with it the set to which it points.
+   subroutine keep_gap(self, k, curve)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      class(curve_t), allocatable, intent(inout) :: curve
+
+      if (.not. allocated(curve)) allocate (signal_curve_t :: curve)
+      curve%start = self%start
+      curve%length = self%length
+      select type (curve)
+      type is (signal_curve_t)
+         call signal_of(self%now, k, whole_gap, curve%signal)
+      end select
+      self%now%store%in_use => self%now%set
+   end subroutine keep_gap
+
+   !> Integrals of all rows but moments.
+   subroutine integrate(self, stretch, first, second)
+      class(phase_interval_t), intent(inout) :: self
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(out) :: first(:)
+      real(wp), intent(out) :: second(:)
+
+      if (.not. allocated(self%signals)) then
+         allocate (self%signals)
+         call find_signals(self%now, self%length, self%signals)
+      end if
+      call integrate_stretch(self%signals, stretch, self%pieces, self%piece_length, self%squares, first, second)
+   end subroutine integrate
+
+   !> Energy of beam and stops.
+   function energy(self, time)
+      class(phase_interval_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: energy
+
+      type(surface_state_t) :: state
+      real(wp), dimension(size(self%now%z)) :: z, v
+      complex(wp), allocatable :: term(:)
+      integer :: k, place
+
+      associate (now => self%now, set => self%now%set, held => self%now%set%held)
+         if (.not. time < self%length) then
+            ! contacts are already as the phase ends
+            energy = held%static_energy + sum(modal_energy(held%oscillators, self%z_end, self%v_end)) &
+               + sum(energy_in(now%states))
+            return
+         end if
+         call move_to(now, time, z, v)
+         energy = held%static_energy + sum(modal_energy(held%oscillators, z, v))
+         if (all(now%states%is_rigid)) return
+         allocate (term(0))
+         if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
+         do k = 1, size(now%states)
+            if (now%states(k)%is_rigid) cycle
+            state = self%at_start(k)
+            place = findloc(set%pressed, k, dim=1)
+            if (place > 0) then
+               call keep_indentation(now, place, time, term, state)
+            else
+               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
+            end if
+            energy = energy + energy_in(state)
+         end do
+      end associate
+   end function energy
+
+   !> When the magnitude was last above a level.
+   subroutine last_beyond(self, level, time, is_at_end)
+      class(signal_curve_t), intent(in) :: self
+      real(wp), intent(in) :: level
+      real(wp), intent(out) :: time
+      logical, intent(out) :: is_at_end
+
+      class(viewed_signal_t), allocatable :: depth
+      real(wp) :: lower
+      logical :: is_low
+
+      call last_time_above(self%signal, self%length, level, time, is_at_end)
+      call self%signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
+      call last_time_above(depth, self%length, level, lower, is_low)
+      time = max(time, lower)
+      is_at_end = is_at_end .or. is_low
+   end subroutine last_beyond
+
+   !> A row, without its factor and offset, as a signal.
+   subroutine find_signal(self, row, room, signal)
+      class(phase_interval_t), target, intent(in) :: self
+      type(row_t), intent(in) :: row
+      !> For one that has to be made
+      class(viewed_signal_t), allocatable, target, intent(out) :: room
+      class(viewed_signal_t), pointer, intent(out) :: signal
+
+      associate (k => row%number - self%tip_row())
+         if (k > self%contacts) then
+            signal => self%moments%place(k - self%contacts)%signal
+            return
+         else if (k > 0 .and. self%now%pressing_at == k) then
+            signal => self%now%pressing
+            return
+         else if (k > 0) then
+            call signal_of(self%now, k, end_force, room)
+         else if (k == 0) then
+            call signal_of(self%now, 0, whole_tip, room)
+         else
+            call signal_of(self%now, row%number, whole_gap, room)
+         end if
+      end associate
+      signal => room
+   end subroutine find_signal
+
+   !> Integral of a force from the start of the phase.
+   function impulse(self, k, time)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      complex(wp), allocatable :: amplitude(:)
+      real(wp), dimension(size(self%now%z)) :: z, v
+      real(wp) :: offset, part
+      integer :: i, place
+
+      associate (now => self%now)
+         if (size(now%set%pressed) > 0) then
+            call force_terms(now, k, offset, amplitude)
+            associate (s => now%set%joint%exponent)
+               impulse = offset*time + sum(real(amplitude*integral(s, time, terms_at(now%set%joint, &
+                  spread((1.0_wp, 0.0_wp), 1, size(s)), time)), wp))
+            end associate
+         else
+            ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
+            call move_alone(now, time, z, v)
+            associate (held => now%set%held, square => now%set%held%oscillators%square)
+               place = findloc(held%held, k, dim=1)
+               impulse = held%static_force(place)*time
+               do i = 1, size(z)
+                  if (square(i) < slow**2) then
+                     part = integral_of_swing(make_driven_mode(held%oscillators, i), [now%z(i), now%v(i)], time) &
+                        + held%oscillators%two_zeta*(z(i) - now%z(i))
+                  else
+                     part = (now%v(i) - v(i) + held%oscillators%mass_rate(i)*(now%z(i) - z(i)))/square(i)
+                  end if
+                  impulse = impulse + held%reaction(place, i)*part
+               end do
+            end associate
+         end if
+         if (now%loads%count > 0) impulse = impulse + impulse_of_terms(now, k, time)
+      end associate
+   end function impulse
+
+   !> What loads add to it.
+   function impulse_of_terms(self, k, time) result(impulse)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      real(wp) :: here(0:1)
+      integer :: i, row
+
+      associate (set => self%set%drive, drive => self%drive)
+         row = set%at%forces + k
+         impulse = (drive%constant(row) + 0.5_wp*drive%slope(row)*time)*time
+         do i = 1, size(drive%frequency)
+            associate (s => cmplx(0.0_wp, drive%frequency(i), wp))
+               impulse = impulse + real(drive%harmonic(row, i)*integral(s, time, exp(s*time)), wp)
+            end associate
+         end do
+         do i = 1, size(drive%pair)
+            here = driven_mode_at(drive%mode(i), time, 1)
+            associate (pair => set%driven(drive%pair(i)))
+               impulse = impulse + pair%row_of_rate(row)*here(0) + pair%row(row)*integral_of(drive%mode(i), time)
+            end associate
+         end do
+      end associate
+   end function impulse_of_terms
+
+   !> Could the point of a surface that is pressed sink below a level? Terms only grow less.
+   pure function may_sink(self, k, level) result(may)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: level
+      logical :: may
+
+      real(wp) :: depth
+
+      associate (term => self%set%gap(k, :)*self%amplitude)
+         depth = sum(sqrt(real(term, wp)**2 + aimag(term)**2)) - self%set%rest_gap(k)
+      end associate
+      may = .false.
+      if (self%loads%count > 0) then
+         associate (row => self%set%drive%at%gaps + k, drive => self%drive)
+            depth = depth - drive%constant(row) + sum(abs(drive%harmonic(row, :)))
+            may = abs(drive%slope(row)) > 0.0_wp .or. size(drive%pair) > 0
+         end associate
+      end if
+      may = may .or. depth > level
+   end function may_sink
+
+end module phase_intervals

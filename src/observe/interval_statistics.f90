@@ -1,0 +1,168 @@
+!> What an interval adds to the statistics of a run: integrals of forces and displacements and of their squares, and
+!> their extremes, block by block (docs/theory.md, section 20).
+module interval_statistics
+   use block_statistics, only: blocks_begun, take_contact, take_flight, width_of_blocks
+   use kinds, only: wp
+   use motion_intervals, only: interval_t, observed_contact_t, peak_t, row_t
+   use signal_peaks, only: looks_t
+   use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
+      sum_square_tip, sum_tip, surface_sums_t, top_displacement, top_force, top_tip
+   implicit none (type, external)
+   private
+   public :: take_interval
+
+contains
+
+   !> An interval, which is cut where a block ends.
+   subroutine take_interval(interval, blocks)
+      class(interval_t), intent(inout) :: interval
+      type(block_sums_t), intent(inout) :: blocks
+
+      type(observed_contact_t) :: contact
+      real(wp) :: stretch(2)
+      integer :: block, k, last
+
+      last = ubound(blocks%edge, 1)
+      if (.not. interval%length > 0.0_wp) return
+      associate (tau => interval%start, length => interval%length)
+         if (tau < blocks%edge(last) .and. tau + length > blocks%edge(0)) then
+            interval%pieces = blocks_begun(blocks, tau + length) - blocks_begun(blocks, tau) - 1
+            interval%piece_length = width_of_blocks(blocks)
+            do block = max(blocks_begun(blocks, tau), 1), last
+               stretch = [max(blocks%edge(block - 1) - tau, 0.0_wp), min(blocks%edge(block) - tau, length)]
+               if (stretch(2) > stretch(1)) call take_stretch(interval, stretch, block, blocks)
+               if (blocks%edge(block) >= tau + length) exit
+            end do
+         end if
+         do k = 1, interval%contacts
+            contact = interval%contact(k)
+            associate (surface => blocks%surface(contact%number))
+               if (contact%is_closed) then
+                  ! contact lasts, and no impact begins, whatever counts of it
+                  call take_contact(surface, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
+               else if (contact%is_active .and. .not. surface%has_flown) then
+                  call watch_flight(interval, k, blocks%hop_tolerance, surface)
+               end if
+            end associate
+         end do
+      end associate
+   end subroutine take_interval
+
+   !> Does the beam rise above the hop tolerance over a surface that it has left?
+   subroutine watch_flight(interval, k, hop_tolerance, surface)
+      class(interval_t), intent(in) :: interval
+      integer, intent(in) :: k
+      real(wp), intent(in) :: hop_tolerance
+      type(surface_sums_t), intent(inout) :: surface
+
+      real(wp) :: level, state(2)
+
+      if (interval%reach(k) <= hop_tolerance) return
+      level = hop_tolerance + interval%rounding(k)
+      ! mostly its end spares a search
+      state = interval%evaluate(row_t(k), interval%length)
+      if (state(1) <= level) then
+         if (interval%exceeds(row_t(k), level)) state(1) = huge(1.0_wp)
+      end if
+      call take_flight(surface, state(1), level)
+   end subroutine watch_flight
+
+   !> The part of an interval within one block.
+   subroutine take_stretch(interval, stretch, block, blocks)
+      class(interval_t), intent(inout) :: interval
+      !> Its ends, since the start of the interval
+      real(wp), intent(in) :: stretch(2)
+      integer, intent(in) :: block
+      type(block_sums_t), intent(inout) :: blocks
+
+      type(observed_contact_t) :: contact
+      real(wp), dimension(2*interval%contacts + 1) :: first, second
+      real(wp) :: force(2)
+      integer :: k, row
+
+      call interval%integrate(stretch, first, second)
+      row = interval%tip_row()
+      associate (sums => blocks%tip%sums(:, block))
+         sums([sum_tip, sum_square_tip]) = sums([sum_tip, sum_square_tip]) + [first(row), second(row)]
+         call extend(interval, row_t(row), stretch, sums(low_tip:top_tip), blocks%looks(low_tip:top_tip))
+      end associate
+      do k = 1, interval%contacts
+         contact = interval%contact(k)
+         associate (surface => blocks%surface(contact%number), sign => contact%sign)
+            associate (sums => surface%sums(:, block))
+               sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
+                  + [sign*first(k), second(k)]
+               if (contact%holds) then
+                  sums(low_displacement) = min(sums(low_displacement), sign*contact%height)
+                  sums(top_displacement) = max(sums(top_displacement), sign*contact%height)
+               else
+                  call extend(interval, row_t(k, sign, sign*contact%height), stretch, &
+                     sums(low_displacement:top_displacement), blocks%looks(low_displacement:top_displacement))
+               end if
+            end associate
+            if (.not. contact%is_closed) cycle
+            force = 0.0_wp
+            row = interval%force_row(k)
+            if (contact%has_force) then
+               call enter_ends(interval, row_t(row), stretch, force)
+               call raise(interval, row_t(row, scale=maxval(force)), stretch, force(2), blocks%looks(top_force))
+            end if
+            call take_contact(surface, interval%start + stretch(1), interval%start + stretch(2), block, [first(row), &
+               second(row)], force(2))
+         end associate
+      end do
+   end subroutine take_stretch
+
+   !> Widen a range by the values of a row.
+   subroutine extend(interval, row, stretch, range, looks)
+      class(interval_t), intent(inout) :: interval
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(inout) :: range(2)
+      !> What the searches for both ends have left
+      type(looks_t), intent(inout) :: looks(2)
+
+      real(wp) :: least, scale
+
+      call enter_ends(interval, row, stretch, range)
+      scale = maxval(abs(range))
+      call raise(interval, row_t(row%number, row%factor, row%offset, scale), stretch, range(2), looks(2))
+      least = -range(1)
+      scale = maxval(abs(range))
+      call raise(interval, row_t(row%number, -row%factor, -row%offset, scale), stretch, least, looks(1))
+      range(1) = -least
+   end subroutine extend
+
+   !> The ends of a stretch first: mostly that spares a search, which would find them too.
+   subroutine enter_ends(interval, row, stretch, range)
+      class(interval_t), intent(in) :: interval
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(inout) :: range(2)
+
+      real(wp) :: state(2)
+      integer :: i
+
+      do i = 1, 2
+         state = interval%evaluate(row, stretch(i))
+         range = [min(range(1), state(1)), max(range(2), state(1))]
+      end do
+   end subroutine enter_ends
+
+   !> The greatest value of a row, if it is greater than what is known.
+   subroutine raise(interval, row, stretch, greatest, looks)
+      class(interval_t), intent(inout) :: interval
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(inout) :: greatest
+      type(looks_t), intent(inout) :: looks
+
+      type(peak_t) :: peak
+
+      peak%looks = looks
+      call interval%seek_peak(row, stretch, greatest, peak)
+      looks = peak%looks
+      if (peak%is_found) greatest = peak%value
+   end subroutine raise
+
+end module interval_statistics

@@ -1,0 +1,103 @@
+!> What observes a run: one entry here each, whatever the method.
+module run_observers
+   use block_statistics, only: finish_statistics, open_blocks, take_events
+   use contact_measures, only: finish_measures, measure_interval, measures_t
+   use interval_statistics, only: take_interval
+   use kinds, only: wp
+   use moment_places, only: finish_moments, watch_moments
+   use motion_intervals, only: interval_t
+   use response_types, only: moment_record_t, response_t
+   use run_settings, only: run_settings_t
+   use section_records, only: finish_sections, open_sections, take_sections
+   use section_types, only: run_sections_t
+   use statistic_types, only: block_sums_t
+   implicit none (type, external)
+   private
+   public :: observers_t, open_observers, observe, observe_events, finish_observers
+
+   type :: observers_t
+      type(measures_t) :: measures
+      !> What &statistics, &poincare and &stress ask for; unallocated: nothing
+      type(block_sums_t), allocatable :: blocks
+      type(run_sections_t), allocatable :: sections
+      type(moment_record_t), allocatable :: moments(:)
+   end type observers_t
+
+contains
+
+   !> Begin a run.
+   subroutine open_observers(settings, number, yields, pulled, response, observers, modes)
+      type(run_settings_t), intent(in) :: settings
+      !> Of each contact in the scene's order
+      integer, intent(in) :: number(:)
+      !> Its force is finite
+      logical, intent(in) :: yields(:)
+      !> Place of the contact from which the beam is released; 0: there is none
+      integer, intent(in) :: pulled
+      !> With room for moments, if they are asked for
+      type(response_t), intent(in) :: response
+      type(observers_t), intent(inout) :: observers
+      !> Number of modes whose state sections may keep; absent: none
+      integer, intent(in), optional :: modes
+
+      logical :: in_order(size(number))
+      integer :: first
+
+      in_order(number) = yields
+      first = 0
+      if (pulled > 0) first = number(pulled)
+      if (allocated(response%moments)) observers%moments = response%moments
+      if (allocated(settings%statistics)) then
+         allocate (observers%blocks)
+         call open_blocks(settings, in_order, first, observers%blocks)
+      end if
+      if (allocated(settings%poincare)) call open_sections(settings, size(number), first, observers%sections, modes)
+   end subroutine open_observers
+
+   !> An interval has passed; its events are still to come.
+   subroutine observe(observers, interval)
+      type(observers_t), intent(inout) :: observers
+      class(interval_t), intent(inout) :: interval
+
+      if (allocated(observers%blocks)) call take_interval(interval, observers%blocks)
+      if (allocated(observers%sections)) call take_sections(interval, observers%sections)
+      if (.not. observers%measures%is_wanted) return
+      if (allocated(observers%moments)) call watch_moments(interval, observers%moments)
+      call measure_interval(interval, observers%measures)
+   end subroutine observe
+
+   !> Events have been added to a response.
+   subroutine observe_events(observers, response)
+      type(observers_t), intent(inout) :: observers
+      type(response_t), intent(in) :: response
+
+      if (allocated(observers%blocks)) call take_events(observers%blocks, response)
+   end subroutine observe_events
+
+   !> The end of the run: what was observed goes into the response.
+   subroutine finish_observers(observers, duration, lost, created, number, response)
+      type(observers_t), intent(inout) :: observers
+      !> As `finish_measures` has them
+      real(wp), intent(in) :: duration
+      real(wp), intent(in) :: lost(3)
+      real(wp), intent(in) :: created
+      integer, intent(in) :: number(:)
+      !> Its events and surfaces are there
+      type(response_t), intent(inout) :: response
+
+      integer :: p
+
+      if (allocated(observers%moments)) then
+         do p = 1, size(response%moments)
+            call move_alloc(response%moments(p)%moment, observers%moments(p)%moment)
+         end do
+         call move_alloc(observers%moments, response%moments)
+      end if
+      if (observers%measures%is_wanted) call finish_measures(observers%measures, duration, lost, created, number, &
+         response)
+      if (allocated(observers%blocks)) call finish_statistics(observers%blocks, response)
+      if (allocated(observers%sections)) call finish_sections(observers%sections, response)
+      call finish_moments(response)
+   end subroutine finish_observers
+
+end module run_observers

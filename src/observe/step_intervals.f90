@@ -1,0 +1,369 @@
+!> A step of Newmark's method as observers see it: displacements are the cubics with the values and velocities of its
+!> ends (Hermite), so that a bounce is seen in full and a velocity that jumps at an impact has its two values; forces,
+!> moments and energy go on straight lines.
+module step_intervals
+   use bracketed_zero, only: bracket_t, enter, go_to
+   use kinds, only: wp
+   use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
+   implicit none (type, external)
+   private
+   public :: step_interval_t, open_step_interval, cubic_of, greatest_of
+
+   !> c0 + c1 s + c2 s^2 + c3 s^3 for s = 0 ... 1.
+   type :: cubic_t
+      real(wp) :: c(0:3) = 0.0_wp
+   end type cubic_t
+
+   type, extends(interval_t) :: step_interval_t
+      !> Of each contact
+      type(observed_contact_t), allocatable :: seen(:)
+      !> Displacements at its ends, then velocities, of the rows of gaps and of the tip, [4, contacts + 1]
+      real(wp), allocatable :: ends(:, :)
+      !> Values at its ends of the rows of forces and of moments, [2, contacts + places]
+      real(wp), allocatable :: line(:, :)
+      !> Energy of beam and stops at its ends
+      real(wp) :: energies(2) = 0.0_wp
+   contains
+      procedure :: contact
+      procedure :: evaluate
+      procedure :: reach
+      procedure :: rounding
+      procedure :: exceeds
+      procedure :: seek_peak
+      procedure :: keep_gap
+      procedure :: impulse
+      procedure :: integrate
+      procedure :: energy
+   end type step_interval_t
+
+   type, extends(curve_t) :: cubic_curve_t
+      type(cubic_t) :: cubic
+   contains
+      procedure :: last_beyond
+   end type cubic_curve_t
+
+contains
+
+   !> Room for contacts and places of moments.
+   pure subroutine open_step_interval(contacts, places, interval)
+      integer, intent(in) :: contacts
+      integer, intent(in) :: places
+      type(step_interval_t), intent(out) :: interval
+
+      interval%contacts = contacts
+      interval%places = places
+      interval%may_gain = .true.
+      allocate (interval%seen(contacts))
+      allocate (interval%ends(4, contacts + 1), interval%line(2, contacts + places), source=0.0_wp)
+   end subroutine open_step_interval
+
+   pure function contact(self, k)
+      class(step_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      type(observed_contact_t) :: contact
+
+      contact = self%seen(k)
+   end function contact
+
+   !> A row and its rate.
+   function evaluate(self, row, time) result(state)
+      class(step_interval_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: time
+      real(wp) :: state(2)
+
+      type(cubic_t) :: cubic
+      real(wp) :: s
+
+      s = min(max(time/self%length, 0.0_wp), 1.0_wp)
+      cubic = cubic_of_row(self, row, [0.0_wp, self%length])
+      state = [value_at(cubic, s), rate_at(cubic, s)/self%length]
+   end function evaluate
+
+   !> From the control points of each cubic.
+   pure function reach(self, k)
+      class(step_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: reach
+
+      associate (ends => self%ends(:, k))
+         reach = max(abs(ends(1)), abs(ends(2)), abs(ends(1) + self%length*ends(3)/3.0_wp), &
+            abs(ends(2) - self%length*ends(4)/3.0_wp))
+      end associate
+   end function reach
+
+   !> Steps are not told apart so finely.
+   pure function rounding(self, k)
+      class(step_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp) :: rounding
+
+      rounding = 0.0_wp*self%ends(1, k)
+   end function rounding
+
+   function exceeds(self, row, level) result(does)
+      class(step_interval_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: level
+      logical :: does
+
+      does = greatest_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
+   end function exceeds
+
+   !> The greatest value of a row.
+   subroutine seek_peak(self, row, stretch, known, peak)
+      class(step_interval_t), intent(inout) :: self
+      type(row_t), intent(in) :: row
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(in) :: known
+      type(peak_t), intent(inout) :: peak
+
+      type(cubic_t) :: cubic
+      real(wp) :: at, s(4), value
+      integer :: k, turns
+
+      peak%is_found = .false.
+      cubic = cubic_of_row(self, row, stretch)
+      ! no cubic goes beyond its control points
+      associate (c => cubic%c)
+         if (.not. max(c(0), c(0) + c(1)/3.0_wp, c(0) + (2.0_wp*c(1) + c(2))/3.0_wp, sum(c)) > known) return
+      end associate
+      call find_turns(cubic, turns, s(2:3))
+      s(1) = 0.0_wp
+      s(turns + 2) = 1.0_wp
+      peak%value = known
+      do k = 1, turns + 2
+         value = value_at(cubic, s(k))
+         if (.not. value > peak%value) cycle
+         peak%is_found = .true.
+         peak%value = value
+         at = s(k)
+         peak%still_rises = k == turns + 2
+      end do
+      if (peak%is_found) peak%time = stretch(1) + at*(stretch(2) - stretch(1))
+   end subroutine seek_peak
+
+   subroutine keep_gap(self, k, curve)
+      class(step_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      class(curve_t), allocatable, intent(inout) :: curve
+
+      if (.not. allocated(curve)) allocate (cubic_curve_t :: curve)
+      curve%start = self%start
+      curve%length = self%length
+      select type (curve)
+      type is (cubic_curve_t)
+         curve%cubic = cubic_of(self%ends(1:2, k), self%length*self%ends(3:4, k))
+      end select
+   end subroutine keep_gap
+
+   !> Integral of a force.
+   function impulse(self, k, time)
+      class(step_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(wp), intent(in) :: time
+      real(wp) :: impulse
+
+      real(wp) :: share
+
+      share = 0.5_wp*time/self%length
+      impulse = time*((1.0_wp - share)*self%line(1, k) + share*self%line(2, k))
+   end function impulse
+
+   !> Of cubics and their squares by the weights of Hermite's shapes, and of straight lines.
+   subroutine integrate(self, stretch, first, second)
+      class(step_interval_t), intent(inout) :: self
+      real(wp), intent(in) :: stretch(2)
+      real(wp), intent(out) :: first(:)
+      real(wp), intent(out) :: second(:)
+
+      real(wp), parameter :: mass(4, 4) = reshape([156.0_wp, 22.0_wp, 54.0_wp, -13.0_wp, 22.0_wp, 4.0_wp, 13.0_wp, &
+         -3.0_wp, 54.0_wp, 13.0_wp, 156.0_wp, -22.0_wp, -13.0_wp, -3.0_wp, -22.0_wp, 4.0_wp], [4, 4])/420.0_wp
+      type(cubic_t) :: cubic
+      real(wp) :: a(4), length
+      integer :: k
+
+      length = stretch(2) - stretch(1)
+      do k = 1, size(first)
+         cubic = cubic_of_row(self, row_t(k, 1.0_wp, offset_of(k)), stretch)
+         a = [cubic%c(0), cubic%c(1), sum(cubic%c), rate_at(cubic, 1.0_wp)]
+         first(k) = length*(0.5_wp*(a(1) + a(3)) + (a(2) - a(4))/12.0_wp)
+         second(k) = length*dot_product(a, matmul(mass, a))
+      end do
+
+   contains
+
+      !> Gaps count from the surface, displacements from the unstressed beam.
+      pure function offset_of(row) result(offset)
+         integer, intent(in) :: row
+         real(wp) :: offset
+
+         offset = 0.0_wp
+         if (row <= self%contacts) offset = self%seen(row)%height
+      end function offset_of
+   end subroutine integrate
+
+   function energy(self, time)
+      class(step_interval_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      real(wp) :: energy
+
+      energy = self%energies(1) + time/self%length*(self%energies(2) - self%energies(1))
+   end function energy
+
+   !> When the magnitude was last above a level.
+   subroutine last_beyond(self, level, time, is_at_end)
+      class(cubic_curve_t), intent(in) :: self
+      real(wp), intent(in) :: level
+      real(wp), intent(out) :: time
+      logical, intent(out) :: is_at_end
+
+      real(wp) :: mark(4)
+      integer :: k, turns
+
+      call find_turns(self%cubic, turns, mark(2:3))
+      mark(1) = 0.0_wp
+      mark(turns + 2) = 1.0_wp
+      is_at_end = abs(sum(self%cubic%c)) > level
+      time = merge(self%length, 0.0_wp, is_at_end)
+      if (is_at_end) return
+      do k = 1, turns + 1
+         if (abs(value_at(self%cubic, mark(k))) > level) time = self%length*crossing(self%cubic, level, mark(k), &
+            mark(k + 1))
+      end do
+   end subroutine last_beyond
+
+   !> A row on a stretch of a step.
+   pure function cubic_of_row(self, row, stretch) result(cubic)
+      class(step_interval_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      !> Its ends, since the start of the step
+      real(wp), intent(in) :: stretch(2)
+      type(cubic_t) :: cubic
+
+      type(cubic_t) :: whole
+      real(wp) :: s(2)
+
+      s = stretch/self%length
+      if (row%number > self%contacts + 1) then
+         associate (line => self%line(:, row%number - self%contacts - 1))
+            cubic%c(0) = line(1) + s(1)*(line(2) - line(1))
+            cubic%c(1) = (s(2) - s(1))*(line(2) - line(1))
+         end associate
+      else
+         associate (ends => self%ends(:, row%number))
+            whole = cubic_of(ends(1:2), self%length*ends(3:4))
+         end associate
+         cubic = whole
+         if (s(1) > 0.0_wp .or. s(2) < 1.0_wp) cubic = cubic_of([value_at(whole, s(1)), value_at(whole, s(2))], &
+            (s(2) - s(1))*[rate_at(whole, s(1)), rate_at(whole, s(2))])
+      end if
+      cubic%c = row%factor*cubic%c
+      cubic%c(0) = cubic%c(0) + row%offset
+   end function cubic_of_row
+
+   !> The cubic with these values and slopes at s = 0 and 1.
+   pure function cubic_of(values, slope) result(cubic)
+      real(wp), intent(in) :: values(2)
+      real(wp), intent(in) :: slope(2)
+      type(cubic_t) :: cubic
+
+      real(wp) :: rise
+
+      rise = values(2) - values(1)
+      cubic%c = [values(1), slope(1), 3.0_wp*rise - 2.0_wp*slope(1) - slope(2), slope(1) + slope(2) - 2.0_wp*rise]
+   end function cubic_of
+
+   !> The greatest value of a cubic.
+   pure function greatest_of(cubic) result(greatest)
+      type(cubic_t), intent(in) :: cubic
+      real(wp) :: greatest
+
+      real(wp) :: turn(2)
+      integer :: k, turns
+
+      greatest = max(cubic%c(0), sum(cubic%c))
+      call find_turns(cubic, turns, turn)
+      do k = 1, turns
+         greatest = max(greatest, value_at(cubic, turn(k)))
+      end do
+   end function greatest_of
+
+   !> Where |cubic| falls through a level between a point above it and one that is not, with no turn in between:
+   !> bisection down to neighbouring numbers.
+   pure function crossing(cubic, level, above, below) result(point)
+      type(cubic_t), intent(in) :: cubic
+      real(wp), intent(in) :: level
+      !> The two points
+      real(wp), intent(in) :: above
+      real(wp), intent(in) :: below
+      real(wp) :: point
+
+      type(bracket_t) :: bracket
+
+      bracket = bracket_t(low=above, high=below, point=above, least_value=-1.0_wp)
+      call go_to(bracket)
+      do while (.not. bracket%is_found)
+         call enter(bracket, abs(value_at(cubic, bracket%point)) - level)
+         call go_to(bracket)
+      end do
+      point = bracket%low
+   end function crossing
+
+   pure function value_at(cubic, s) result(value)
+      type(cubic_t), intent(in) :: cubic
+      real(wp), intent(in) :: s
+      real(wp) :: value
+
+      value = cubic%c(0) + s*(cubic%c(1) + s*(cubic%c(2) + s*cubic%c(3)))
+   end function value_at
+
+   pure function rate_at(cubic, s) result(rate)
+      type(cubic_t), intent(in) :: cubic
+      real(wp), intent(in) :: s
+      real(wp) :: rate
+
+      rate = cubic%c(1) + s*(2.0_wp*cubic%c(2) + 3.0_wp*s*cubic%c(3))
+   end function rate_at
+
+   !> Where a cubic turns inside 0 < s < 1: the roots of c1 + 2 c2 s + 3 c3 s^2, without cancellation.
+   pure subroutine find_turns(cubic, turns, turn)
+      type(cubic_t), intent(in) :: cubic
+      !> Number of turns, 0 to 2
+      integer, intent(out) :: turns
+      !> The turns, ascending
+      real(wp), intent(out) :: turn(2)
+
+      integer :: k
+      real(wp) :: discriminant, root(2), both
+
+      turns = 0
+      turn = 0.0_wp
+      associate (c => cubic%c)
+         discriminant = c(2)**2 - 3.0_wp*c(1)*c(3)
+         if (discriminant <= 0.0_wp) return
+         both = -(c(2) + sign(sqrt(discriminant), c(2)))
+         ! Quotients outside 0 ... 1 are never formed: they may overflow.
+         root = -1.0_wp
+         if (is_fraction(both, 3.0_wp*c(3))) root(1) = both/(3.0_wp*c(3))
+         if (is_fraction(c(1), both)) root(2) = c(1)/both
+      end associate
+      if (root(1) > root(2)) root = root([2, 1])
+      do k = 1, 2
+         if (root(k) <= 0.0_wp .or. root(k) >= 1.0_wp) cycle
+         turns = turns + 1
+         turn(turns) = root(k)
+      end do
+   end subroutine find_turns
+
+   !> Is 0 < numerator/denominator < 1?
+   elemental function is_fraction(numerator, denominator) result(answer)
+      !> The quotient
+      real(wp), intent(in) :: numerator
+      real(wp), intent(in) :: denominator
+      logical :: answer
+
+      answer = abs(numerator) < abs(denominator) .and. (numerator > 0.0_wp .eqv. denominator > 0.0_wp)
+   end function is_fraction
+
+end module step_intervals
