@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Processor time of this build beside that of another program or commit, in turns, medians and ratios.
+"""Processor time of this build beside that of another program or commit, in pairs: medians, and the median of the pairs'
+ratios with an interval that covers it in 95 of 100.
 
     .ci/compare_speed.py build/release/impactbeam <program or commit> [--rounds 9]
 
@@ -7,6 +8,7 @@ A commit is built first, in build/compare/<commit>. Each round starts both for e
 """
 
 import argparse
+import math
 import os
 import statistics
 import subprocess
@@ -16,12 +18,26 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SWEEP = "&sweep {} zeta_range = 0.001, 0.05 zeta_points = {} preload_range = 0, 0.5 preload_points = 20 /\n"
+FORCE = "&force position = 1, kind = 'harmonic', amplitude_ratio = 0.3, frequency_ratio = 1.7 /\n"
 THREE_ELEMENT = "&stop law = 'three_element', stiffness_ratio = 1000 /\n"
+
+
+def scene_named(name):
+    """The text of one of inputs/."""
+    return (ROOT / "inputs" / f"{name}.nml").read_text(encoding="utf-8")
+
+
 # name, scene (none: the options alone), options, share of the rounds
 TASKS = [
     ("--version", None, ["--version"], 3),
-    ("fig04_preload_0", (ROOT / "inputs/fig04_preload_0.nml").read_text(encoding="utf-8"), [], 3),
+    ("fig04_preload_0", scene_named("fig04_preload_0"), [], 3),
     ("10 000 cases, restitution", "&stop /\n&response duration = 20 /\n" + SWEEP.format("", 500), ["--threads", "1"], 1),
+    ("10 000 cases of sweep_figure4", scene_named("sweep_figure4").replace("zeta_points = 50", "zeta_points = 5"),
+     ["--threads", "1"], 1),
+    ("2 000 cases under a load", FORCE + "&stop /\n&response duration = 20 /\n" + SWEEP.format("", 100), ["--threads", "1"],
+     1),
+    ("tube_driven", scene_named("tube_driven"), [], 1),
+    ("fig04_newmark", scene_named("fig04_newmark"), [], 3),
     ("200 cases, three elements", THREE_ELEMENT + "&response duration = 20 /\n" + SWEEP.format("", 10), ["--threads", "1"], 1),
     ("512 elements, three elements", "&mesh elements = 512 /\n" + THREE_ELEMENT + "&response duration = 20 /\n", [], 1),
 ]
@@ -55,6 +71,17 @@ def seconds(program, arguments, folder):
     return usage.ru_utime + usage.ru_stime
 
 
+def interval(ratios):
+    """Two of some sorted numbers that have their median between them in 95 of 100, by the binomial distribution."""
+    count = len(ratios)
+    outside, place = 0.0, 0
+    while place < count // 2 and outside + math.comb(count, place) / 2**count <= 0.025:
+        outside += math.comb(count, place) / 2**count
+        place += 1
+    place = max(place - 1, 0)
+    return ratios[place], ratios[count - 1 - place]
+
+
 def main():
     """Read the command line, run, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -63,7 +90,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=9, help="starts of each; three times as many of the short ones")
     options = parser.parse_args()
     programs = [built(options.program), built(options.other)]
-    print(f"{'processor time, s':30} {'this':>9} {'other':>9} {'ratio':>6}")
+    print(f"{'processor time, s':30} {'this':>9} {'other':>9} {'ratio':>6} {'from':>6} {'to':>6}")
     with tempfile.TemporaryDirectory() as folder:
         for name, scene, arguments, share in TASKS:
             if scene:
@@ -73,8 +100,10 @@ def main():
             for number in range(options.rounds * share):
                 for which in ((0, 1), (1, 0))[number % 2]:
                     taken[which].append(seconds(programs[which], arguments, folder))
-            this, that = map(statistics.median, taken)
-            print(f"{name:30} {this:9.4f} {that:9.4f} {this / that:6.3f}", flush=True)
+            ratios = sorted(this / that for this, that in zip(*taken, strict=True))
+            low, high = interval(ratios)
+            print(f"{name:30} {statistics.median(taken[0]):9.4f} {statistics.median(taken[1]):9.4f} "
+                  f"{statistics.median(ratios):6.3f} {low:6.3f} {high:6.3f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ module exact_motion
    use beam_model, only: beam_model_t
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
-   use exact_run, only: advance
    use exact_start, only: finish_exact, start_exact
    use failures, only: failure_t
    use few_modes, only: find_few_modes, find_modes_of_run, first_count, most_count, wants_few_modes
@@ -12,7 +11,7 @@ module exact_motion
    use kinds, only: wp
    use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, take_modes, trial_settings
    use moment_places, only: open_moments
-   use motion_phases, only: motion_t
+   use motion_phases, only: advance, motion_t
    use response_records, only: open_records
    use response_types, only: mode_check_t, response_t
    use run_recorder, only: make_recorder, recorder_t
