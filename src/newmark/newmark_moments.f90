@@ -8,7 +8,7 @@ module newmark_moments
    use newmark_run, only: newmark_run_t
    use response_types, only: response_t
    use run_settings, only: run_settings_t
-   use skyline_matrix, only: multiply, solve_factorised
+   use skyline_matrix, only: combine, factorise, multiply, solve_factorised
    implicit none (type, external)
    private
    public :: start_moments, moments_now
@@ -21,25 +21,28 @@ contains
       type(run_settings_t), intent(in) :: settings
       !> Its moments have room, if any are asked for
       type(response_t), intent(in) :: response
-      !> Its loads are ready
+      !> Its loads are ready; its error is set when the mass matrix cannot be factorised
       type(newmark_run_t), intent(inout) :: run
-
-      real(wp) :: share
 
       if (.not. allocated(response%moments)) return
       allocate (run%places)
       call gather_places(model, settings, run%loads, run%places)
-      associate (scheme => settings%response, step => run%stepper%step)
-         ! what M* has more than M, in K
-         share = step*(2.0_wp*settings%zeta*(scheme%newmark_gamma - 0.5_wp) &
-            + (scheme%newmark_beta - 0.5_wp*scheme%newmark_gamma)*step)
-         run%places%mass = run%places%mass + share*run%places%stiffness
+      associate (scheme => settings%response, stepper => run%stepper)
+         run%share_of_damping = (scheme%newmark_gamma - 0.5_wp)*stepper%step
+         run%share_of_stiffness = 2.0_wp*settings%zeta*run%share_of_damping &
+            + (scheme%newmark_beta - 0.5_wp*scheme%newmark_gamma)*stepper%step**2
+         run%mass_damping = 2.0_wp*settings%zeta_mass
+         run%damps_modes = allocated(settings%mode_ratios)
+         if (.not. run%damps_modes) return
+         run%mode_damping = combine(1.0_wp, stepper%damping, -stepper%double_zeta, stepper%stiffness)
+         run%bare_mass = combine(1.0_wp, combine(1.0_wp, stepper%mass, -run%share_of_damping, run%mode_damping), &
+            -run%share_of_stiffness, stepper%stiffness)
+         call factorise(run%bare_mass, run%error)
       end associate
-      run%mass_damping = 2.0_wp*settings%zeta_mass
-      run%damps_modes = allocated(settings%mode_ratios)
    end subroutine start_moments
 
-   !> Moments of the present state.
+   !> Moments of the present state: those of M* y'' + C* y' + K y along the beam, where K bends each section, and M and
+   !> what damps in proportion to it, or each mode, act all along the beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
       real(wp) :: moment(size(run%places%stiffness, 2))
@@ -50,15 +53,14 @@ contains
       associate (state => run%states(run%now), stepper => run%stepper, n => run%stepper%order)
          associate (y => state%beam%displacement(1:n), v => state%beam%velocity(1:n), &
             a => state%beam%acceleration(1:n))
-            accelerated = a + run%mass_damping*v
-            strained = y + stepper%double_zeta*v
             if (run%damps_modes) then
-               ! the damping of each mode acts all along the beam, like the mass
-               call multiply(stepper%damping, v, damped)
-               call solve_factorised(stepper%mass_factors, damped)
-               accelerated = a + damped
-               strained = y
+               call multiply(run%mode_damping, v + run%share_of_damping*a, damped)
+               call solve_factorised(run%bare_mass, damped)
+            else
+               damped = run%mass_damping*(v + run%share_of_damping*a)
             end if
+            accelerated = a + damped
+            strained = y + stepper%double_zeta*v + run%share_of_stiffness*a
          end associate
          moment = matmul(strained, run%places%stiffness) + matmul(accelerated, run%places%mass)
          do g = 1, run%loads%count

@@ -10,6 +10,7 @@ module newmark_run
    use newmark_stepper, only: deepest_level, newmark_state_t, newmark_stepper_t
    use run_observers, only: observers_t
    use run_recorder, only: ledger_t
+   use skyline_matrix, only: skyline_t
    use statistic_types, only: impact_t
    use step_intervals, only: step_interval_t
    use stop_surfaces, only: surface_t
@@ -185,9 +186,13 @@ module newmark_run
       real(wp), allocatable :: jumps(:)
       !> Bending moments: what makes them of the state; unallocated: none are asked for
       type(moment_places_t), allocatable :: places
-      !> Damping in proportion to the mass, and is it that of each mode instead?
+      !> What M* has more than M as a share of K, and of the damping that is not in proportion to K
+      real(wp) :: share_of_stiffness = 0.0_wp
+      real(wp) :: share_of_damping = 0.0_wp
+      !> That damping in proportion to the mass; where it is that of each mode instead, its matrix, and the factors of M
       real(wp) :: mass_damping = 0.0_wp
       logical :: damps_modes = .false.
+      type(skyline_t) :: mode_damping, bare_mass
       real(wp) :: start_energy = 0.0_wp
       !> Room for the equations of the closed surfaces: which, their matrix, and right side or forces
       integer, allocatable :: closed(:)
