@@ -2,7 +2,7 @@
 module phase_searches
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use driven_signal, only: find_short_driven, start_of
-   use kinds, only: wp
+   use kinds, only: i8, wp
    use modal_signal, only: modal_signal_t
    use phase_state, only: driven_terms, end_force, end_gap, end_home, end_pull, phase_state_t, signal_of
    implicit none (type, external)
@@ -39,19 +39,22 @@ contains
          if (ended_by == end_force .and. size(self%set%pressed) == 0 .and. self%loads%count == 0) then
             associate (force => held%force(findloc(held%held, k, dim=1)))
                force%start_order = start_of(force, state%start_order)
-               call first_zero(force, limit, search)
+               call search_force(force, limit, search)
             end associate
             return
          end if
          call signal_of(self, k, ended_by, signal)
          signal%start_order = start_of(signal, state%start_order)
+         if (ended_by == end_force) then
+            call search_force(signal, limit, search)
+            call move_alloc(signal, self%pressing)
+            self%pressing_at = k
+            self%trail_of = 0
+            return
+         end if
          call first_zero(signal, limit, search, self%trail)
          self%trail_of = 0
          if (ended_by == end_gap) call own_trail(self, k, search)
-         if (ended_by == end_force) then
-            call move_alloc(signal, self%pressing)
-            self%pressing_at = k
-         end if
          if (.not. state%is_indented) return
          call signal_of(self, k, end_home, signal)
          signal%start_order = start_of(signal, 0)
@@ -62,6 +65,27 @@ contains
          end if
       end associate
    end subroutine search_surface
+
+   !> When does a force vanish? One that never rose beyond its rounding error does so where it pulls by more than that:
+   !> else contacts would end and begin anew by their last bits.
+   subroutine search_force(force, limit, search)
+      class(viewed_signal_t), intent(in) :: force
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      type(search_t), intent(out) :: search
+
+      class(viewed_signal_t), allocatable :: raised
+      integer(i8) :: before
+      real(wp) :: least
+
+      call first_zero(force, limit, search)
+      least = 64.0_wp*search%rounding
+      if (search%outcome == found_none .or. search%greatest > least) return
+      before = search%evaluations
+      call force%view(0.0_wp, 1.0_wp, least, 0, raised)
+      call first_zero(raised, limit, search)
+      search%evaluations = search%evaluations + before
+   end subroutine search_force
 
    !> When does a gap close, where no surface yields?
    subroutine search_gap(self, k, limit, search)

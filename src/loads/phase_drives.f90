@@ -138,6 +138,12 @@ contains
          mobility(:, i) = [(sum(beam%value(:, held%held(g))*beam%value(:, held%held(i))), g=1, size(held%held))]
       end do
       allocate (drive%share(size(held%held), total), source=0.0_wp)
+      do g = 1, total
+         if (size(held%held) == 0) exit
+         call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, held%held)), &
+            spread(.true., 1, size(held%held)), drive%share(:, g))
+         call bear_whole(beam%value(:, held%held), loads%mode(:, g), drive%share(:, g), drive%load(:, g))
+      end do
       allocate (drive%driven(0))
       is_slow = held%oscillators%frequency < loads%slow .and. size(pressed) == 0
       do i = 1, held%count
@@ -145,8 +151,6 @@ contains
          if (is_slow(i)) call add_driven(held, i, by_slope, 0, drive)
       end do
       do g = 1, total
-         if (size(held%held) > 0) call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, held%held)), &
-            spread(.true., 1, size(held%held)), drive%share(:, g))
          call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, tiny_step, wp), is_slow, answer)
          drive%constant(:, g) = real(answer, wp)
          drive%lag(:, g) = aimag(answer)/tiny_step
@@ -166,6 +170,25 @@ contains
          allocate (drive%gap(i)%free, source=held%gap(i))
       end do
    end subroutine make_set_drive
+
+   !> A load that the surfaces which hold the beam take whole moves nothing, and none of them bears a part of it that is a
+   !> rounding error: a force that never is any would come and go by its last bits.
+   pure subroutine bear_whole(value, mode, share, load)
+      !> The free modes at the surfaces, [free, held]
+      real(wp), intent(in) :: value(:, :)
+      !> The load in the free modes, [free]
+      real(wp), intent(in) :: mode(:)
+      !> What each surface takes of it, [held]
+      real(wp), intent(inout) :: share(:)
+      !> The load in the set's modes, [modes]
+      real(wp), intent(inout) :: load(:)
+
+      real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
+
+      if (any(abs(mode - matmul(value, share)) > rounding*(abs(mode) + matmul(abs(value), abs(share))))) return
+      where (abs(share)*norm2(value, dim=1) <= rounding*norm2(mode)) share = 0.0_wp
+      load = 0.0_wp
+   end subroutine bear_whole
 
    !> Answer of modes to a load, with their damping turned round.
    pure function backward_of(oscillators, load, frequency, left_out) result(answer)

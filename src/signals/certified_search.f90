@@ -61,6 +61,8 @@ module certified_search
       real(wp) :: time = 0.0_wp
       !> Greatest value seen on the way
       real(wp) :: greatest = 0.0_wp
+      !> Rounding error of the value where it starts
+      real(wp) :: rounding = 0.0_wp
       !> On the way it stays below this for certain, where the search could tell
       real(wp) :: ceiling = huge(1.0_wp)
       !> Sums evaluated
@@ -203,13 +205,15 @@ contains
                return
             end if
          end if
-         if (order == 0 .and. (here%floor > here%rounding .or. is_faint(here))) then
+         if (is_faint(here) .or. (order == 0 .and. here%floor > here%rounding)) then
             search%outcome = found_none
             search%time = limit
             search%ceiling = huge(1.0_wp)
             return
          end if
-         step = max(here%free, step_without_zero(max(here%value, 0.0_wp), here%slope, here%bound))
+         ! what rises from within its rounding error by less than that is no nearer to a zero than it was
+         step = max(here%free, step_without_zero(max(here%value, merge(here%rounding, 0.0_wp, t > 0.0_wp)), here%slope, &
+            here%bound))
          if (order == 0) search%ceiling = max(search%ceiling, highest(here, min(step, limit - t)))
          if (t + step >= limit .or. search%evaluations >= most) then
             search%outcome = merge(found_none, found_spent, t + step >= limit)
@@ -292,6 +296,7 @@ contains
          call signal%look(0.0_wp, order, here)
       end if
       search%evaluations = 1_i8
+      search%rounding = here%signal_rounding
       if (signal%start_order > 0) then
          here%signal = 0.0_wp
          if (order == 0) here%value = 0.0_wp
