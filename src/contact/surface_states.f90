@@ -9,7 +9,7 @@ module surface_states
    implicit none (type, external)
    private
    public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
-   public :: energy_in, indent
+   public :: energy_in, force_in, indent
 
    type :: surface_state_t
       type(surface_t) :: surface
@@ -128,6 +128,16 @@ contains
          state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
       end associate
    end subroutine indent
+
+   !> Force of one that yields, if the beam is on it.
+   elemental function force_in(state, velocity) result(force)
+      type(surface_state_t), intent(in) :: state
+      !> Of the beam, away from the surface
+      real(wp), intent(in) :: velocity
+      real(wp) :: force
+
+      force = state%spring%stiffness*state%depth + state%branch_force - state%spring%viscosity*velocity
+   end function force_in
 
    !> Energy in its springs.
    elemental function energy_in(state) result(energy)

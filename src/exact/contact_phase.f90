@@ -23,7 +23,7 @@ module contact_phase
    use run_recorder, only: asked_t, charge_event, sample_t
    use section_states, only: keep_modes, state_at
    use section_types, only: section_state_t
-   use surface_states, only: energy_in, indent, node_at, of_rigid_stop, surface_state_t
+   use surface_states, only: energy_in, force_in, indent, node_at, of_rigid_stop, surface_state_t
    use tangent_events, only: begin_columns, end_columns, take_back_columns, take_sizes
    implicit none (type, external)
    private
@@ -220,7 +220,12 @@ contains
                if (allocated(record%velocity)) record%velocity(self%kept) = sign*rate
                if (asked%history(force_stop)) then
                   if (set%is_closed(k)) then
-                     record%force(self%kept) = self%force_scale*force_at(now, k, time, alone, alone_rate, term)
+                     if (time > 0.0_wp .or. now%states(k)%is_rigid) then
+                        record%force(self%kept) = self%force_scale*force_at(now, k, time, alone, alone_rate, term)
+                     else
+                        ! known, where the terms of great and stiff dampers lose it in their sum
+                        record%force(self%kept) = self%force_scale*force_in(now%states(k), rate)
+                     end if
                      total = total + record%force(self%kept)
                   end if
                end if

@@ -4,6 +4,7 @@ module surface_values
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: event_t
+   use surface_states, only: force_in
    implicit none (type, external)
    private
    public :: along, event_of, gap_of, gap_at_home, velocity_of, noise_of, speed_noise, force_of
@@ -104,10 +105,7 @@ contains
       type(motion_t), intent(in) :: motion
       real(wp) :: force
 
-      associate (state => self%states(k))
-         force = state%spring%stiffness*state%depth + state%branch_force &
-            - state%spring%viscosity*velocity_of(self, k, motion)
-      end associate
+      force = force_in(self%states(k), velocity_of(self, k, motion))
    end function force_of
 
    !> What closed surfaces that yield do to the free modes.
