@@ -168,7 +168,9 @@ contains
                order = 2
                faster = velocity_of(self, k, motion) - surface_speed
                call brake(self, k, faster, motion, impulse)
-               call charge_event(motion%recorder%ledger, -impulse*(surface_speed + 0.5_wp*faster))
+               ! times the surface's speed that is a rounding error: either faster is one, or both speeds are as low as
+               ! that flight
+               call charge_event(motion%recorder%ledger, -0.5_wp*impulse*faster)
                if (.not. pull_of(self, k, motion) > state%spring%surface_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
