@@ -13,7 +13,7 @@ module applied_loads
    use run_settings, only: run_settings_t
    implicit none (type, external)
    private
-   public :: applied_loads_t, gather_loads, has_loads
+   public :: applied_loads_t, gather_loads, has_loads, bear_whole
 
    !> A mode whose static shape would be so many units of displacement, or move with as many of velocity where a table
    !> rises, is slow, as from there to the surfaces too little would be left of the digits; but not where that makes
@@ -142,5 +142,24 @@ contains
          loads%harmonic(g) = size(loads%frequencies)
       end do
    end subroutine find_frequencies
+
+   !> A load that the surfaces which hold the beam take whole moves nothing, and none of them bears a part of it that is a
+   !> rounding error: a force that never is any would come and go by its last bits.
+   pure subroutine bear_whole(value, mode, share, load)
+      !> The free modes at the surfaces, [free, held]
+      real(wp), intent(in) :: value(:, :)
+      !> The load in the free modes, [free]
+      real(wp), intent(in) :: mode(:)
+      !> What each surface takes of it, [held]
+      real(wp), intent(inout) :: share(:)
+      !> The load in the set's modes, [modes]
+      real(wp), intent(inout) :: load(:)
+
+      real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
+
+      if (any(abs(mode - matmul(value, share)) > rounding*(abs(mode) + matmul(abs(value), abs(share))))) return
+      where (abs(share)*norm2(value, dim=1) <= rounding*norm2(mode)) share = 0.0_wp
+      load = 0.0_wp
+   end subroutine bear_whole
 
 end module applied_loads

@@ -6,7 +6,7 @@
 !> besides modes that start from rest, as there the sum of two great parts would lose its digits: those with which a
 !> harmonic load resonates, and those so slow that loads hardly meet their stiffness.
 module phase_drives
-   use applied_loads, only: applied_loads_t
+   use applied_loads, only: applied_loads_t, bear_whole
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
@@ -170,25 +170,6 @@ contains
          allocate (drive%gap(i)%free, source=held%gap(i))
       end do
    end subroutine make_set_drive
-
-   !> A load that the surfaces which hold the beam take whole moves nothing, and none of them bears a part of it that is a
-   !> rounding error: a force that never is any would come and go by its last bits.
-   pure subroutine bear_whole(value, mode, share, load)
-      !> The free modes at the surfaces, [free, held]
-      real(wp), intent(in) :: value(:, :)
-      !> The load in the free modes, [free]
-      real(wp), intent(in) :: mode(:)
-      !> What each surface takes of it, [held]
-      real(wp), intent(inout) :: share(:)
-      !> The load in the set's modes, [modes]
-      real(wp), intent(inout) :: load(:)
-
-      real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
-
-      if (any(abs(mode - matmul(value, share)) > rounding*(abs(mode) + matmul(abs(value), abs(share))))) return
-      where (abs(share)*norm2(value, dim=1) <= rounding*norm2(mode)) share = 0.0_wp
-      load = 0.0_wp
-   end subroutine bear_whole
 
    !> Answer of modes to a load, with their damping turned round.
    pure function backward_of(oscillators, load, frequency, left_out) result(answer)

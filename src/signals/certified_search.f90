@@ -197,13 +197,11 @@ contains
             call finish(signal, t, here, limit, search)
             return
          end if
-         if (t > 0.0_wp .and. here%value <= here%rounding) then
+         if (t > 0.0_wp .and. here%value <= here%rounding .and. (order > 0 .or. here%slope <= 0.0_wp)) then
             ! at zero as far as rounding can tell
-            if (order > 0 .or. here%slope <= 0.0_wp) then
-               search%outcome = merge(found_never_left, found_zero, order > 0 .or. is_still_there())
-               search%time = t
-               return
-            end if
+            search%outcome = merge(found_never_left, found_zero, order > 0 .or. is_still_there())
+            search%time = t
+            return
          end if
          if (is_faint(here) .or. (order == 0 .and. here%floor > here%rounding)) then
             search%outcome = found_none
