@@ -156,9 +156,19 @@ contains
       real(wp), intent(inout) :: load(:)
 
       real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
+      real(wp), dimension(size(mode)) :: left, scale
+      integer :: k
 
-      if (any(abs(mode - matmul(value, share)) > rounding*(abs(mode) + matmul(abs(value), abs(share))))) return
-      where (abs(share)*norm2(value, dim=1) <= rounding*norm2(mode)) share = 0.0_wp
+      left = mode
+      scale = abs(mode)
+      do k = 1, size(share)
+         left = left - value(:, k)*share(k)
+         scale = scale + abs(value(:, k)*share(k))
+      end do
+      if (any(abs(left) > rounding*scale)) return
+      do k = 1, size(share)
+         if (norm2(value(:, k)*share(k)) <= rounding*norm2(mode)) share(k) = 0.0_wp
+      end do
       load = 0.0_wp
    end subroutine bear_whole
 
