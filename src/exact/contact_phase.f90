@@ -76,11 +76,8 @@ contains
          self%now%set, motion%recorder%asked%energy)
       if ((motion%observers%measures%is_wanted .or. self%now%loads%count > 0) .and. &
          .not. all(self%now%states%is_rigid)) self%interval%at_start = self%now%states
-      if (allocated(self%interval%z_end)) then
-         if (size(self%interval%z_end) /= size(self%now%z)) deallocate (self%interval%z_end, self%interval%v_end)
-      end if
-      if (.not. allocated(self%interval%z_end)) allocate (self%interval%z_end(size(self%now%z)), &
-         self%interval%v_end(size(self%now%z)))
+      self%interval%z_end => self%now%set%state(:, 3)
+      self%interval%v_end => self%now%set%state(:, 4)
       if (keeps_losses(self, motion)) then
          self%interval%z_end(:) = self%now%z
          self%interval%v_end(:) = self%now%v
@@ -135,7 +132,8 @@ contains
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
 
-      class(viewed_signal_t), allocatable :: gap, room
+      class(viewed_signal_t), allocatable :: room
+      class(viewed_signal_t), pointer :: gap
       type(search_t) :: rise
       real(wp) :: noise
 
@@ -334,9 +332,9 @@ contains
          turn = turn_of(now%drive%frequency, time)
          call move_to(now, time, self%interval%z_end, self%interval%v_end, turn, state(:, 3:))
          ! the measures of the phase ask for the state at its end again
-         now%last%time = time
-         now%last%z(:) = state(:, 3)
-         now%last%v(:) = state(:, 4)
+         set%last%time = time
+         set%last%z(:) = state(:, 3)
+         set%last%v(:) = state(:, 4)
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          if (keeps_losses(self, motion)) then
             state(:, :2) = reshape([self%interval%z_end, self%interval%v_end], [size(state, 1), 2])

@@ -7,6 +7,7 @@ module contact_sets
    use held_sets, only: damp_held_set, free_beam_t, held_set_t, make_held_set, rest_on_heights
    use joint_modes, only: joint_modes_t, make_joint_modes, terms_at
    use kinds, only: wp
+   use modal_signal, only: modal_state_t
    use phase_drives, only: set_drive_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
@@ -37,6 +38,10 @@ module contact_sets
       logical :: has_stop_losses = .false.
       !> Its answers to loads; unallocated: there are none, or it was not used yet
       type(set_drive_t), allocatable :: drive
+      !> Room for the state of its modes as a phase starts and as it ends: displacements and rates of both, [modes, 4]
+      real(wp), allocatable :: state(:, :)
+      !> And for that where a search of a gap evaluated it last, less what loads do
+      type(modal_state_t) :: last
    end type contact_set_t
 
    !> So many sets are kept, as long as they take no more bytes than this: four stops on both sides have 81.
@@ -264,6 +269,9 @@ contains
       allocate (set%is_closed, source=is_closed)
       is_held = is_closed .and. is_rigid .and. .not. beam%has_own_rates
       call make_held_set(beam, pack([(i, i=1, size(is_closed))], is_held), set%held)
+      associate (n => set%held%count)
+         allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
+      end associate
       allocate (set%pressed, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_held))
       if (size(set%pressed) == 0) return
       call make_joint_modes(set%held%oscillators, set%held%value(:, set%pressed), spring(set%pressed), set%joint, error)

@@ -28,8 +28,8 @@ module phase_intervals
       type(moments_t) :: moments
       !> Contacts as the phase starts, where some yield
       type(surface_state_t), allocatable :: at_start(:)
-      !> State of the set's modes as it ends, [modes]
-      real(wp), allocatable :: z_end(:), v_end(:)
+      !> State of the set's modes as it ends, in the room of the set, [modes]
+      real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
       !> Made where integrals are asked for, and kept from phase to phase
       type(signals_t), allocatable :: signals
       type(squares_t) :: squares
@@ -79,10 +79,9 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: state(2)
 
-      class(viewed_signal_t), allocatable, target :: room
       class(viewed_signal_t), pointer :: signal
 
-      call find_signal(self, row, room, signal)
+      call find_signal(self, row, signal)
       call signal%evaluate(time, state(1), state(2))
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
@@ -113,7 +112,6 @@ contains
       real(wp), intent(in) :: level
       logical :: does
 
-      class(viewed_signal_t), allocatable, target :: room
       class(viewed_signal_t), allocatable :: part
       class(viewed_signal_t), pointer :: signal
 
@@ -123,7 +121,7 @@ contains
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. may_sink(self%now, row%number, level)) return
       end if
-      call find_signal(self, row, room, signal)
+      call find_signal(self, row, signal)
       if (row%factor < 0.0_wp) then
          call signal%view(0.0_wp, row%factor, row%offset, 0, part)
          does = exceeds_in(part, self%length, level)
@@ -140,7 +138,6 @@ contains
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
 
-      class(viewed_signal_t), allocatable, target :: room
       class(viewed_signal_t), allocatable :: part
       class(viewed_signal_t), pointer :: signal
       real(wp) :: seen, threshold
@@ -150,7 +147,7 @@ contains
       peak%still_rises = .false.
       threshold = known
       seen = -huge(1.0_wp)
-      call find_signal(self, row, room, signal)
+      call find_signal(self, row, signal)
       if (is_whole .and. row%number <= self%contacts) then
          if (self%now%trail_of == row%number .and. .not. (self%is_last .or. row%factor < 0.0_wp)) then
             call find_peak(signal, self%now%trail, is_certain, peak%value, peak%time)
@@ -185,12 +182,16 @@ contains
       integer, intent(in) :: k
       class(curve_t), allocatable, intent(inout) :: curve
 
+      class(viewed_signal_t), pointer :: signal
+
       if (.not. allocated(curve)) allocate (signal_curve_t :: curve)
       curve%start = self%start
       curve%length = self%length
       select type (curve)
       type is (signal_curve_t)
-         call signal_of(self%now, k, whole_gap, curve%signal)
+         call signal_of(self%now, k, whole_gap, signal)
+         if (allocated(curve%signal)) deallocate (curve%signal)
+         allocate (curve%signal, source=signal)
       end select
       self%now%store%in_use => self%now%set
    end subroutine keep_gap
@@ -265,11 +266,9 @@ contains
    end subroutine last_beyond
 
    !> A row, without its factor and offset, as a signal.
-   subroutine find_signal(self, row, room, signal)
+   subroutine find_signal(self, row, signal)
       class(phase_interval_t), target, intent(in) :: self
       type(row_t), intent(in) :: row
-      !> For one that has to be made
-      class(viewed_signal_t), allocatable, target, intent(out) :: room
       class(viewed_signal_t), pointer, intent(out) :: signal
 
       associate (k => row%number - self%tip_row())
@@ -280,14 +279,13 @@ contains
             signal => self%now%pressing
             return
          else if (k > 0) then
-            call signal_of(self%now, k, end_force, room)
+            call signal_of(self%now, k, end_force, signal)
          else if (k == 0) then
-            call signal_of(self%now, 0, whole_tip, room)
+            call signal_of(self%now, 0, whole_tip, signal)
          else
-            call signal_of(self%now, row%number, whole_gap, room)
+            call signal_of(self%now, row%number, whole_gap, signal)
          end if
       end associate
-      signal => room
    end subroutine find_signal
 
    !> Integral of a force from the start of the phase.
