@@ -9,7 +9,7 @@ module surface_states
    implicit none (type, external)
    private
    public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
-   public :: energy_in, indent
+   public :: energy_in, indent, reactions_t
 
    type :: surface_state_t
       type(surface_t) :: surface
@@ -45,6 +45,20 @@ module surface_states
       real(wp) :: dissipated = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
    end type surface_state_t
+
+   !> Rigid surfaces on which the beam rests at an instant.
+   type :: reactions_t
+      !> These surfaces
+      integer, allocatable :: place(:)
+      !> Acceleration of each gap by a force at another, [place, place]
+      real(wp), allocatable :: mobility(:, :)
+      !> Acceleration of each gap without them, and its rounding error, [place]
+      real(wp), allocatable :: free(:), noise(:)
+      !> Away from the surface, >= 0, [place]
+      real(wp), allocatable :: force(:)
+      !> Of the free modes with them
+      real(wp), allocatable :: acceleration(:)
+   end type reactions_t
 
 contains
 

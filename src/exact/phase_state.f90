@@ -15,7 +15,7 @@ module phase_state
    use modal_signal, only: make_modal_signal, modal_signal_t
    use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
    use slow_loads, only: drive_terms
-   use surface_states, only: impedance_of, surface_state_t
+   use surface_states, only: impedance_of, reactions_t, surface_state_t
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
@@ -48,6 +48,8 @@ module phase_state
       type(phase_drive_t) :: drive
       !> Nothing moves until loads change
       logical :: is_at_rest = .false.
+      !> Found last
+      type(reactions_t) :: reactions
       !> Longest that the phase can be
       real(wp) :: longest = huge(1.0_wp)
       !> Loads in the free modes at the present instant, and their rates, [free]
