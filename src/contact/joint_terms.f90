@@ -1,11 +1,14 @@
 !> The terms of a contact with several stops (docs/theory.md, sections 17 and 18).
 module joint_terms
+   use damped_oscillators, only: lanes, padded
+   use exponential_powers, only: powers
    use kinds, only: wp
+   use pole_offsets, only: size_of
    use sorting, only: ascending_order
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: joint_modes_t, make_room, add_room, put_in_order
+   public :: joint_modes_t, make_room, add_room, put_in_order, ready_terms, joint_amplitudes, terms_at
 
    type :: joint_modes_t
       !> The stops
@@ -27,6 +30,8 @@ module joint_terms
       !> What makes the amplitude of the state at the start: of heights, of what the stops keep, [stops, count], and of
       !> the modes, [modes, count]
       complex(wp), allocatable :: of_height(:, :), of_memory(:, :), of_mode(:, :)
+      !> Real and imaginary parts of the last, and the sums of their magnitudes, whole vectors of terms, [padded, modes, 3]
+      real(wp), allocatable :: parts(:, :, :)
       !> Modes with nodes at all stops: they swing on as if alone
       integer, allocatable :: inactive(:)
       !> Displacement and force of the state of rest per unit of height, [modes, stops], [stops, stops]
@@ -93,5 +98,119 @@ contains
       modes%shape = modes%shape(:, order)
       modes%of_mode = modes%of_mode(:, order)
    end subroutine put_in_order
+
+   !> What the amplitudes and powers of all terms need in whole vectors.
+   pure subroutine ready_terms(modes)
+      !> With its terms
+      type(joint_modes_t), intent(inout) :: modes
+
+      associate (n => modes%count)
+         allocate (modes%decay(padded(n)), modes%swing(padded(n)), source=0.0_wp)
+         modes%decay(:n) = -real(modes%exponent, wp)
+         modes%swing(:n) = aimag(modes%exponent)
+         allocate (modes%parts(padded(n), size(modes%of_mode, 1), 3), source=0.0_wp)
+         modes%parts(:n, :, 1) = transpose(real(modes%of_mode, wp))
+         modes%parts(:n, :, 2) = transpose(aimag(modes%of_mode))
+         modes%parts(:, :, 3) = abs(modes%parts(:, :, 1)) + abs(modes%parts(:, :, 2))
+      end associate
+   end subroutine ready_terms
+
+   !> Amplitudes from the state at the start of a contact: what moves is rest + sum weight Re (amplitude value exp(s
+   !> t)).
+   pure subroutine joint_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
+      !> W_i^2 of the beam's modes
+      real(wp), intent(in) :: square(:)
+      type(joint_modes_t), intent(in) :: modes
+      !> Of the stops, from where the beam's modes swing about, [stops]
+      real(wp), intent(in) :: height(:)
+      !> u and P2 at the start: from displacements the indentation of a hard stop would be rounding error, [stops]
+      real(wp), intent(in) :: indentation(:)
+      real(wp), intent(in) :: branch_force(:)
+      !> State of the modes, [modes]
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: v(:)
+      !> Without the weight, [count]
+      complex(wp), intent(out) :: amplitude(:)
+
+      ! W^2 z, z, v, alpha z
+      integer, parameter :: forces = 1, places = 2, rates = 3, brakes = 4
+      complex(wp) :: as_is, other, held(size(height)), sums(4)
+      real(wp) :: scale, other_scale, sizes(4), state(size(z), 4)
+      ! sums over the modes for all terms: real and imaginary part, magnitude
+      real(wp) :: total(size(modes%decay), 3, 4)
+      real(wp), dimension(size(height)) :: memory, viscous, elastic
+      logical :: has_damper(size(height))
+      integer :: m
+
+      has_damper = modes%spring%branch_stiffness <= 0.0_wp
+      memory = merge(0.0_wp, branch_force - modes%spring%branch_stiffness*indentation, has_damper)
+      viscous = merge(modes%spring%viscosity*indentation, 0.0_wp, has_damper)
+      elastic = modes%spring%stiffness*indentation
+      state(:, forces) = square*z
+      state(:, places) = z
+      state(:, rates) = v
+      state(:, brakes) = modes%mass_rate*z
+      call add_up(size(modes%decay), size(z), merge(4, 3, any(modes%mass_rate > 0.0_wp)), modes%parts, state, total)
+      do m = 1, modes%count
+         sums = cmplx(total(m, 1, :), total(m, 2, :), wp)
+         sizes = total(m, 3, :)
+         associate (s => modes%exponent(m), of_height => modes%of_height(:, m), of_memory => modes%of_memory(:, m))
+            ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
+            ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation, and with
+            ! (k + c s)/s - c = k/s
+            as_is = sum(of_height*height)/s - (s*sums(places) + sums(brakes)) - modes%two_zeta*sums(forces) &
+               - sum(of_memory*viscous)
+            scale = sum(size_of(of_height)*abs(height))/size_of(s) + size_of(s)*sizes(places) + sizes(brakes) &
+               + modes%two_zeta*sizes(forces) + sum(size_of(of_memory)*abs(viscous))
+            held = merge(of_memory*elastic, of_height*indentation, has_damper)
+            other = (sum(held) + sums(forces))/s
+            other_scale = (sum(size_of(held)) + sizes(forces))/size_of(s)
+            if (other_scale < scale) as_is = other
+            amplitude(m) = as_is - sums(rates) + sum(of_memory*memory)
+         end associate
+      end do
+   end subroutine joint_amplitudes
+
+   !> Sums over the modes for all terms at once.
+   pure subroutine add_up(terms, modes, columns, parts, state, total)
+      !> In whole vectors
+      integer, intent(in) :: terms
+      integer, intent(in) :: modes
+      !> Of the state that do not vanish
+      integer, intent(in) :: columns
+      real(wp), intent(in) :: parts(terms, modes, 3)
+      real(wp), intent(in) :: state(modes, 4)
+      !> Real and imaginary parts, magnitudes
+      real(wp), intent(out) :: total(terms, 3, 4)
+
+      integer :: c, i, m
+
+      total = 0.0_wp
+      do c = 1, columns
+         do i = 1, modes
+            !$omp simd
+            do m = 1, terms
+               total(m, 1, c) = total(m, 1, c) + parts(m, i, 1)*state(i, c)
+               total(m, 2, c) = total(m, 2, c) + parts(m, i, 2)*state(i, c)
+               total(m, 3, c) = total(m, 3, c) + parts(m, i, 3)*abs(state(i, c))
+            end do
+         end do
+      end do
+   end subroutine add_up
+
+   !> The terms at a time.
+   pure function terms_at(modes, amplitude, time) result(term)
+      type(joint_modes_t), intent(in) :: modes
+      !> With the weight, [count]
+      complex(wp), intent(in) :: amplitude(:)
+      !> Since the start
+      real(wp), intent(in) :: time
+      complex(wp) :: term(modes%count)
+
+      real(wp), dimension(size(modes%decay)) :: real_part, imaginary_part
+
+      call powers(size(modes%decay)/lanes, modes%decay, modes%swing, time, real_part, imaginary_part)
+      term = amplitude*cmplx(real_part(:modes%count), imaginary_part(:modes%count), wp)
+   end function terms_at
 
 end module joint_terms
