@@ -9,7 +9,7 @@ module surface_states
    implicit none (type, external)
    private
    public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
-   public :: energy_in, indent, reactions_t
+   public :: energy_in, indent, keep_start, reactions_t
 
    type :: surface_state_t
       type(surface_t) :: surface
@@ -142,6 +142,19 @@ contains
          state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
       end associate
    end subroutine indent
+
+   !> Keep what the course of a phase changes of surfaces as it starts.
+   subroutine keep_start(states, at_start)
+      type(surface_state_t), intent(in) :: states(:)
+      !> Of the phase before, or of none yet
+      type(surface_state_t), allocatable, intent(inout) :: at_start(:)
+
+      if (.not. allocated(at_start)) at_start = states
+      at_start%depth = states%depth
+      at_start%branch_force = states%branch_force
+      at_start%is_closed = states%is_closed
+      at_start%is_indented = states%is_indented
+   end subroutine keep_start
 
    !> Energy in its springs.
    elemental function energy_in(state) result(energy)

@@ -14,7 +14,8 @@ module contact_sets
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, state_in, ready_for_losses, moved_by
+   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, find_last_terms, state_in, state_of_terms
+   public :: ready_for_losses, moved_by
 
    type :: contact_set_t
       !> The run of its store for which it is ready
@@ -36,6 +37,8 @@ module contact_sets
       type(power_form_t), allocatable :: losses(:)
       logical :: has_beam_losses = .false.
       logical :: has_stop_losses = .false.
+      !> The terms of the phase from its start to the time that was asked for last
+      type(span_t) :: span
       !> Its answers to loads; unallocated: there are none, or it was not used yet
       type(set_drive_t), allocatable :: drive
       !> Room for the state of its modes as a phase starts and as it ends: displacements and rates of both, [modes, 4]
@@ -323,6 +326,7 @@ contains
       associate (value => set%held%value)
          shape = value(:, k)/divisor
          if (size(set%pressed) == 0) return
+         if (.not. any(holds(set%joint%spring))) return
          allocate (rigid, source=pack(set%pressed, holds(set%joint%spring)))
          allocate (matrix(size(rigid), size(rigid)), force(size(rigid), 1))
          do j = 1, size(rigid)
@@ -337,6 +341,24 @@ contains
          end do
       end associate
    end function moved_by
+
+   !> The terms at the end of a phase, which losses and impulses of measures ask for again.
+   pure subroutine find_last_terms(set, amplitude, time, term)
+      type(contact_set_t), intent(inout) :: set
+      !> With the weight, [count]
+      complex(wp), intent(in) :: amplitude(:)
+      !> Since the start
+      real(wp), intent(in) :: time
+      !> [count]
+      complex(wp), intent(out) :: term(:)
+
+      if (set%has_stop_losses) then
+         call find_span(set%losses(2), amplitude, time, set%span)
+         term = set%span%term
+      else
+         term = terms_at(set%joint, amplitude, time)
+      end if
+   end subroutine find_last_terms
 
    !> State of the held beam's modes on surfaces that are pressed.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
@@ -436,7 +458,7 @@ contains
    !> Dissipated up to a time in the beam, where that is asked for, and in each surface that yields.
    pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
       !> Ready for it
-      type(contact_set_t), intent(in) :: set
+      type(contact_set_t), intent(inout) :: set
       !> With the weight, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> State at the start, [modes]
@@ -446,14 +468,13 @@ contains
       !> [1 + pressed]
       real(wp), intent(out) :: lost(:)
 
-      type(span_t) :: span
       real(wp), dimension(size(z0)) :: z, v
       integer :: j
 
-      call find_span(set%losses(2), amplitude, time, span)
+      call find_span(set%losses(2), amplitude, time, set%span)
       lost(1) = 0.0_wp
       do j = merge(1, 2, set%has_beam_losses), size(lost)
-         lost(j) = taken_by(set%losses(j), span)
+         lost(j) = taken_by(set%losses(j), set%span)
       end do
       if (size(set%joint%inactive) == 0) return
       call propagate(set%held%oscillators, time, z0, v0, z, v)

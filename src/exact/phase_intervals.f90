@@ -12,7 +12,7 @@ module phase_intervals
    use phase_losses, only: keep_indentation, leave_behind
    use phase_state, only: end_force, force_terms, move_alone, move_to, phase_state_t, signal_of, whole_gap, whole_tip
    use point_forces, only: slow
-   use power_integrals, only: integral
+   use power_integrals, only: find_span, integral, integrals_in
    use signal_integrals, only: signals_t, squares_t
    use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
    use surface_states, only: energy_in, of_rigid_stop, surface_state_t
@@ -231,6 +231,10 @@ contains
          call move_to(now, time, z, v)
          energy = held%static_energy + sum(modal_energy(held%oscillators, z, v))
          if (all(now%states%is_rigid)) return
+         if (.not. time > 0.0_wp) then
+            energy = energy + sum(energy_in(self%at_start))
+            return
+         end if
          allocate (term(0))
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          do k = 1, size(now%states)
@@ -302,11 +306,11 @@ contains
 
       associate (now => self%now)
          if (size(now%set%pressed) > 0) then
-            call force_terms(now, k, offset, amplitude)
-            associate (s => now%set%joint%exponent)
-               impulse = offset*time + sum(real(amplitude*integral(s, time, terms_at(now%set%joint, &
-                  spread((1.0_wp, 0.0_wp), 1, size(s)), time)), wp))
+            associate (set => now%set)
+               call find_span(set%losses(2), now%amplitude, time, set%span)
+               call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
             end associate
+            impulse = offset*time + sum(real(amplitude, wp))
          else
             ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
             call move_alone(now, time, z, v)

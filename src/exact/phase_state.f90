@@ -3,7 +3,7 @@
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: trail_t, viewed_signal_t
-   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
+   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in, state_of_terms
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
@@ -19,8 +19,8 @@ module phase_state
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, driven_terms, move_to, move_alone, free_state
-   public :: force_terms, ready_reaction
+   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, driven_terms, keep_state, move_to
+   public :: move_alone, free_state, force_terms, ready_reaction
    public :: end_gap, end_force, end_home, end_pull, whole_gap, whole_tip
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
@@ -340,7 +340,7 @@ contains
          allocate (sum%exponent, source=exponent)
          select case (kind)
          case (end_force, whole_tip)
-            call force_terms(self, merge(0, k, kind == whole_tip), sum%offset, sum%amplitude)
+            call force_terms(self, merge(0, k, kind == whole_tip), self%amplitude, sum%offset, sum%amplitude)
          case (end_pull)
             sum%offset = state%spring%stiffness*set%rest_gap(k)
             allocate (sum%amplitude, source=(state%spring%stiffness + state%spring%viscosity*exponent) &
@@ -372,9 +372,11 @@ contains
    end subroutine add_surface
 
    !> The force of a closed surface where one yields; 0: not a force, but the displacement of the tip.
-   pure subroutine force_terms(self, k, offset, amplitude)
+   pure subroutine force_terms(self, k, factor, offset, amplitude)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
+      !> Of the terms of the motion: amplitudes, or what stands for them, [count]
+      complex(wp), intent(in) :: factor(:)
       real(wp), intent(out) :: offset
       !> Of its terms, [count]
       complex(wp), allocatable, intent(out) :: amplitude(:)
@@ -385,17 +387,34 @@ contains
          place = findloc(set%pressed, k, dim=1)
          if (k == 0) then
             offset = set%held%static_tip + sum(set%held%tip_value*set%rest)
-            allocate (amplitude, source=matmul(set%held%tip_value, set%joint%shape)*self%amplitude)
+            allocate (amplitude, source=matmul(set%held%tip_value, set%joint%shape)*factor)
          else if (place > 0) then
             offset = set%rest_force(place)
-            allocate (amplitude, source=set%joint%force(place, :)*self%amplitude)
+            allocate (amplitude, source=set%joint%force(place, :)*factor)
          else
             place = findloc(set%held%held, k, dim=1)
             offset = set%rest_reaction(place)
-            allocate (amplitude, source=set%reaction(place, :)*self%amplitude)
+            allocate (amplitude, source=set%reaction(place, :)*factor)
          end if
       end associate
    end subroutine force_terms
+
+   !> Keep the state of the set's modes at a time in the phase, less what loads do, for who asks for it.
+   subroutine keep_state(self, time, term)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      !> Where a surface yields
+      complex(wp), intent(in) :: term(:)
+
+      associate (set => self%set)
+         if (size(set%pressed) == 0) then
+            call move_alone(self, time, set%last%z, set%last%v)
+         else
+            call state_of_terms(set, term, self%z, self%v, time, set%last%z, set%last%v)
+         end if
+         set%last%time = time
+      end associate
+   end subroutine keep_state
 
    !> State of the set's modes at a time in the phase.
    pure subroutine move_to(self, time, z, v, turn, alone)
