@@ -3,7 +3,6 @@ module joint_terms
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: powers
    use kinds, only: wp
-   use pole_offsets, only: size_of
    use sorting, only: ascending_order
    use yielding_stop, only: impedance_t
    implicit none (type, external)
@@ -134,13 +133,13 @@ contains
 
       ! W^2 z, z, v, alpha z
       integer, parameter :: forces = 1, places = 2, rates = 3, brakes = 4
-      complex(wp) :: as_is, other, held(size(height)), sums(4)
-      real(wp) :: scale, other_scale, sizes(4), state(size(z), 4)
+      complex(wp) :: as_is, held, inverse, other, sums(4)
+      real(wp) :: scale, speed, other_scale, sizes(4), state(size(z), 4)
       ! sums over the modes for all terms: real and imaginary part, magnitude
       real(wp) :: total(size(modes%decay), 3, 4)
       real(wp), dimension(size(height)) :: memory, viscous, elastic
       logical :: has_damper(size(height))
-      integer :: m
+      integer :: j, m
 
       has_damper = modes%spring%branch_stiffness <= 0.0_wp
       memory = merge(0.0_wp, branch_force - modes%spring%branch_stiffness*indentation, has_damper)
@@ -150,46 +149,59 @@ contains
       state(:, places) = z
       state(:, rates) = v
       state(:, brakes) = modes%mass_rate*z
-      call add_up(size(modes%decay), size(z), merge(4, 3, any(modes%mass_rate > 0.0_wp)), modes%parts, state, total)
+      call add_up(size(modes%decay), size(z), modes%parts, state, total)
+      total(:, :, brakes) = 0.0_wp
+      if (any(modes%mass_rate > 0.0_wp)) then
+         total(:, 1, brakes) = matmul(modes%parts(:, :, 1), state(:, brakes))
+         total(:, 2, brakes) = matmul(modes%parts(:, :, 2), state(:, brakes))
+         total(:, 3, brakes) = matmul(modes%parts(:, :, 3), abs(state(:, brakes)))
+      end if
       do m = 1, modes%count
          sums = cmplx(total(m, 1, :), total(m, 2, :), wp)
          sizes = total(m, 3, :)
-         associate (s => modes%exponent(m), of_height => modes%of_height(:, m), of_memory => modes%of_memory(:, m))
-            ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
-            ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation, and with
-            ! (k + c s)/s - c = k/s
-            as_is = sum(of_height*height)/s - (s*sums(places) + sums(brakes)) - modes%two_zeta*sums(forces) &
-               - sum(of_memory*viscous)
-            scale = sum(size_of(of_height)*abs(height))/size_of(s) + size_of(s)*sizes(places) + sizes(brakes) &
-               + modes%two_zeta*sizes(forces) + sum(size_of(of_memory)*abs(viscous))
-            held = merge(of_memory*elastic, of_height*indentation, has_damper)
-            other = (sum(held) + sums(forces))/s
-            other_scale = (sum(size_of(held)) + sizes(forces))/size_of(s)
-            if (other_scale < scale) as_is = other
-            amplitude(m) = as_is - sums(rates) + sum(of_memory*memory)
-         end associate
+         inverse = 1.0_wp/modes%exponent(m)
+         speed = abs(modes%decay(m)) + abs(modes%swing(m))
+         ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
+         ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation, and with
+         ! (k + c s)/s - c = k/s
+         as_is = -(modes%exponent(m)*sums(places) + sums(brakes)) - modes%two_zeta*sums(forces)
+         scale = speed*sizes(places) + sizes(brakes) + modes%two_zeta*sizes(forces)
+         other = sums(forces)
+         other_scale = sizes(forces)
+         amplitude(m) = -sums(rates)
+         do j = 1, size(height)
+            associate (of_height => modes%of_height(j, m), of_memory => modes%of_memory(j, m))
+               ! |Re| + |Im|
+               scale = scale + (abs(real(of_height, wp)) + abs(aimag(of_height)))*abs(height(j))/speed &
+                  + (abs(real(of_memory, wp)) + abs(aimag(of_memory)))*abs(viscous(j))
+               held = merge(of_memory*elastic(j), of_height*indentation(j), has_damper(j))
+               other_scale = other_scale + abs(real(held, wp)) + abs(aimag(held))
+               as_is = as_is + of_height*height(j)*inverse - of_memory*viscous(j)
+               other = other + held
+               amplitude(m) = amplitude(m) + of_memory*memory(j)
+            end associate
+         end do
+         amplitude(m) = amplitude(m) + merge(other*inverse, as_is, other_scale < scale*speed)
       end do
    end subroutine joint_amplitudes
 
    !> Sums over the modes for all terms at once.
-   pure subroutine add_up(terms, modes, columns, parts, state, total)
+   pure subroutine add_up(terms, modes, parts, state, total)
       !> In whole vectors
       integer, intent(in) :: terms
       integer, intent(in) :: modes
-      !> Of the state that do not vanish
-      integer, intent(in) :: columns
       real(wp), intent(in) :: parts(terms, modes, 3)
-      real(wp), intent(in) :: state(modes, 4)
+      real(wp), intent(in) :: state(modes, 3)
       !> Real and imaginary parts, magnitudes
-      real(wp), intent(out) :: total(terms, 3, 4)
+      real(wp), intent(out) :: total(terms, 3, 3)
 
       integer :: c, i, m
 
       total = 0.0_wp
-      do c = 1, columns
-         do i = 1, modes
-            !$omp simd
-            do m = 1, terms
+      do i = 1, modes
+         !$omp simd
+         do m = 1, terms
+            do c = 1, 3
                total(m, 1, c) = total(m, 1, c) + parts(m, i, 1)*state(i, c)
                total(m, 2, c) = total(m, 2, c) + parts(m, i, 2)*state(i, c)
                total(m, 3, c) = total(m, 3, c) + parts(m, i, 3)*abs(state(i, c))
