@@ -64,9 +64,9 @@ contains
       integer :: i, n
       integer, allocatable :: closed(:)
 
+      if (.not. any(self%states%is_rigid .and. self%states%is_closed)) return
       allocate (closed, source=pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed))
       n = size(closed)
-      if (n == 0) return
       associate (value => self%beam%value)
          share(:n, 1) = cmplx(-impulse*matmul(value(:, k), value(:, closed)), kind=wp)
          mobility(:n, :n) = cmplx(matmul(transpose(value(:, closed)), value(:, closed)), kind=wp)

@@ -240,7 +240,7 @@ contains
 
       real(wp), parameter :: word = 8.0_wp
 
-      bytes = word*real(set%held%count, wp)*real(set%held%count + 12*size(set%is_closed), wp) &
+      bytes = word*real(set%held%count, wp)*real(3*set%held%count + 12*size(set%is_closed), wp) &
          + 4.0_wp*word*real(set%held%count, wp)*real(set%joint%count, wp)
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%joint%count, wp)**2
    end function bytes_of

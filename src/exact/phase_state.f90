@@ -188,14 +188,16 @@ contains
       real(wp), intent(in) :: v(:)
       type(modal_signal_t), intent(inout) :: reaction
 
-      associate (two_zeta => reaction%oscillators%two_zeta, mass_rate => reaction%oscillators%mass_rate(:size(z)))
-         reaction%z = z + two_zeta*v
-         reaction%v = v - two_zeta*reaction%oscillators%square*reaction%z
-         reaction%v = reaction%v - two_zeta*mass_rate*v
-      end associate
-      associate (first => reaction%oscillators%blended + 1)
-         reaction%z(first:) = z(first:)
-         reaction%v(first:) = v(first:)
+      integer :: i
+
+      associate (oscillators => reaction%oscillators, two_zeta => reaction%oscillators%two_zeta)
+         !$omp simd
+         do i = 1, oscillators%blended
+            reaction%z(i) = z(i) + two_zeta*v(i)
+            reaction%v(i) = v(i) - two_zeta*(oscillators%square(i)*reaction%z(i) + oscillators%mass_rate(i)*v(i))
+         end do
+         reaction%z(oscillators%blended + 1:) = z(oscillators%blended + 1:)
+         reaction%v(oscillators%blended + 1:) = v(oscillators%blended + 1:)
       end associate
    end subroutine ready_reaction
 

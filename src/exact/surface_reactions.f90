@@ -177,8 +177,18 @@ contains
       !> Gets the events
       type(response_t), intent(inout) :: response
 
+      real(wp) :: place, speed
+      integer :: i
+
       self%is_at_rest = .false.
-      if (.not. any(self%states%is_touched) .and. sum(abs(motion%v)) > most_creep*(1.0_wp + sum(abs(motion%q)))) return
+      place = 0.0_wp
+      speed = 0.0_wp
+      !$omp simd reduction(+:place, speed)
+      do i = 1, size(motion%q)
+         place = place + abs(motion%q(i))
+         speed = speed + abs(motion%v(i))
+      end do
+      if (.not. any(self%states%is_touched) .and. speed > most_creep*(1.0_wp + place)) return
       call ask_touched(self, motion, response)
    end subroutine settle_touched
 

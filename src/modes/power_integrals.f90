@@ -4,7 +4,6 @@ module power_integrals
    use exponential_powers, only: powers_less_one
    use kinds, only: wp
    use lapack_interfaces, only: dgemm
-   use pole_offsets, only: size_of
    implicit none (type, external)
    private
    public :: power_form_t, span_t, make_power_form, find_span, taken_by, integral, integrals_in
@@ -163,7 +162,7 @@ contains
       associate (k => size(amplitude))
          if (allocated(span%amplitude)) then
             if (size(span%amplitude) == k .and. .not. abs(span%time - time) > 0.0_wp) then
-               if (all(size_of(span%amplitude - amplitude) <= 0.0_wp)) return
+               if (all(abs(real(span%amplitude - amplitude, wp)) + abs(aimag(span%amplitude - amplitude)) <= 0.0_wp)) return
             end if
             if (size(span%amplitude) /= k) deallocate (span%amplitude, span%term, span%change, span%changes, span%sums, &
                span%steady)
@@ -256,7 +255,7 @@ contains
 
       value = span%amplitude*span%time
       do m = 1, size(value)
-         if (size_of(form%exponent(m)) > 0.0_wp) value(m) = span%change(m)/form%exponent(m)
+         if (form%decay(m) + form%swing(m) > 0.0_wp) value(m) = span%change(m)/form%exponent(m)
       end do
    end function integrals_in
 
