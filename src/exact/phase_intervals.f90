@@ -48,6 +48,8 @@ module phase_intervals
 
    type, extends(curve_t) :: signal_curve_t
       class(viewed_signal_t), allocatable :: signal
+      !> Where it is no lower than the contact, which is rigid, its depth need not be sought
+      logical :: is_above = .false.
    contains
       procedure :: last_beyond
    end type signal_curve_t
@@ -86,14 +88,20 @@ contains
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
 
-   !> Of a rigid contact as the search for the end of the phase has seen it.
+   !> Of an open contact as the search for the end of the phase has seen it; a surface that rises is no deeper than at its
+   !> start.
    pure function reach(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp) :: reach
 
       reach = huge(1.0_wp)
-      if (self%now%states(k)%is_rigid) reach = self%searches(k)%ceiling
+      if (self%now%set%is_closed(k) .or. self%now%states(k)%is_indented) return
+      if (self%now%states(k)%is_rigid) then
+         reach = self%searches(k)%ceiling
+      else if (allocated(self%at_start)) then
+         reach = max(self%searches(k)%ceiling, self%at_start(k)%depth)
+      end if
    end function reach
 
    pure function rounding(self, k)
@@ -120,6 +128,13 @@ contains
          ! an open surface moves up at most, and the beam is above it
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. may_sink(self%now, row%number, level)) return
+      else if (row%number <= self%contacts) then
+         associate (k => row%number, search => self%searches(row%number))
+            ! the search for the end of the phase has been higher
+            does = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k) .and. search%time <= self%length &
+               .and. row%factor*search%greatest + row%offset > level
+            if (does) return
+         end associate
       end if
       call find_signal(self, row, signal)
       if (row%factor < 0.0_wp) then
@@ -192,6 +207,7 @@ contains
          call signal_of(self%now, k, whole_gap, signal)
          if (allocated(curve%signal)) deallocate (curve%signal)
          allocate (curve%signal, source=signal)
+         curve%is_above = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k)
       end select
       self%now%store%in_use => self%now%set
    end subroutine keep_gap
@@ -263,6 +279,7 @@ contains
       logical :: is_low
 
       call last_time_above(self%signal, self%length, level, time, is_at_end)
+      if (self%is_above) return
       call self%signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
       call last_time_above(depth, self%length, level, lower, is_low)
       time = max(time, lower)
