@@ -3,7 +3,7 @@
 module held_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
-   use damped_oscillators, only: damping_order, make_oscillators, oscillators_t
+   use damped_oscillators, only: damping_order, lanes, make_oscillators, oscillators_t, padded
    use kinds, only: wp
    use modal_signal, only: make_modal_signal, modal_signal_t
    use point_forces, only: find_point_forces, slow
@@ -38,6 +38,11 @@ module held_sets
       type(oscillators_t) :: oscillators
       !> They in the free modes, orthonormal, [free, count]; unallocated: they are the free modes
       real(wp), allocatable :: mode(:, :)
+      !> A mode is so stiff that W^2 times the square of a rounding error is energy to speak of
+      logical :: has_stiff = .false.
+      !> The same and its transpose, with zeros up to whole vectors of free modes and of those of the set, [padded free,
+      !> count], [padded count, free]
+      real(wp), allocatable, private :: out(:, :), into(:, :)
       !> Reaction of each surface that holds it per unit of mode (and of 2 zeta times its rate), [held, count]
       real(wp), allocatable :: reaction(:, :)
       !> At rest: displacement in the free modes, gaps, reactions, tip, energy, [free], [surfaces], [held]
@@ -100,11 +105,16 @@ contains
          square = new
       end do
       set%count = size(square)
+      set%has_stiff = maxval(square) >= least_stiff
       associate (zeta => 0.5_wp*beam%oscillators%two_zeta, mass_rate => beam%oscillators%mass_rate(:set%count))
          if (size(held) > 0) then
             order = damping_order(square, zeta, mass_rate)
             square = square(order)
             call order_columns(set%mode, order)
+            allocate (set%out(padded(size(set%mode, 1)), set%count), set%into(padded(set%count), size(set%mode, 1)), &
+               source=0.0_wp)
+            set%out(:size(set%mode, 1), :) = set%mode
+            set%into(:set%count, :) = transpose(set%mode)
             set%reaction = set%reaction(:, order)
             set%value = set%value(order, :)
             set%tip_value = set%tip_value(order)
@@ -232,7 +242,8 @@ contains
       real(wp), contiguous, intent(out) :: p(:)
       real(wp), contiguous, intent(out) :: rate(:)
 
-      real(wp) :: moved(size(q)), forces(size(q))
+      real(wp), dimension(size(q)) :: moved, forces
+      real(wp), dimension(padded(size(p))) :: lane_p, lane_rate
       integer :: j
 
       if (.not. allocated(set%mode)) then
@@ -240,10 +251,11 @@ contains
          rate = v
          return
       end if
-      rate = matmul(v, set%mode)
       moved = q - set%static
-      p = matmul(moved, set%mode)
-      if (maxval(set%oscillators%square) < least_stiff) return
+      call add_up(size(set%into, 1)/lanes, size(q), set%into, moved, v, lane_p, lane_rate)
+      p = lane_p(:set%count)
+      rate = lane_rate(:set%count)
+      if (.not. set%has_stiff) return
       forces = beam%oscillators%square*moved
       do j = 1, set%count
          if (sum(abs(set%mode(:, j)*forces)) < set%oscillators%square(j)*sum(abs(set%mode(:, j)*moved))) then
@@ -265,6 +277,7 @@ contains
 
       real(wp), dimension(size(set%held)) :: reaction, magnitude
       real(wp) :: forces(set%count)
+      real(wp), dimension(padded(size(q))) :: lane_q, lane_v
       integer :: i
 
       if (.not. allocated(set%mode)) then
@@ -272,9 +285,10 @@ contains
          v = rate
          return
       end if
-      v = matmul(set%mode, rate)
-      q = matmul(set%mode, p)
-      if (maxval(set%oscillators%square) >= least_stiff) then
+      call add_up(size(set%out, 1)/lanes, size(p), set%out, p, rate, lane_q, lane_v)
+      q = lane_q(:size(q))
+      v = lane_v(:size(v))
+      if (set%has_stiff) then
          forces = set%oscillators%square*p
          reaction = matmul(set%reaction, p)
          magnitude = matmul(abs(set%reaction), abs(p))
@@ -287,5 +301,28 @@ contains
       end if
       q = set%static + q
    end subroutine out_of_held
+
+   !> Two sums of columns, in whole vectors.
+   pure subroutine add_up(blocks, columns, matrix, first, second, first_sum, second_sum)
+      !> Vectors in each column
+      integer, intent(in) :: blocks
+      integer, intent(in) :: columns
+      real(wp), intent(in) :: matrix(lanes*blocks, columns)
+      !> Factors of the columns
+      real(wp), intent(in), dimension(columns) :: first, second
+      real(wp), intent(out), dimension(lanes*blocks) :: first_sum, second_sum
+
+      integer :: i, j
+
+      first_sum = 0.0_wp
+      second_sum = 0.0_wp
+      do i = 1, columns
+         !$omp simd
+         do j = 1, lanes*blocks
+            first_sum(j) = first_sum(j) + matrix(j, i)*first(i)
+            second_sum(j) = second_sum(j) + matrix(j, i)*second(i)
+         end do
+      end do
+   end subroutine add_up
 
 end module held_sets

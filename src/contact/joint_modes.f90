@@ -3,12 +3,11 @@
 !> Everything that moves is a sum of exp(s t) over the roots s of `joint_secular`, its amplitudes the residues of the
 !> Laplace transform. The beam is given in any modes of it, free or held elsewhere.
 module joint_modes
-   use damped_oscillators, only: lanes, oscillators_t, padded
+   use damped_oscillators, only: oscillators_t
    use dependent_stops, only: part_stops, stop_parts_t
-   use exponential_powers, only: powers
    use failures, only: fail, failure_t, status_run_failed
    use joint_secular, only: find_joint_roots
-   use joint_terms, only: add_room, joint_modes_t, make_room, put_in_order
+   use joint_terms, only: add_room, joint_amplitudes, joint_modes_t, make_room, put_in_order, ready_terms, terms_at
    use joint_vectors, only: joint_secular_t, joint_vectors_t, make_joint_secular, numerators, vectors_at
    use kinds, only: wp
    use point_forces, only: find_point_forces
@@ -66,9 +65,7 @@ contains
       modes%two_zeta = oscillators%two_zeta
       modes%mass_rate = oscillators%mass_rate(:oscillators%count)
       call put_in_order(modes)
-      allocate (modes%decay(padded(modes%count)), modes%swing(padded(modes%count)), source=0.0_wp)
-      modes%decay(:modes%count) = -real(modes%exponent, wp)
-      modes%swing(:modes%count) = aimag(modes%exponent)
+      call ready_terms(modes)
       call find_rest(oscillators%square, value, spring, modes)
    end subroutine make_joint_modes
 
@@ -383,92 +380,5 @@ contains
          end associate
       end do
    end subroutine find_stop_values
-
-   !> Amplitudes from the state at the start of a contact: what moves is rest + sum weight Re (amplitude value exp(s
-   !> t)).
-   pure subroutine joint_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
-      !> W_i^2 of the beam's modes
-      real(wp), intent(in) :: square(:)
-      type(joint_modes_t), intent(in) :: modes
-      !> Of the stops, from where the beam's modes swing about, [stops]
-      real(wp), intent(in) :: height(:)
-      !> u and P2 at the start: from displacements the indentation of a hard stop would be rounding error, [stops]
-      real(wp), intent(in) :: indentation(:)
-      real(wp), intent(in) :: branch_force(:)
-      !> State of the modes, [modes]
-      real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: v(:)
-      !> Without the weight, [count]
-      complex(wp), intent(out) :: amplitude(:)
-
-      complex(wp) :: as_is, other, forces, held(size(height))
-      real(wp) :: scale, other_scale, sizes(3), force(2), place(2), braked(2), rate(2), x, y
-      real(wp), dimension(size(z)) :: pulled, drawn
-      real(wp), dimension(size(height)) :: memory, viscous, elastic
-      logical :: has_damper(size(height))
-      integer :: i, m
-
-      has_damper = modes%spring%branch_stiffness <= 0.0_wp
-      memory = merge(0.0_wp, branch_force - modes%spring%branch_stiffness*indentation, has_damper)
-      viscous = merge(modes%spring%viscosity*indentation, 0.0_wp, has_damper)
-      elastic = modes%spring%stiffness*indentation
-      pulled = square*z
-      drawn = modes%mass_rate*z
-      do m = 1, modes%count
-         force = 0.0_wp
-         place = 0.0_wp
-         braked = 0.0_wp
-         rate = 0.0_wp
-         sizes = 0.0_wp
-         associate (s => modes%exponent(m), shape => modes%of_mode(:, m), of_height => modes%of_height(:, m), &
-            of_memory => modes%of_memory(:, m))
-            !$omp simd reduction(+:force, place, braked, rate, sizes) private(x, y)
-            do i = 1, size(z)
-               x = real(shape(i), wp)
-               y = aimag(shape(i))
-               force(1) = force(1) + x*pulled(i)
-               force(2) = force(2) + y*pulled(i)
-               place(1) = place(1) + x*z(i)
-               place(2) = place(2) + y*z(i)
-               braked(1) = braked(1) + x*drawn(i)
-               braked(2) = braked(2) + y*drawn(i)
-               rate(1) = rate(1) + x*v(i)
-               rate(2) = rate(2) + y*v(i)
-               x = abs(x) + abs(y)
-               sizes(1) = sizes(1) + x*abs(z(i))
-               sizes(2) = sizes(2) + x*abs(pulled(i))
-               sizes(3) = sizes(3) + x*abs(drawn(i))
-            end do
-            ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
-            ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation, and with
-            ! (k + c s)/s - c = k/s
-            forces = cmplx(force(1), force(2), wp)
-            as_is = sum(of_height*height)/s - (s*cmplx(place(1), place(2), wp) + cmplx(braked(1), braked(2), wp)) &
-               - modes%two_zeta*forces - sum(of_memory*viscous)
-            scale = sum(size_of(of_height)*abs(height))/size_of(s) + size_of(s)*sizes(1) + sizes(3) &
-               + modes%two_zeta*sizes(2) + sum(size_of(of_memory)*abs(viscous))
-            held = merge(of_memory*elastic, of_height*indentation, has_damper)
-            other = (sum(held) + forces)/s
-            other_scale = (sum(size_of(held)) + sizes(2))/size_of(s)
-            if (other_scale < scale) as_is = other
-            amplitude(m) = as_is - cmplx(rate(1), rate(2), wp) + sum(of_memory*memory)
-         end associate
-      end do
-   end subroutine joint_amplitudes
-
-   !> The terms at a time.
-   pure function terms_at(modes, amplitude, time) result(term)
-      type(joint_modes_t), intent(in) :: modes
-      !> With the weight, [count]
-      complex(wp), intent(in) :: amplitude(:)
-      !> Since the start
-      real(wp), intent(in) :: time
-      complex(wp) :: term(modes%count)
-
-      real(wp), dimension(size(modes%decay)) :: real_part, imaginary_part
-
-      call powers(size(modes%decay)/lanes, modes%decay, modes%swing, time, real_part, imaginary_part)
-      term = amplitude*cmplx(real_part(:modes%count), imaginary_part(:modes%count), wp)
-   end function terms_at
 
 end module joint_modes

@@ -9,7 +9,7 @@ module surface_states
    implicit none (type, external)
    private
    public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
-   public :: energy_in, force_in, indent
+   public :: energy_in, force_in, indent, keep_start, reactions_t
 
    type :: surface_state_t
       type(surface_t) :: surface
@@ -45,6 +45,20 @@ module surface_states
       real(wp) :: dissipated = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
    end type surface_state_t
+
+   !> Rigid surfaces on which the beam rests at an instant.
+   type :: reactions_t
+      !> These surfaces
+      integer, allocatable :: place(:)
+      !> Acceleration of each gap by a force at another, [place, place]
+      real(wp), allocatable :: mobility(:, :)
+      !> Acceleration of each gap without them, and its rounding error, [place]
+      real(wp), allocatable :: free(:), noise(:)
+      !> Away from the surface, >= 0, [place]
+      real(wp), allocatable :: force(:)
+      !> Of the free modes with them
+      real(wp), allocatable :: acceleration(:)
+   end type reactions_t
 
 contains
 
@@ -138,6 +152,19 @@ contains
 
       force = state%spring%stiffness*state%depth + state%branch_force - state%spring%viscosity*velocity
    end function force_in
+
+   !> Keep what the course of a phase changes of surfaces as it starts.
+   subroutine keep_start(states, at_start)
+      type(surface_state_t), intent(in) :: states(:)
+      !> Of the phase before, or of none yet
+      type(surface_state_t), allocatable, intent(inout) :: at_start(:)
+
+      if (.not. allocated(at_start)) at_start = states
+      at_start%depth = states%depth
+      at_start%branch_force = states%branch_force
+      at_start%is_closed = states%is_closed
+      at_start%is_indented = states%is_indented
+   end subroutine keep_start
 
    !> Energy in its springs.
    elemental function energy_in(state) result(energy)

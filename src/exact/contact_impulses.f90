@@ -64,9 +64,9 @@ contains
       integer :: i, n
       integer, allocatable :: closed(:)
 
+      if (.not. any(self%states%is_rigid .and. self%states%is_closed)) return
       allocate (closed, source=pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed))
       n = size(closed)
-      if (n == 0) return
       associate (value => self%beam%value)
          share(:n, 1) = cmplx(-impulse*matmul(value(:, k), value(:, closed)), kind=wp)
          mobility(:n, :n) = cmplx(matmul(transpose(value(:, closed)), value(:, closed)), kind=wp)
@@ -89,9 +89,10 @@ contains
       !> Towards the surface
       real(wp), intent(out) :: impulse
 
-      real(wp) :: b(self%set%held%count), moved(size(motion%v)), mobility
+      real(wp) :: b(self%set%held%count), unit(self%set%held%count), moved(size(motion%v)), mobility
 
-      b = moved_by(self%set, k, spread(1.0_wp, 1, size(b)))
+      unit = 1.0_wp
+      b = moved_by(self%set, k, unit)
       mobility = sum(b**2)
       impulse = velocity/mobility
       if (allocated(self%set%held%mode)) then
@@ -115,7 +116,7 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      integer :: taking(count(reached .or. (self%states%is_rigid .and. self%states%is_closed)))
+      integer :: taking(size(reached))
       real(wp), dimension(size(taking)) :: before, after, impulse, restitution
       real(wp) :: mobility(size(taking), size(taking)), change
       logical :: acts(size(taking))

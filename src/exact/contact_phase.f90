@@ -2,7 +2,7 @@
 !> zero (docs/theory.md, section 17).
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
-   use contact_sets, only: moved_by, ready_for_losses
+   use contact_sets, only: find_last_terms, moved_by, ready_for_losses
    use damped_oscillators, only: modal_energy, next_sample
    use driven_signal, only: turn_of
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
@@ -15,15 +15,15 @@ module contact_phase
    use phase_intervals, only: phase_interval_t
    use phase_losses, only: find_losses, force_at, keep_indentation, leave_behind
    use phase_searches, only: search_surface
-   use phase_state, only: end_force, end_gap, free_state, move_alone, move_to, phase_state_t, signal_of, take_over, &
-      whole_gap
+   use phase_state, only: end_force, end_gap, free_state, keep_state, move_alone, move_to, phase_state_t, signal_of, &
+      take_over, whole_gap
    use phase_transitions, only: follow_end
    use response_types, only: response_t, surface_record_t
    use run_observers, only: observe, observe_events
    use run_recorder, only: asked_t, charge_event, sample_t
    use section_states, only: keep_modes, state_at
    use section_types, only: section_state_t
-   use surface_states, only: energy_in, force_in, indent, node_at, of_rigid_stop, surface_state_t
+   use surface_states, only: energy_in, force_in, indent, keep_start, node_at, of_rigid_stop, surface_state_t
    use tangent_events, only: begin_columns, end_columns, take_back_columns, take_sizes
    implicit none (type, external)
    private
@@ -75,16 +75,11 @@ contains
       if (motion%recorder%asked%energy .or. motion%observers%measures%is_wanted) call ready_for_losses( &
          self%now%set, motion%recorder%asked%energy)
       if ((motion%observers%measures%is_wanted .or. self%now%loads%count > 0) .and. &
-         .not. all(self%now%states%is_rigid)) self%interval%at_start = self%now%states
-      if (allocated(self%interval%z_end)) then
-         if (size(self%interval%z_end) /= size(self%now%z)) deallocate (self%interval%z_end, self%interval%v_end)
-      end if
-      if (.not. allocated(self%interval%z_end)) allocate (self%interval%z_end(size(self%now%z)), &
-         self%interval%v_end(size(self%now%z)))
+         .not. all(self%now%states%is_rigid)) call keep_start(self%now%states, self%interval%at_start)
+      self%interval%z_end => self%now%set%state(:, 3)
+      self%interval%v_end => self%now%set%state(:, 4)
       if (keeps_losses(self, motion)) then
-         self%interval%z_end(:) = self%now%z
-         self%interval%v_end(:) = self%now%v
-         if (self%now%loads%count > 0) call move_to(self%now, 0.0_wp, self%interval%z_end, self%interval%v_end)
+         call move_to(self%now, 0.0_wp, self%interval%z_end, self%interval%v_end)
          self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%interval%z_end, self%interval%v_end))
       end if
       call self%now%set%sampler%restart()
@@ -135,7 +130,8 @@ contains
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
 
-      class(viewed_signal_t), allocatable :: gap, room
+      class(viewed_signal_t), allocatable :: room
+      class(viewed_signal_t), pointer :: gap
       type(search_t) :: rise
       real(wp) :: noise
 
@@ -337,19 +333,19 @@ contains
       associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
          ledger => motion%recorder%ledger)
          turn = turn_of(now%drive%frequency, time)
-         call move_to(now, time, self%interval%z_end, self%interval%v_end, turn, state(:, 3:))
-         ! the measures of the phase ask for the state at its end again
-         now%last%time = time
-         now%last%z(:) = state(:, 3)
-         now%last%v(:) = state(:, 4)
-         if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
+         if (size(set%pressed) > 0) call find_last_terms(set, now%amplitude, time, term)
+         ! observers ask for the state at the end of the phase again
+         call keep_state(now, time, term)
+         self%interval%z_end(:) = set%last%z
+         self%interval%v_end(:) = set%last%v
+         if (now%loads%count > 0) call move_to(now, time, self%interval%z_end, self%interval%v_end, turn)
          if (keeps_losses(self, motion)) then
-            state(:, :2) = reshape([self%interval%z_end, self%interval%v_end], [size(state, 1), 2])
+            state = reshape([self%interval%z_end, self%interval%v_end, set%last%z, set%last%v], shape(state))
             call find_losses(self%now, self%interval%at_start, self%start_energy, time, state, term, lost, work)
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%work = ledger%work + work
          else if (motion%observers%measures%is_wanted) then
-            ledger%work = ledger%work + work_of_loads(now, time, turn, state(:, 3), state(:, 4))
+            ledger%work = ledger%work + work_of_loads(now, time, turn, set%last%z, set%last%v)
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle

@@ -7,13 +7,15 @@ module contact_sets
    use held_sets, only: damp_held_set, free_beam_t, held_set_t, make_held_set, rest_on_heights
    use joint_modes, only: joint_modes_t, make_joint_modes, terms_at
    use kinds, only: wp
+   use modal_signal, only: modal_state_t
    use phase_drives, only: set_drive_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, state_in, ready_for_losses, moved_by
+   public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, find_last_terms, state_in, state_of_terms
+   public :: ready_for_losses, moved_by
 
    type :: contact_set_t
       !> The run of its store for which it is ready
@@ -35,8 +37,14 @@ module contact_sets
       type(power_form_t), allocatable :: losses(:)
       logical :: has_beam_losses = .false.
       logical :: has_stop_losses = .false.
+      !> The terms of the phase from its start to the time that was asked for last
+      type(span_t) :: span
       !> Its answers to loads; unallocated: there are none, or it was not used yet
       type(set_drive_t), allocatable :: drive
+      !> Room for the state of its modes as a phase starts and as it ends: displacements and rates of both, [modes, 4]
+      real(wp), allocatable :: state(:, :)
+      !> And for that where a search of a gap evaluated it last, less what loads do
+      type(modal_state_t) :: last
    end type contact_set_t
 
    !> So many sets are kept, as long as they take no more bytes than this: four stops on both sides have 81.
@@ -232,7 +240,7 @@ contains
 
       real(wp), parameter :: word = 8.0_wp
 
-      bytes = word*real(set%held%count, wp)*real(set%held%count + 12*size(set%is_closed), wp) &
+      bytes = word*real(set%held%count, wp)*real(3*set%held%count + 12*size(set%is_closed), wp) &
          + 4.0_wp*word*real(set%held%count, wp)*real(set%joint%count, wp)
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%joint%count, wp)**2
    end function bytes_of
@@ -264,6 +272,9 @@ contains
       allocate (set%is_closed, source=is_closed)
       is_held = is_closed .and. is_rigid .and. .not. beam%has_own_rates
       call make_held_set(beam, pack([(i, i=1, size(is_closed))], is_held), set%held)
+      associate (n => set%held%count)
+         allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
+      end associate
       allocate (set%pressed, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_held))
       if (size(set%pressed) == 0) return
       call make_joint_modes(set%held%oscillators, set%held%value(:, set%pressed), spring(set%pressed), set%joint, error)
@@ -315,6 +326,7 @@ contains
       associate (value => set%held%value)
          shape = value(:, k)/divisor
          if (size(set%pressed) == 0) return
+         if (.not. any(holds(set%joint%spring))) return
          allocate (rigid, source=pack(set%pressed, holds(set%joint%spring)))
          allocate (matrix(size(rigid), size(rigid)), force(size(rigid), 1))
          do j = 1, size(rigid)
@@ -329,6 +341,24 @@ contains
          end do
       end associate
    end function moved_by
+
+   !> The terms at the end of a phase, which losses and impulses of measures ask for again.
+   pure subroutine find_last_terms(set, amplitude, time, term)
+      type(contact_set_t), intent(inout) :: set
+      !> With the weight, [count]
+      complex(wp), intent(in) :: amplitude(:)
+      !> Since the start
+      real(wp), intent(in) :: time
+      !> [count]
+      complex(wp), intent(out) :: term(:)
+
+      if (set%has_stop_losses) then
+         call find_span(set%losses(2), amplitude, time, set%span)
+         term = set%span%term
+      else
+         term = terms_at(set%joint, amplitude, time)
+      end if
+   end subroutine find_last_terms
 
    !> State of the held beam's modes on surfaces that are pressed.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
@@ -428,7 +458,7 @@ contains
    !> Dissipated up to a time in the beam, where that is asked for, and in each surface that yields.
    pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
       !> Ready for it
-      type(contact_set_t), intent(in) :: set
+      type(contact_set_t), intent(inout) :: set
       !> With the weight, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> State at the start, [modes]
@@ -438,14 +468,13 @@ contains
       !> [1 + pressed]
       real(wp), intent(out) :: lost(:)
 
-      type(span_t) :: span
       real(wp), dimension(size(z0)) :: z, v
       integer :: j
 
-      call find_span(set%losses(2), amplitude, time, span)
+      call find_span(set%losses(2), amplitude, time, set%span)
       lost(1) = 0.0_wp
       do j = merge(1, 2, set%has_beam_losses), size(lost)
-         lost(j) = taken_by(set%losses(j), span)
+         lost(j) = taken_by(set%losses(j), set%span)
       end do
       if (size(set%joint%inactive) == 0) return
       call propagate(set%held%oscillators, time, z0, v0, z, v)

@@ -2,7 +2,7 @@
 module exact_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
-   use complementarity, only: close_gaps
+   use complementarity, only: close_gaps, solve_complementarity
    use contact_measures, only: open_measures
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
@@ -27,7 +27,6 @@ module exact_start
    use run_settings, only: impulse_nodal, output_settings_t, run_settings_t
    use section_states, only: put_state
    use section_types, only: run_sections_t
-   use static_states, only: find_static_rest
    use stop_surfaces, only: acting, is_beyond, is_plain, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state, of_rigid_stop, put_node_before, surface_state_t
    use surface_values, only: gap_at_home, gap_of, noise_of
@@ -51,7 +50,7 @@ contains
       !> Its recorder is ready
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Set when rest cannot be found, or a surface is in the way
+      !> Set when a surface is in the way
       type(failure_t), allocatable, intent(out) :: error
 
       type(surface_t), allocatable :: surfaces(:)
@@ -62,20 +61,11 @@ contains
 
       allocate (surfaces, source=surfaces_of(settings))
       allocate (acts, source=acting(surfaces, model%stop_dofs(surfaces%stop)))
-      allocate (rest(size(surfaces)), source=0.0_wp)
-      rest_energy = 0.0_wp
+      allocate (rest(size(surfaces)))
       associate (beam => phase%now%beam, now => phase%now)
          now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
          call make_beam(model, modes, settings, surfaces, beam)
-         if (has_loads(settings)) then
-            call take_loads(model, modes, settings, now)
-            rest_energy = no_rest
-         else if (is_mechanism(model)) then
-            rest_energy = no_rest
-         else if (settings%output%measures) then
-            call rest_on(model, surfaces, acts, rest, rest_energy, error)
-            if (allocated(error)) return
-         end if
+         if (has_loads(settings)) call take_loads(model, modes, settings, now)
          if (allocated(response%moments)) call make_moments(model, modes, settings, surfaces, now%loads, &
             phase%interval%moments)
          allocate (now%states(size(surfaces)), phase%interval%searches(size(surfaces)), &
@@ -85,6 +75,9 @@ contains
             if (modes%node_flexibility > 0.0_wp) call put_node_before(now%states(k), modes%node_flexibility, &
                beam%oscillators%two_zeta)
          end do
+         rest = 0.0_wp
+         rest_energy = no_rest
+         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_rest(now, acts, rest, rest_energy)
          if (goes_on(phase)) then
             allocate (motion%q, source=phase%carried%q)
             allocate (motion%v, source=phase%carried%v)
@@ -324,26 +317,28 @@ contains
       end do
    end subroutine make_beam
 
-   !> Forces and energy at rest.
-   subroutine rest_on(model, surfaces, acts, force, energy, error)
-      type(beam_model_t), intent(in) :: model
-      type(surface_t), intent(in) :: surfaces(:)
-      !> Those that act
+   !> Forces and energy at rest, in the modes of the motion.
+   pure subroutine find_rest(now, acts, force, energy)
+      type(phase_state_t), intent(in) :: now
+      !> Surfaces that act
       logical, intent(in) :: acts(:)
       !> P of each
-      real(wp), intent(inout) :: force(:)
+      real(wp), intent(out) :: force(:)
       real(wp), intent(out) :: energy
-      !> Set when it cannot be found
-      type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp) :: packed(count(acts))
-      integer :: k
-      integer, allocatable :: place(:)
+      real(wp) :: compliance(size(acts), size(acts))
+      logical :: carries(size(acts))
+      integer :: j, k
 
-      allocate (place, source=pack([(k, k=1, size(acts))], acts))
-      call find_static_rest(model, surfaces(place), packed, energy, error)
-      force(place) = packed
-   end subroutine rest_on
+      do k = 1, size(acts)
+         do j = 1, size(acts)
+            compliance(j, k) = sum(now%beam%value(:, j)*now%beam%value(:, k)/now%beam%oscillators%square)
+         end do
+         if (.not. now%states(k)%is_rigid) compliance(k, k) = compliance(k, k) + 1.0_wp/now%states(k)%spring%stiffness
+      end do
+      call solve_complementarity(compliance, merge(-now%beam%height, huge(1.0_wp), acts), force, carries)
+      energy = 0.5_wp*dot_product(force, now%beam%height)
+   end subroutine find_rest
 
    !> Room for what is kept of a surface.
    pure subroutine open_record(surface, output, samples, record)

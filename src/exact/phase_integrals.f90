@@ -87,7 +87,7 @@ contains
                signals%amplitude(k, :) = set%gap(k, :)*self%amplitude
                if (.not. set%is_closed(k)) cycle
             end if
-            call force_terms(self, k, signals%offset(n + 1 + k), amplitude)
+            call force_terms(self, k, self%amplitude, signals%offset(n + 1 + k), amplitude)
             signals%amplitude(n + 1 + k, :) = amplitude
          end do
       end associate

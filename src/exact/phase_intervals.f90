@@ -12,7 +12,7 @@ module phase_intervals
    use phase_losses, only: keep_indentation, leave_behind
    use phase_state, only: end_force, force_terms, move_alone, move_to, phase_state_t, signal_of, whole_gap, whole_tip
    use point_forces, only: slow
-   use power_integrals, only: integral
+   use power_integrals, only: find_span, integral, integrals_in
    use signal_integrals, only: signals_t, squares_t
    use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
    use surface_states, only: energy_in, of_rigid_stop, surface_state_t
@@ -28,8 +28,8 @@ module phase_intervals
       type(moments_t) :: moments
       !> Contacts as the phase starts, where some yield
       type(surface_state_t), allocatable :: at_start(:)
-      !> State of the set's modes as it ends, [modes]
-      real(wp), allocatable :: z_end(:), v_end(:)
+      !> State of the set's modes as it ends, in the room of the set, [modes]
+      real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
       !> Made where integrals are asked for, and kept from phase to phase
       type(signals_t), allocatable :: signals
       type(squares_t) :: squares
@@ -48,6 +48,8 @@ module phase_intervals
 
    type, extends(curve_t) :: signal_curve_t
       class(viewed_signal_t), allocatable :: signal
+      !> Where it is no lower than the contact, which is rigid, its depth need not be sought
+      logical :: is_above = .false.
    contains
       procedure :: last_beyond
    end type signal_curve_t
@@ -79,22 +81,27 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: state(2)
 
-      class(viewed_signal_t), allocatable, target :: room
       class(viewed_signal_t), pointer :: signal
 
-      call find_signal(self, row, room, signal)
+      call find_signal(self, row, signal)
       call signal%evaluate(time, state(1), state(2))
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
 
-   !> Of a rigid contact as the search for the end of the phase has seen it.
+   !> Of an open contact as the search for the end of the phase has seen it; a surface that rises is no deeper than at
+   !> its start.
    pure function reach(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp) :: reach
 
       reach = huge(1.0_wp)
-      if (self%now%states(k)%is_rigid) reach = self%searches(k)%ceiling
+      if (self%now%set%is_closed(k) .or. self%now%states(k)%is_indented) return
+      if (self%now%states(k)%is_rigid) then
+         reach = self%searches(k)%ceiling
+      else if (allocated(self%at_start)) then
+         reach = max(self%searches(k)%ceiling, self%at_start(k)%depth)
+      end if
    end function reach
 
    pure function rounding(self, k)
@@ -113,7 +120,6 @@ contains
       real(wp), intent(in) :: level
       logical :: does
 
-      class(viewed_signal_t), allocatable, target :: room
       class(viewed_signal_t), allocatable :: part
       class(viewed_signal_t), pointer :: signal
 
@@ -122,8 +128,15 @@ contains
          ! an open surface moves up at most, and the beam is above it
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. may_sink(self%now, row%number, level)) return
+      else if (row%number <= self%contacts) then
+         associate (k => row%number, search => self%searches(row%number))
+            ! the search for the end of the phase has been higher
+            does = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k) .and. search%time <= self%length &
+               .and. row%factor*search%greatest + row%offset > level
+            if (does) return
+         end associate
       end if
-      call find_signal(self, row, room, signal)
+      call find_signal(self, row, signal)
       if (row%factor < 0.0_wp) then
          call signal%view(0.0_wp, row%factor, row%offset, 0, part)
          does = exceeds_in(part, self%length, level)
@@ -140,7 +153,6 @@ contains
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
 
-      class(viewed_signal_t), allocatable, target :: room
       class(viewed_signal_t), allocatable :: part
       class(viewed_signal_t), pointer :: signal
       real(wp) :: seen, threshold
@@ -150,7 +162,7 @@ contains
       peak%still_rises = .false.
       threshold = known
       seen = -huge(1.0_wp)
-      call find_signal(self, row, room, signal)
+      call find_signal(self, row, signal)
       if (is_whole .and. row%number <= self%contacts) then
          if (self%now%trail_of == row%number .and. .not. (self%is_last .or. row%factor < 0.0_wp)) then
             call find_peak(signal, self%now%trail, is_certain, peak%value, peak%time)
@@ -185,12 +197,17 @@ contains
       integer, intent(in) :: k
       class(curve_t), allocatable, intent(inout) :: curve
 
+      class(viewed_signal_t), pointer :: signal
+
       if (.not. allocated(curve)) allocate (signal_curve_t :: curve)
       curve%start = self%start
       curve%length = self%length
       select type (curve)
       type is (signal_curve_t)
-         call signal_of(self%now, k, whole_gap, curve%signal)
+         call signal_of(self%now, k, whole_gap, signal)
+         if (allocated(curve%signal)) deallocate (curve%signal)
+         allocate (curve%signal, source=signal)
+         curve%is_above = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k)
       end select
       self%now%store%in_use => self%now%set
    end subroutine keep_gap
@@ -230,6 +247,10 @@ contains
          call move_to(now, time, z, v)
          energy = held%static_energy + sum(modal_energy(held%oscillators, z, v))
          if (all(now%states%is_rigid)) return
+         if (.not. time > 0.0_wp) then
+            energy = energy + sum(energy_in(self%at_start))
+            return
+         end if
          allocate (term(0))
          if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          do k = 1, size(now%states)
@@ -258,6 +279,7 @@ contains
       logical :: is_low
 
       call last_time_above(self%signal, self%length, level, time, is_at_end)
+      if (self%is_above) return
       call self%signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
       call last_time_above(depth, self%length, level, lower, is_low)
       time = max(time, lower)
@@ -265,11 +287,9 @@ contains
    end subroutine last_beyond
 
    !> A row, without its factor and offset, as a signal.
-   subroutine find_signal(self, row, room, signal)
+   subroutine find_signal(self, row, signal)
       class(phase_interval_t), target, intent(in) :: self
       type(row_t), intent(in) :: row
-      !> For one that has to be made
-      class(viewed_signal_t), allocatable, target, intent(out) :: room
       class(viewed_signal_t), pointer, intent(out) :: signal
 
       associate (k => row%number - self%tip_row())
@@ -280,14 +300,13 @@ contains
             signal => self%now%pressing
             return
          else if (k > 0) then
-            call signal_of(self%now, k, end_force, room)
+            call signal_of(self%now, k, end_force, signal)
          else if (k == 0) then
-            call signal_of(self%now, 0, whole_tip, room)
+            call signal_of(self%now, 0, whole_tip, signal)
          else
-            call signal_of(self%now, row%number, whole_gap, room)
+            call signal_of(self%now, row%number, whole_gap, signal)
          end if
       end associate
-      signal => room
    end subroutine find_signal
 
    !> Integral of a force from the start of the phase.
@@ -304,11 +323,11 @@ contains
 
       associate (now => self%now)
          if (size(now%set%pressed) > 0) then
-            call force_terms(now, k, offset, amplitude)
-            associate (s => now%set%joint%exponent)
-               impulse = offset*time + sum(real(amplitude*integral(s, time, terms_at(now%set%joint, &
-                  spread((1.0_wp, 0.0_wp), 1, size(s)), time)), wp))
+            associate (set => now%set)
+               call find_span(set%losses(2), now%amplitude, time, set%span)
+               call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
             end associate
+            impulse = offset*time + sum(real(amplitude, wp))
          else
             ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
             call move_alone(now, time, z, v)

@@ -4,7 +4,7 @@ module phase_searches
    use driven_signal, only: find_short_driven, start_of
    use kinds, only: i8, wp
    use modal_signal, only: modal_signal_t
-   use phase_state, only: driven_terms, end_force, end_gap, end_home, end_pull, phase_state_t, signal_of
+   use phase_state, only: driven_terms, end_force, end_gap, end_home, end_pull, find_gap, phase_state_t, signal_of
    implicit none (type, external)
    private
    public :: search_surface
@@ -21,7 +21,7 @@ contains
       !> One of the `end_` constants
       integer, intent(out) :: ended_by
 
-      class(viewed_signal_t), allocatable :: signal
+      class(viewed_signal_t), pointer :: signal
       type(search_t) :: other
 
       associate (state => self%states(k), held => self%set%held)
@@ -47,7 +47,7 @@ contains
          signal%start_order = start_of(signal, state%start_order)
          if (ended_by == end_force) then
             call search_force(signal, limit, search)
-            call move_alloc(signal, self%pressing)
+            call move_alloc(self%signal, self%pressing)
             self%pressing_at = k
             self%trail_of = 0
             return
@@ -96,23 +96,10 @@ contains
       type(search_t), intent(out) :: search
 
       type(modal_signal_t), pointer :: gap
-      integer :: i
 
-      gap => self%set%held%gap(k)
-      if (self%loads%count > 0) then
-         select type (free => self%set%drive%gap(k)%free)
-         type is (modal_signal_t)
-            gap => free
-         end select
-      end if
-      !$omp simd
-      do i = 1, size(self%z)
-         gap%z(i) = self%z(i)
-         gap%v(i) = self%v(i)
-      end do
+      call find_gap(self, k, gap)
       associate (state => self%states(k), drive => self%drive)
-         gap%last => self%last
-         gap%surface = 0.0_wp
+         gap%last => self%set%last
          if (allocated(state%spring)) then
             if (.not. state%follows) gap%surface = state%depth
             gap%rate = min(state%spring%surface_rate, huge(1.0_wp))

@@ -3,7 +3,7 @@
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: trail_t, viewed_signal_t
-   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in
+   use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in, state_of_terms
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
@@ -12,15 +12,15 @@ module phase_state
    use joint_modes, only: joint_amplitudes
    use kinds, only: wp
    use load_courses, only: piece_at, piece_t
-   use modal_signal, only: make_modal_signal, modal_signal_t, modal_state_t
+   use modal_signal, only: make_modal_signal, modal_signal_t
    use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
    use slow_loads, only: drive_terms
-   use surface_states, only: impedance_of, surface_state_t
+   use surface_states, only: impedance_of, reactions_t, surface_state_t
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
-   public :: phase_state_t, open_store, take_over, find_load, signal_of, driven_terms, move_to, move_alone, free_state
-   public :: force_terms, ready_reaction
+   public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, driven_terms, keep_state, move_to
+   public :: move_alone, free_state, force_terms, ready_reaction
    public :: end_gap, end_force, end_home, end_pull, whole_gap, whole_tip
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
@@ -39,23 +39,25 @@ module phase_state
       !> The sets, which the next run may use too
       type(set_store_t), pointer :: store => null()
       type(contact_set_t), pointer :: set => null()
-      !> State of the set's modes as the phase starts, less what loads do, [modes]
-      real(wp), allocatable :: z(:), v(:)
+      !> State of the set's modes as the phase starts, less what loads do, in the room of the set, [modes]
+      real(wp), pointer, contiguous :: z(:) => null(), v(:) => null()
       !> Displacement of a node without mass besides that of the modes, as the phase starts
       real(wp) :: node_depth = 0.0_wp
-      !> Where a search of a gap evaluated it last, less what loads do
-      type(modal_state_t) :: last
       !> What acts on the beam; none: no phase is driven
       type(applied_loads_t) :: loads
       type(phase_drive_t) :: drive
       !> Nothing moves until loads change
       logical :: is_at_rest = .false.
+      !> Found last
+      type(reactions_t) :: reactions
       !> Longest that the phase can be
       real(wp) :: longest = huge(1.0_wp)
       !> Loads in the free modes at the present instant, and their rates, [free]
       real(wp), allocatable :: load(:), load_rate(:)
       !> Of the terms, weights included, where a surface yields, [count]
       complex(wp), allocatable :: amplitude(:)
+      !> What was asked for last as a signal
+      class(viewed_signal_t), allocatable :: signal
       !> What was sought last in the phase as the force of a surface that is pressed, and which; 0: none
       class(viewed_signal_t), allocatable :: pressing
       integer :: pressing_at = 0
@@ -97,16 +99,13 @@ contains
 
       self%pressing_at = 0
       self%trail_of = 0
-      self%last%time = -1.0_wp
       self%node_depth = sum(self%states%depth, mask=self%states%is_node)
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return
+      self%z => self%set%state(:, 1)
+      self%v => self%set%state(:, 2)
+      self%set%last%time = -1.0_wp
       associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
-         if (allocated(self%z)) then
-            if (size(self%z) /= held%count) deallocate (self%z, self%v, self%last%z, self%last%v)
-         end if
-         if (.not. allocated(self%z)) allocate (self%z(held%count), self%v(held%count), self%last%z(held%count), &
-            self%last%v(held%count))
          call into_held(self%beam, held, q, v, self%z, self%v)
          if (self%loads%count > 0) call begin_drive(self, tau, is_new)
          if (size(pressed) > 0) then
@@ -189,48 +188,81 @@ contains
       real(wp), intent(in) :: v(:)
       type(modal_signal_t), intent(inout) :: reaction
 
-      associate (two_zeta => reaction%oscillators%two_zeta, mass_rate => reaction%oscillators%mass_rate(:size(z)))
-         reaction%z = z + two_zeta*v
-         reaction%v = v - two_zeta*reaction%oscillators%square*reaction%z
-         reaction%v = reaction%v - two_zeta*mass_rate*v
-      end associate
-      associate (first => reaction%oscillators%blended + 1)
-         reaction%z(first:) = z(first:)
-         reaction%v(first:) = v(first:)
+      integer :: i
+
+      associate (oscillators => reaction%oscillators, two_zeta => reaction%oscillators%two_zeta)
+         !$omp simd
+         do i = 1, oscillators%blended
+            reaction%z(i) = z(i) + two_zeta*v(i)
+            reaction%v(i) = v(i) - two_zeta*(oscillators%square(i)*reaction%z(i) + oscillators%mass_rate(i)*v(i))
+         end do
+         reaction%z(oscillators%blended + 1:) = z(oscillators%blended + 1:)
+         reaction%v(oscillators%blended + 1:) = v(oscillators%blended + 1:)
       end associate
    end subroutine ready_reaction
 
-   !> What ends the phase at a surface, as a signal.
+   !> What ends the phase at a surface, as a signal; it stands until the next is asked for.
    subroutine signal_of(self, k, kind, signal)
-      type(phase_state_t), intent(in) :: self
+      type(phase_state_t), target, intent(inout) :: self
       integer, intent(in) :: k
       !> One of the `end_` constants, or `whole_gap`
       integer, intent(in) :: kind
-      class(viewed_signal_t), allocatable, intent(out) :: signal
+      class(viewed_signal_t), pointer, intent(out) :: signal
 
-      if (size(self%set%pressed) > 0) then
-         call exponential_of(self, k, kind, signal)
-      else
-         call modal_of(self, k, kind, signal)
-      end if
-      if (self%loads%count > 0) call add_drive(self, k, kind, signal)
-   end subroutine signal_of
-
-   !> What loads do to it besides.
-   subroutine add_drive(self, k, kind, signal)
-      type(phase_state_t), intent(in) :: self
-      integer, intent(in) :: k
-      !> One of the `end_` constants, or `whole_gap`
-      integer, intent(in) :: kind
-      class(viewed_signal_t), allocatable, intent(inout) :: signal
-
+      class(viewed_signal_t), allocatable :: made
+      type(modal_signal_t), pointer :: gap
       type(driven_terms_t) :: terms
 
-      call driven_terms(self, k, kind, terms)
-      call add_terms(terms, self%longest, signal)
-   end subroutine add_drive
+      if (size(self%set%pressed) > 0) then
+         call exponential_of(self, k, kind, made)
+      else if (kind == end_gap .or. kind == whole_gap) then
+         call find_gap(self, k, gap)
+         ! at home is the stop; the node before it is not
+         if (self%states(k)%is_node .and. kind == whole_gap) then
+            gap%surface = self%node_depth
+            gap%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
+         end if
+         signal => gap
+         if (self%loads%count == 0) return
+         allocate (made, source=gap)
+      else
+         call modal_of(self, k, kind, made)
+      end if
+      if (self%loads%count > 0) then
+         call driven_terms(self, k, kind, terms)
+         call add_terms(terms, self%longest, made)
+      end if
+      call move_alloc(made, self%signal)
+      signal => self%signal
+   end subroutine signal_of
 
-   !> That alone.
+   !> The gap of a surface where none yields: the signal of the set, with the state at the start of the phase.
+   subroutine find_gap(self, k, gap)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> Less what loads do
+      type(modal_signal_t), pointer, intent(out) :: gap
+
+      integer :: i
+
+      gap => self%set%held%gap(k)
+      if (self%loads%count > 0) then
+         select type (free => self%set%drive%gap(k)%free)
+         type is (modal_signal_t)
+            gap => free
+         end select
+      end if
+      !$omp simd
+      do i = 1, size(self%z)
+         gap%z(i) = self%z(i)
+         gap%v(i) = self%v(i)
+      end do
+      gap%start_order = 0
+      gap%surface = 0.0_wp
+      gap%last => null()
+   end subroutine find_gap
+
+   !> What loads do to it besides.
    subroutine driven_terms(self, k, kind, terms)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -263,7 +295,7 @@ contains
       end associate
    end subroutine driven_terms
 
-   !> In modes.
+   !> In modes, but for gaps.
    subroutine modal_of(self, k, kind, signal)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -288,17 +320,9 @@ contains
                modal%v = stiff*self%v + viscous*acceleration(held%oscillators, self%z, self%v)
             end associate
          case default
-            call make_modal_signal(held%oscillators, merge(-1.0_wp, 1.0_wp, kind == end_home)*held%static_gap(k), &
-               merge(-1.0_wp, 1.0_wp, kind == end_home)*held%value(:, k), modal)
+            call make_modal_signal(held%oscillators, -held%static_gap(k), -held%value(:, k), modal)
             modal%z = self%z
             modal%v = self%v
-            if (k > 0) then
-               ! at home is the stop; the node before it is not
-               if (self%states(k)%is_node .and. kind == whole_gap) then
-                  modal%surface = self%node_depth
-                  modal%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
-               end if
-            end if
          end select
       end associate
       call move_alloc(modal, signal)
@@ -318,7 +342,7 @@ contains
          allocate (sum%exponent, source=exponent)
          select case (kind)
          case (end_force, whole_tip)
-            call force_terms(self, merge(0, k, kind == whole_tip), sum%offset, sum%amplitude)
+            call force_terms(self, merge(0, k, kind == whole_tip), self%amplitude, sum%offset, sum%amplitude)
          case (end_pull)
             sum%offset = state%spring%stiffness*set%rest_gap(k)
             allocate (sum%amplitude, source=(state%spring%stiffness + state%spring%viscosity*exponent) &
@@ -350,9 +374,11 @@ contains
    end subroutine add_surface
 
    !> The force of a closed surface where one yields; 0: not a force, but the displacement of the tip.
-   pure subroutine force_terms(self, k, offset, amplitude)
+   pure subroutine force_terms(self, k, factor, offset, amplitude)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
+      !> Of the terms of the motion: amplitudes, or what stands for them, [count]
+      complex(wp), intent(in) :: factor(:)
       real(wp), intent(out) :: offset
       !> Of its terms, [count]
       complex(wp), allocatable, intent(out) :: amplitude(:)
@@ -363,17 +389,34 @@ contains
          place = findloc(set%pressed, k, dim=1)
          if (k == 0) then
             offset = set%held%static_tip + sum(set%held%tip_value*set%rest)
-            allocate (amplitude, source=matmul(set%held%tip_value, set%joint%shape)*self%amplitude)
+            allocate (amplitude, source=matmul(set%held%tip_value, set%joint%shape)*factor)
          else if (place > 0) then
             offset = set%rest_force(place)
-            allocate (amplitude, source=set%joint%force(place, :)*self%amplitude)
+            allocate (amplitude, source=set%joint%force(place, :)*factor)
          else
             place = findloc(set%held%held, k, dim=1)
             offset = set%rest_reaction(place)
-            allocate (amplitude, source=set%reaction(place, :)*self%amplitude)
+            allocate (amplitude, source=set%reaction(place, :)*factor)
          end if
       end associate
    end subroutine force_terms
+
+   !> Keep the state of the set's modes at a time in the phase, less what loads do, for who asks for it.
+   subroutine keep_state(self, time, term)
+      type(phase_state_t), intent(in) :: self
+      real(wp), intent(in) :: time
+      !> Where a surface yields
+      complex(wp), intent(in) :: term(:)
+
+      associate (set => self%set)
+         if (size(set%pressed) == 0) then
+            call move_alone(self, time, set%last%z, set%last%v)
+         else
+            call state_of_terms(set, term, self%z, self%v, time, set%last%z, set%last%v)
+         end if
+         set%last%time = time
+      end associate
+   end subroutine keep_state
 
    !> State of the set's modes at a time in the phase.
    pure subroutine move_to(self, time, z, v, turn, alone)
@@ -411,9 +454,9 @@ contains
       if (.not. time > 0.0_wp) then
          z = self%z
          v = self%v
-      else if (.not. abs(self%last%time - time) > 0.0_wp) then
-         z = self%last%z
-         v = self%last%v
+      else if (.not. abs(self%set%last%time - time) > 0.0_wp) then
+         z = self%set%last%z
+         v = self%set%last%v
       else if (size(self%set%pressed) > 0) then
          call state_in(self%set, self%amplitude, self%z, self%v, time, z, v)
       else

@@ -10,7 +10,7 @@ module phase_transitions
    use response_types, only: append_event, event_capture, event_t, response_t
    use run_recorder, only: charge_event
    use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
-   use surface_reactions, only: find_reactions, leaving_orders, reactions_t, settle_touched
+   use surface_reactions, only: find_reactions, leaving_orders, settle_touched
    use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of
    implicit none (type, external)
    private
@@ -230,18 +230,21 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      integer :: resting(count(captures%is_in .or. (self%states%is_rigid .and. self%states%is_closed)))
-      integer :: orders(size(resting)), a, k
-      type(reactions_t) :: reactions
+      integer, dimension(size(self%states)) :: resting, orders
       type(event_t) :: event
+      integer :: a, k, n
 
-      if (size(resting) == 0) return
+      n = 0
+      do k = 1, size(self%states)
+         if (.not. (captures(k)%is_in .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed))) cycle
+         n = n + 1
+         resting(n) = k
+      end do
+      if (n == 0) return
       if (self%loads%count > 0) call find_load(self, motion%tau)
-      resting = pack([(k, k=1, size(self%states))], captures%is_in .or. (self%states%is_rigid .and. &
-         self%states%is_closed))
-      call find_reactions(self, resting, motion, reactions)
-      orders = leaving_orders(self, motion, reactions)
-      do a = 1, size(resting)
+      call find_reactions(self, resting(:n), motion)
+      orders(:n) = leaving_orders(self, motion)
+      do a = 1, n
          k = resting(a)
          associate (state => self%states(k), order => orders(a))
             if (captures(k)%is_pressed) order = 0

@@ -9,24 +9,11 @@ module surface_reactions
    use phase_state, only: find_load, phase_state_t
    use response_types, only: response_t
    use surface_changes, only: close_surface
-   use surface_values, only: force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
+   use surface_states, only: reactions_t
+   use surface_values, only: along, force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
    implicit none (type, external)
    private
-   public :: reactions_t, find_reactions, leaving_orders, settle_touched
-
-   !> Rigid surfaces on which the beam rests.
-   type :: reactions_t
-      !> These surfaces
-      integer, allocatable :: place(:)
-      !> Acceleration of each gap by a force at another, [place, place]
-      real(wp), allocatable :: mobility(:, :)
-      !> Acceleration of each gap without them, and its rounding error, [place]
-      real(wp), allocatable :: free(:), noise(:)
-      !> Away from the surface, >= 0, [place]
-      real(wp), allocatable :: force(:)
-      !> Of the free modes with them
-      real(wp), allocatable :: acceleration(:)
-   end type reactions_t
+   public :: find_reactions, leaving_orders, settle_touched
 
    !> More than rounding leaves of the velocities of a beam at rest.
    real(wp), parameter :: most_creep = 1.0e-6_wp
@@ -37,55 +24,61 @@ module surface_reactions
 contains
 
    !> Forces of rigid surfaces on which the beam rests, from the complementarity of reactions and accelerations.
-   subroutine find_reactions(self, place, motion, reactions)
-      !> Its loads are those of the instant
-      type(phase_state_t), intent(in) :: self
+   subroutine find_reactions(self, place, motion)
+      !> Its loads are those of the instant; gets the reactions
+      type(phase_state_t), intent(inout) :: self
       !> Of these surfaces
       integer, intent(in) :: place(:)
       type(motion_t), intent(in) :: motion
-      type(reactions_t), intent(out) :: reactions
 
       logical :: holds(size(place))
-      integer :: a, n
+      integer :: a, i, n
 
       n = size(place)
-      reactions%place = place
-      allocate (reactions%mobility(n, n), reactions%free(n), reactions%noise(n), reactions%force(n))
-      reactions%acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
-      if (.not. all(self%states%is_rigid)) then
-         reactions%acceleration = reactions%acceleration + yielding_forces(self, motion)
-      end if
-      if (self%loads%count > 0) reactions%acceleration = reactions%acceleration + self%load
-      if (n == 0) return
-      associate (b => self%beam%value(:, place))
-         reactions%mobility(:, :) = matmul(transpose(b), b)
+      associate (reactions => self%reactions)
+         reactions%place = place
+         if (allocated(reactions%free)) then
+            if (size(reactions%free) /= n) deallocate (reactions%mobility, reactions%free, reactions%noise, &
+               reactions%force)
+         end if
+         if (.not. allocated(reactions%free)) allocate (reactions%mobility(n, n), reactions%free(n), &
+            reactions%noise(n), reactions%force(n))
+         reactions%acceleration = acceleration_of(self%beam%oscillators, motion%q, motion%v)
+         if (.not. all(self%states%is_rigid)) then
+            reactions%acceleration = reactions%acceleration + yielding_forces(self, motion)
+         end if
+         if (self%loads%count > 0) reactions%acceleration = reactions%acceleration + self%load
          do a = 1, n
+            do i = 1, n
+               reactions%mobility(i, a) = along(self%beam%value(:, place(i)), self%beam%value(:, place(a)))
+            end do
             reactions%free(a) = -pull_of(self, place(a), motion, reactions%noise(a))
          end do
-         call solve_complementarity(reactions%mobility, reactions%free, reactions%force, holds)
-         reactions%acceleration = reactions%acceleration + matmul(b, reactions%force)
+         if (n > 0) call solve_complementarity(reactions%mobility, reactions%free, reactions%force, holds)
+         do a = 1, n
+            reactions%acceleration = reactions%acceleration + self%beam%value(:, place(a))*reactions%force(a)
+         end do
       end associate
    end subroutine find_reactions
 
    !> Which of the rigid surfaces on which the beam rests does it leave? Order of the first derivative of their gaps
    !> that exceeds its rounding error, where that opens the gap; 0: the surface holds the beam, with or without a force.
-   function leaving_orders(self, motion, reactions) result(order)
+   function leaving_orders(self, motion) result(order)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
-      type(reactions_t), intent(in) :: reactions
-      integer :: order(size(reactions%place))
+      integer :: order(size(self%reactions%place))
 
       real(wp), dimension(size(motion%q)) :: jerk, spread
       logical, dimension(size(order)) :: bears, leaves
       integer :: a
 
-      call find_sides(reactions, bears, leaves)
+      call find_sides(self%reactions, bears, leaves)
       order = merge(2, 0, leaves)
       if (all(bears .or. leaves)) return
-      call find_jerk(self, motion, reactions, jerk, spread)
+      call find_jerk(self, motion, self%reactions, jerk, spread)
       do a = 1, size(order)
          if (bears(a) .or. leaves(a)) cycle
-         associate (b => self%beam%value(:, reactions%place(a)))
+         associate (b => self%beam%value(:, self%reactions%place(a)))
             if (sum(b*jerk) > rounding*sum(abs(b)*spread)) order(a) = 3
          end associate
       end do
@@ -185,8 +178,18 @@ contains
       !> Gets the events
       type(response_t), intent(inout) :: response
 
+      real(wp) :: place, speed
+      integer :: i
+
       self%is_at_rest = .false.
-      if (.not. any(self%states%is_touched) .and. sum(abs(motion%v)) > most_creep*(1.0_wp + sum(abs(motion%q)))) return
+      place = 0.0_wp
+      speed = 0.0_wp
+      !$omp simd reduction(+:place, speed)
+      do i = 1, size(motion%q)
+         place = place + abs(motion%q(i))
+         speed = speed + abs(motion%v(i))
+      end do
+      if (.not. any(self%states%is_touched) .and. speed > most_creep*(1.0_wp + place)) return
       call ask_touched(self, motion, response)
    end subroutine settle_touched
 
@@ -197,22 +200,21 @@ contains
       !> Gets the events
       type(response_t), intent(inout) :: response
 
-      type(reactions_t) :: reactions
       real(wp), dimension(size(motion%q)) :: jerk, spread, jerk_spread
       integer :: k
 
       if (self%loads%count > 0) call find_load(self, motion%tau)
       call find_reactions(self, pack([(k, k=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed), &
-         motion, reactions)
-      spread = spread_of(self, motion, reactions)
+         motion)
+      spread = spread_of(self, motion, self%reactions)
       if (any(self%states%is_touched)) then
-         call find_jerk(self, motion, reactions, jerk, jerk_spread)
+         call find_jerk(self, motion, self%reactions, jerk, jerk_spread)
          do k = 1, size(self%states)
-            if (self%states(k)%is_touched) call leave_or_press(self, k, motion, reshape([reactions%acceleration, &
-               spread, jerk, jerk_spread], [size(jerk), 4]), response)
+            if (self%states(k)%is_touched) call leave_or_press(self, k, motion, reshape([ &
+               self%reactions%acceleration, spread, jerk, jerk_spread], [size(jerk), 4]), response)
          end do
       end if
-      self%is_at_rest = is_at_rest(self, motion, reactions%acceleration, spread)
+      self%is_at_rest = is_at_rest(self, motion, self%reactions%acceleration, spread)
    end subroutine ask_touched
 
    !> A surface that yields is pressed by the beam that touches it at rest, is left, or neither: the first derivative of

@@ -143,8 +143,8 @@ contains
       end do
    end subroutine find_frequencies
 
-   !> A load that the surfaces which hold the beam take whole moves nothing, and none of them bears a part of it that is a
-   !> rounding error: a force that never is any would come and go by its last bits.
+   !> A load that the surfaces which hold the beam take whole moves nothing, and none of them bears a part of it that is
+   !> a rounding error: a force that never is any would come and go by its last bits.
    pure subroutine bear_whole(value, mode, share, load)
       !> The free modes at the surfaces, [free, held]
       real(wp), intent(in) :: value(:, :)

@@ -4,7 +4,7 @@ module exponential_powers
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: powers, powers_less_one
+   public :: powers, powers_less_one, find_terms
 
 contains
 
@@ -89,5 +89,32 @@ contains
          imaginary_part(i) = factors(i)*(2.0_wp*sines(i)*cosines(i))
       end do
    end subroutine powers_less_one
+
+   !> Terms A exp(s t), always by the same arithmetic: what is asked for besides changes no motion.
+   pure subroutine find_terms(amplitude, decay, swing, t, term, imaginary_part, less_one, fall)
+      !> A, [count]
+      complex(wp), intent(in) :: amplitude(:)
+      !> -Re s and Im s, [padded]
+      real(wp), contiguous, intent(in) :: decay(:)
+      real(wp), contiguous, intent(in) :: swing(:)
+      !> Time, >= 0
+      real(wp), intent(in) :: t
+      !> [count]
+      complex(wp), intent(out) :: term(:)
+      !> As `powers_less_one` has them, [padded]
+      real(wp), contiguous, intent(out) :: imaginary_part(:)
+      real(wp), contiguous, intent(out) :: less_one(:)
+      real(wp), contiguous, intent(out) :: fall(:)
+
+      real(wp) :: real_part(size(decay))
+      integer :: m
+
+      call powers_less_one(size(decay)/lanes, decay, swing, t, real_part, imaginary_part, less_one, fall)
+      do m = 1, size(amplitude)
+         associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
+            term(m) = cmplx(x*real_part(m) - y*imaginary_part(m), x*imaginary_part(m) + y*real_part(m), wp)
+         end associate
+      end do
+   end subroutine find_terms
 
 end module exponential_powers

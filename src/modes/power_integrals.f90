@@ -1,12 +1,12 @@
 !> Integrals of quadratic forms of exponentials, none of which grows: what a power takes in some time.
 module power_integrals
-   use damped_oscillators, only: lanes, padded
-   use exponential_powers, only: powers_less_one
+   use damped_oscillators, only: padded
+   use exponential_powers, only: find_terms
    use kinds, only: wp
    use lapack_interfaces, only: dgemm
    implicit none (type, external)
    private
-   public :: power_form_t, span_t, make_power_form, find_span, taken_by, integral
+   public :: power_form_t, span_t, make_power_form, find_span, taken_by, integral, integrals_in
 
    !> Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2 of terms A_m that go with exp(s_m t); `find_pair` tells both of
    !> a pair.
@@ -26,8 +26,8 @@ module power_integrals
    !> The terms between two instants.
    type :: span_t
       real(wp) :: time = 0.0_wp
-      !> At the first of them, [count]
-      complex(wp), allocatable :: amplitude(:)
+      !> At the first of them, and at the second, [count]
+      complex(wp), allocatable :: amplitude(:), term(:)
       !> What they change by, exp(s t) - 1 times that, [count]
       complex(wp), allocatable :: change(:)
       !> Real and imaginary parts of that and of the sum of first and last, [2 count]; integral of |A_m|^2, [count]
@@ -153,17 +153,26 @@ contains
       !> A_m now, [count]
       complex(wp), intent(in) :: amplitude(:)
       real(wp), intent(in) :: time
-      type(span_t), intent(out) :: span
+      !> As it is where it is that already
+      type(span_t), intent(inout) :: span
 
-      real(wp), dimension(size(form%decay)) :: real_part, imaginary_part, less_one, fall
+      real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, fall
       integer :: m
 
       associate (k => size(amplitude))
-         call powers_less_one(size(form%decay)/lanes, form%decay, form%swing, time, real_part, imaginary_part, &
-            less_one, fall)
+         if (allocated(span%amplitude)) then
+            if (size(span%amplitude) == k .and. .not. abs(span%time - time) > 0.0_wp) then
+               if (all(abs(real(span%amplitude - amplitude, wp)) <= 0.0_wp .and. &
+                  abs(aimag(span%amplitude - amplitude)) <= 0.0_wp)) return
+            end if
+            if (size(span%amplitude) /= k) deallocate (span%amplitude, span%term, span%change, span%changes, &
+               span%sums, span%steady)
+         end if
+         if (.not. allocated(span%amplitude)) allocate (span%amplitude(k), span%term(k), span%change(k), &
+            span%changes(2*k), span%sums(2*k), span%steady(k))
+         call find_terms(amplitude, form%decay, form%swing, time, span%term, imaginary_part, less_one, fall)
          span%time = time
-         allocate (span%amplitude, source=amplitude)
-         allocate (span%change(k), span%changes(2*k), span%sums(2*k), span%steady(k))
+         span%amplitude(:) = amplitude
          ! of A^2 and B^2 the difference is (A - B) (A + B)
          do m = 1, k
             associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
@@ -233,6 +242,21 @@ contains
          value = value + product*y(k)
       end do
    end function bilinear_form
+
+   !> Integrals of the terms of a span, [count].
+   pure function integrals_in(form, span) result(value)
+      !> With the exponents
+      type(power_form_t), intent(in) :: form
+      type(span_t), intent(in) :: span
+      complex(wp) :: value(size(span%change))
+
+      integer :: m
+
+      value = span%amplitude*span%time
+      do m = 1, size(value)
+         if (form%decay(m) + form%swing(m) > 0.0_wp) value(m) = span%change(m)/form%exponent(m)
+      end do
+   end function integrals_in
 
    !> (exp(s t) - 1)/s without cancellation.
    elemental function integral(s, t, power) result(value)

@@ -210,8 +210,8 @@ contains
             return
          end if
          ! what rises from within its rounding error by less than that is no nearer to a zero than it was
-         step = max(here%free, step_without_zero(max(here%value, merge(here%rounding, 0.0_wp, t > 0.0_wp)), here%slope, &
-            here%bound))
+         step = max(here%free, step_without_zero(max(here%value, merge(here%rounding, 0.0_wp, t > 0.0_wp)), &
+            here%slope, here%bound))
          if (order == 0) search%ceiling = max(search%ceiling, highest(here, min(step, limit - t)))
          if (t + step >= limit .or. search%evaluations >= most) then
             search%outcome = merge(found_none, found_spent, t + step >= limit)
