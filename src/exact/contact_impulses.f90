@@ -1,18 +1,18 @@
-!> Impulses on a beam at one instant: Newton's law as a complementarity problem over the rigid surfaces that take part,
-!> what follows for each, and stop points that are brought to rest (docs/theory.md, section 17).
+!> Impulses on a beam in its free modes: those of an impact problem, and those that bring a stop point to rest
+!> (docs/theory.md, section 17).
 module contact_impulses
-   use complementarity, only: solve_complementarity
+   use complementarity, only: solve_active
    use contact_measures, only: measure_impulse
-   use contact_sets, only: moved_by
+   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_hit, is_pushed, is_thrown_off, &
+      outcome_of, rebounds, struck_t, take_part
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: append_event, event_blow, event_impact, event_release, event_t, response_t
    use run_recorder, only: charge_event
-   use small_equations, only: solve_small
    use surface_changes, only: start_flight
    use surface_values, only: along, event_of, speed_noise, velocity_of
-   use tangent_columns, only: brake_columns, strike_columns
+   use tangent_columns, only: strike_columns
    implicit none (type, external)
    private
    public :: capture_t, solve_impact, bring_to_rest, brake
@@ -29,8 +29,7 @@ module contact_impulses
 
 contains
 
-   !> A flight that is taken back did not happen: its stop point is brought to rest where it began, and those that hold
-   !> the beam keep it.
+   !> A flight that is taken back did not happen: its stop point is brought to rest where it began.
    subroutine bring_to_rest(self, k, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -41,73 +40,54 @@ contains
 
       associate (capture => captures(k))
          capture%velocity = velocity_of(self, k, motion)
-         call brake(self, k, capture%velocity, motion, capture%impulse)
-         capture%impulse = -capture%impulse
+         call brake(self, k, capture%velocity, motion, response, capture%impulse)
          capture%energy_change = 0.5_wp*capture%impulse*capture%velocity
          call charge_event(motion%recorder%ledger, capture%energy_change)
          self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - capture%energy_change
-         call share_blow(self, k, capture%impulse, motion, response)
       end associate
    end subroutine bring_to_rest
 
-   !> What the rigid surfaces that hold the beam give it, or take, as it gets an impulse elsewhere.
-   subroutine share_blow(self, k, impulse, motion, response)
+   !> Take some velocity away from a stop point by an impulse there; rigid contacts that hold the beam keep it, each by an
+   !> impulse of its own.
+   subroutine brake(self, k, velocity, motion, response, impulse)
       type(phase_state_t), intent(inout) :: self
-      !> The surface from which the impulse comes
-      integer, intent(in) :: k
-      real(wp), intent(in) :: impulse
-      type(motion_t), intent(inout) :: motion
-      type(response_t), intent(inout) :: response
-
-      complex(wp) :: mobility(size(self%states), size(self%states)), share(size(self%states), 1)
-      type(event_t) :: event
-      integer :: i, n
-      integer, allocatable :: closed(:)
-
-      if (.not. any(self%states%is_rigid .and. self%states%is_closed)) return
-      allocate (closed, source=pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed))
-      n = size(closed)
-      associate (value => self%beam%value)
-         share(:n, 1) = cmplx(-impulse*matmul(value(:, k), value(:, closed)), kind=wp)
-         mobility(:n, :n) = cmplx(matmul(transpose(value(:, closed)), value(:, closed)), kind=wp)
-      end associate
-      share(:n, :) = solve_small(mobility(:n, :n), share(:n, :))
-      do i = 1, n
-         event = event_of(self, closed(i), event_blow, motion, 0.0_wp, 0.0_wp)
-         event%impulse = real(share(i, 1), wp)
-         call append_event(response, event)
-         call measure_impulse(motion%observers%measures, closed(i), motion%tau, event%impulse)
-      end do
-   end subroutine share_blow
-
-   !> Take some velocity away from a stop point by an impulse there; those that hold the beam keep it.
-   subroutine brake(self, k, velocity, motion, impulse)
-      type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: velocity
       type(motion_t), intent(inout) :: motion
-      !> Towards the surface
+      type(response_t), intent(inout) :: response
+      !> At the point, away from its contact
       real(wp), intent(out) :: impulse
 
-      real(wp) :: b(self%set%held%count), unit(self%set%held%count), moved(size(motion%v)), mobility
+      integer :: braked(1 + count(self%states%is_rigid .and. self%states%is_closed)), i, j
+      real(wp) :: value(size(motion%v), size(braked)), mobility(size(braked), size(braked))
+      real(wp), dimension(size(braked)) :: change, impulses
+      logical :: acts(size(braked))
+      type(event_t) :: event
 
-      unit = 1.0_wp
-      b = moved_by(self%set, k, unit)
-      mobility = sum(b**2)
-      impulse = velocity/mobility
-      if (allocated(self%set%held%mode)) then
-         moved = matmul(self%set%held%mode, b)
-      else
-         moved = b
-      end if
-      motion%v = motion%v - moved*impulse
-      if (allocated(motion%tangent)) call brake_columns(self%beam%value(:, k), moved/mobility, motion%tangent)
+      braked = [k, pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed)]
+      value = self%beam%value(:, braked)
+      change = 0.0_wp
+      acts = .true.
+      if (allocated(motion%tangent)) call strike_columns(value, change, acts, motion%tangent)
+      change(1) = velocity
+      do j = 1, size(braked)
+         mobility(:, j) = [(sum(value(:, i)*value(:, j)), i=1, size(braked))]
+      end do
+      call solve_active(mobility, change, acts, impulses)
+      motion%v = motion%v + matmul(value, impulses)
+      impulse = impulses(1)
+      do i = 2, size(braked)
+         event = event_of(self, braked(i), event_blow, motion, 0.0_wp, 0.0_wp)
+         event%impulse = impulses(i)
+         call append_event(response, event)
+         call measure_impulse(motion%observers%measures, braked(i), motion%tau, impulses(i))
+      end do
    end subroutine brake
 
-   !> One such problem.
+   !> One impact problem.
    subroutine solve_impact(self, reached, first, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> Open rigid surfaces that the beam touches
+      !> Rigid contacts that the beam touches
       logical, intent(in) :: reached(:)
       !> That one is hit
       integer, intent(in) :: first
@@ -116,138 +96,113 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      integer :: taking(size(reached))
-      real(wp), dimension(size(taking)) :: before, after, impulse, restitution
-      real(wp) :: mobility(size(taking), size(taking)), change
-      logical :: acts(size(taking))
-      type(event_t) :: event
-      integer :: a, k, n
+      type(struck_t) :: struck(size(reached))
+      real(wp) :: mobility(size(struck), size(struck)), velocity
+      integer :: a, i, k, n
 
       n = 0
       do k = 1, size(reached)
-         if (.not. takes_part(k)) cycle
-         n = n + 1
-         taking(n) = k
-         do a = 1, n
-            mobility(a, n) = along(self%beam%value(:, taking(a)), self%beam%value(:, k))
-            mobility(n, a) = mobility(a, n)
-         end do
-         before(n) = 0.0_wp
-         if (.not. self%states(k)%is_closed) before(n) = velocity_of(self, k, motion)
+         if (.not. reached(k)) cycle
+         velocity = velocity_of(self, k, motion)
          ! without restitution, and so without a gain of energy, what is on its way out may be turned back
-         if (k == first .or. .not. captures(k)%is_in) before(n) = min(before(n), 0.0_wp)
-         restitution(n) = self%states(k)%surface%settings%restitution
-         if (captures(k)%is_in .or. self%states(k)%is_closed) restitution(n) = 0.0_wp
+         if (k == first) velocity = min(velocity, 0.0_wp)
+         call take_part(k, part_of(k), velocity, self%states(k)%surface%settings%restitution, struck, n)
       end do
-      if (n == 1) then
-         after(1) = -restitution(1)*before(1)
-         impulse(1) = (after(1) - before(1))/mobility(1, 1)
-      else
-         call solve_complementarity(mobility(:n, :n), (1.0_wp + restitution(:n))*before(:n), impulse(:n), acts(:n))
-         after(:n) = before(:n) + matmul(mobility(:n, :n), impulse(:n))
-         where (acts(:n)) after(:n) = -restitution(:n)*before(:n)
-      end if
       if (allocated(self%beam%nodal_shape)) then
-         call replace_velocity(self%beam%nodal_shape, after(1) - before(1), motion%v, impulse(1), change)
+         associate (shape => self%beam%nodal_shape)
+            call find_nodal_impulse(sum(shape**2), sum(shape*motion%v), struck(1))
+            motion%v(:) = motion%v + shape*(struck(1)%after - struck(1)%before)
+         end associate
       else
-         change = 0.5_wp*sum(impulse(:n)*(before(:n) + after(:n)))
          do a = 1, n
-            motion%v(:) = motion%v + self%beam%value(:, taking(a))*impulse(a)
+            do i = 1, a
+               mobility(i, a) = along(self%beam%value(:, struck(i)%contact), self%beam%value(:, struck(a)%contact))
+               mobility(a, i) = mobility(i, a)
+            end do
+         end do
+         call find_impulses(mobility(:n, :n), struck(:n))
+         do a = 1, n
+            motion%v(:) = motion%v + self%beam%value(:, struck(a)%contact)*struck(a)%impulse
          end do
       end if
-      call charge_event(motion%recorder%ledger, change)
-      if (allocated(motion%tangent)) call strike_columns(self%beam%value(:, taking(:n)), restitution(:n), &
-         impulse(:n) > 0.0_wp, motion%tangent)
+      call charge_event(motion%recorder%ledger, sum(struck(:n)%energy_change))
+      if (allocated(motion%tangent)) call strike_columns(self%beam%value(:, struck(:n)%contact), &
+         struck(:n)%restitution, struck(:n)%impulse > 0.0_wp, motion%tangent)
       do a = 1, n
-         k = taking(a)
-         event = event_of(self, k, event_impact, motion, before(a), after(a))
-         event%impulse = impulse(a)
-         event%energy_change = 0.5_wp*impulse(a)*(before(a) + after(a))
-         if (n == 1) event%energy_change = change
-         self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - event%energy_change
-         call enter_impact(self, k, event, hop_tolerance, captures, motion, response)
+         associate (state => self%states(struck(a)%contact))
+            state%lost_at_impacts = state%lost_at_impacts - struck(a)%energy_change
+         end associate
+         call enter_impact(self, struck(a), hop_tolerance, captures, motion, response)
       end do
 
    contains
 
-      !> Does a surface take part?
-      function takes_part(k) result(answer)
+      !> How a contact takes part.
+      pure function part_of(k) result(part)
          integer, intent(in) :: k
-         logical :: answer
+         integer :: part
 
-         answer = k == first .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed)
-         if (.not. answer .and. reached(k)) answer = captures(k)%is_in .or. .not. velocity_of(self, k, motion) > 0.0_wp
-      end function takes_part
+         part = rebounds
+         if (captures(k)%is_in) part = comes_to_rest
+         if (self%states(k)%is_closed) part = holds
+      end function part_of
    end subroutine solve_impact
 
-   !> The nodal reading of an impulse: one node changes its velocity, and the others keep theirs.
-   pure subroutine replace_velocity(shape, change, v, impulse, energy_change)
-      !> Of the modes' velocities per unit of that of the node, [modes]
-      real(wp), intent(in) :: shape(:)
-      !> Of the node's velocity
-      real(wp), intent(in) :: change
-      !> Of the modes
-      real(wp), intent(inout) :: v(:)
-      real(wp), intent(out) :: impulse
-      !> Won or lost
-      real(wp), intent(out) :: energy_change
-
-      energy_change = -0.5_wp*sum(v**2)
-      v = v + shape*change
-      energy_change = energy_change + 0.5_wp*sum(v**2)
-      impulse = sum(shape**2)*change
-   end subroutine replace_velocity
-
-   !> What an impulse, or none, made of a surface that took part.
-   subroutine enter_impact(self, k, event, hop_tolerance, captures, motion, response)
+   !> What an impulse, or none, made of a contact that took part.
+   subroutine enter_impact(self, struck, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      integer, intent(in) :: k
-      !> As an impact
-      type(event_t), intent(in) :: event
+      type(struck_t), intent(in) :: struck
       real(wp), intent(in) :: hop_tolerance
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      type(event_t) :: other
-      real(wp) :: leaves
+      real(wp) :: noise
+      integer :: outcome
 
-      leaves = self%states(k)%surface%sign*event%velocity_after
-      if (self%states(k)%is_closed) then
-         other = event
-         if (event%impulse > 0.0_wp) then
-            other%kind = event_blow
-            call append_event(response, other)
-            call measure_impulse(motion%observers%measures, k, motion%tau, event%impulse)
-         else if (leaves > speed_noise(self, k, motion)) then
-            other%kind = event_release
-            call append_event(response, other)
-            call start_flight(self, k, 1, hop_tolerance)
-         end if
-      else if (captures(k)%is_in) then
-         captures(k)%velocity = captures(k)%velocity + self%states(k)%surface%sign*event%velocity_before
-         captures(k)%impulse = captures(k)%impulse + event%impulse
-         captures(k)%energy_change = captures(k)%energy_change + event%energy_change
-         if (.not. leaves > speed_noise(self, k, motion)) return
-         ! what hits others lifts it
-         if (captures(k)%impulse > 0.0_wp) then
-            other = event
-            other%velocity_before = self%states(k)%surface%sign*captures(k)%velocity
-            other%impulse = captures(k)%impulse
-            other%energy_change = captures(k)%energy_change
-            call append_event(response, other)
-            call measure_impulse(motion%observers%measures, k, motion%tau, other%impulse)
-         end if
-         captures(k) = capture_t()
-         call start_flight(self, k, 1, hop_tolerance)
-      else
-         if (event%impulse > 0.0_wp .or. .not. leaves > 0.0_wp) then
-            call append_event(response, event)
-            call measure_impulse(motion%observers%measures, k, motion%tau, event%impulse)
-         end if
-         captures(k)%is_in = .not. leaves > 0.0_wp
-         if (leaves > 0.0_wp) call start_flight(self, k, 1, hop_tolerance)
-      end if
+      associate (k => struck%contact, capture => captures(struck%contact))
+         noise = 0.0_wp
+         if (struck%part /= rebounds) noise = speed_noise(self, k, motion)
+         outcome = outcome_of(struck, noise)
+         select case (struck%part)
+         case (holds)
+            if (outcome == is_pushed) call keep_impulse(event_blow, struck%before, struck%impulse, struck%energy_change)
+            if (outcome == is_thrown_off) call keep_impulse(event_release, struck%before, 0.0_wp, 0.0_wp)
+         case (comes_to_rest)
+            capture%velocity = capture%velocity + struck%before
+            capture%impulse = capture%impulse + struck%impulse
+            capture%energy_change = capture%energy_change + struck%energy_change
+            if (outcome == is_thrown_off) then
+               if (capture%impulse > 0.0_wp) call keep_impulse(event_impact, capture%velocity, capture%impulse, &
+                  capture%energy_change)
+               capture = capture_t()
+            end if
+         case (rebounds)
+            if (outcome /= is_thrown_off) call keep_impulse(event_impact, struck%before, struck%impulse, &
+               struck%energy_change)
+            capture%is_in = .not. struck%after > 0.0_wp
+            if (outcome == is_hit .and. .not. capture%is_in) outcome = is_thrown_off
+         end select
+         if (outcome == is_thrown_off) call start_flight(self, k, 1, hop_tolerance)
+      end associate
+
+   contains
+
+      !> An event with an impulse, which the measures take.
+      subroutine keep_impulse(kind, before, impulse, energy_change)
+         integer, intent(in) :: kind
+         real(wp), intent(in) :: before
+         real(wp), intent(in) :: impulse
+         real(wp), intent(in) :: energy_change
+
+         type(event_t) :: event
+
+         event = event_of(self, struck%contact, kind, motion, before, struck%after)
+         event%impulse = impulse
+         event%energy_change = energy_change
+         call append_event(response, event)
+         if (kind /= event_release) call measure_impulse(motion%observers%measures, struck%contact, motion%tau, impulse)
+      end subroutine keep_impulse
    end subroutine enter_impact
 
 end module contact_impulses

@@ -4,6 +4,7 @@ module phase_transitions
    use certified_search, only: found_never_left, search_t
    use contact_impulses, only: brake, bring_to_rest, capture_t, solve_impact
    use contact_measures, only: measure_impulse
+   use impact_problem, only: most_rounds
    use kinds, only: wp
    use motion_phases, only: found_break, found_taken_back, motion_t
    use phase_state, only: end_force, end_home, end_pull, find_load, phase_state_t
@@ -15,9 +16,6 @@ module phase_transitions
    implicit none (type, external)
    private
    public :: follow_end, meet_at_start, resume
-
-   !> So many problems at one instant, then all that is hit is captured.
-   integer, parameter :: most_rounds = 100
 
 contains
 
@@ -167,10 +165,10 @@ contains
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                faster = velocity_of(self, k, motion) - surface_speed
-               call brake(self, k, faster, motion, impulse)
+               call brake(self, k, faster, motion, response, impulse)
                ! times the surface's speed that is a rounding error: either faster is one, or both speeds are as low as
                ! that flight
-               call charge_event(motion%recorder%ledger, -0.5_wp*impulse*faster)
+               call charge_event(motion%recorder%ledger, 0.5_wp*impulse*faster)
                if (.not. pull_of(self, k, motion) > state%spring%surface_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
@@ -199,12 +197,14 @@ contains
       integer :: k, next, round
 
       do k = 1, size(self%states)
-         reached(k) = self%states(k)%acts .and. self%states(k)%is_rigid .and. .not. self%states(k)%is_closed
-         if (reached(k)) reached(k) = k == first .or. gap_of(self, k, motion%q) <= noise_of(self, k, motion)
+         reached(k) = self%states(k)%acts .and. self%states(k)%is_rigid
+         if (.not. reached(k) .or. k == first .or. self%states(k)%is_closed) cycle
+         reached(k) = gap_of(self, k, motion%q) <= noise_of(self, k, motion)
       end do
       next = first
       do round = 1, most_rounds
-         if (round == most_rounds) captures%is_in = captures%is_in .or. reached
+         if (round == most_rounds) captures%is_in = captures%is_in .or. (reached .and. &
+            .not. self%states%is_closed)
          call solve_impact(self, reached, next, hop_tolerance, captures, motion, response)
          if (count(reached) == 1) exit
          next = 0

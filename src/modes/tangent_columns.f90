@@ -6,7 +6,7 @@ module tangent_columns
    use kinds, only: wp
    implicit none (type, external)
    private
-   public :: tangent_t, state_rates_t, open_tangent, strike_columns, brake_columns, shift_columns, size_of_column
+   public :: tangent_t, state_rates_t, open_tangent, strike_columns, shift_columns, size_of_column
    public :: by_nothing, by_amplitude, by_frequency
 
    !> What the last column is the derivative by, besides those by the state: nothing, the amplitude of a load, or the
@@ -69,21 +69,6 @@ contains
          tangent%v(:, i) = tangent%v(:, i) + matmul(value, impulse)
       end do
    end subroutine strike_columns
-
-   !> A stop point is brought to rest.
-   pure subroutine brake_columns(value, direction, tangent)
-      !> Modes there, [modes]
-      real(wp), intent(in) :: value(:)
-      !> What an impulse that changes its velocity by 1 does to them, [modes]
-      real(wp), intent(in) :: direction(:)
-      type(tangent_t), intent(inout) :: tangent
-
-      integer :: i
-
-      do i = 1, size(tangent%delay)
-         tangent%v(:, i) = tangent%v(:, i) - direction*sum(value*tangent%v(:, i))
-      end do
-   end subroutine brake_columns
 
    !> The state where each column meets the event, from that at one instant, or back.
    pure subroutine shift_columns(rates, factor, tangent)

@@ -1,20 +1,18 @@
-!> Impacts at rigid contacts: Newton's law as one complementarity problem of velocities and impulses.
+!> Impacts at rigid contacts of a beam in its degrees of freedom.
 module newmark_impacts
-   use complementarity, only: solve_complementarity
+   use complementarity, only: solve_active
    use contact_rows, only: put_along
-   use failures, only: fail, failure_t, status_run_failed
+   use failures, only: failure_t
+   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_arrested, is_hit, is_pushed, &
+      is_thrown_off, most_rounds, outcome_of, rebounds, struck_t, take_part
    use kinds, only: wp
    use newmark_contacts, only: event_here, keep_event, open_contact
    use newmark_energies, only: momentum_along
    use newmark_flights, only: take_flight_back
-   use newmark_run, only: begins_now, gap_at, gap_rate_at, instant_of, is_held, is_open, level_of, &
-      nowhere, newmark_run_t
+   use newmark_run, only: begins_now, gap_at, gap_rate_at, is_held, is_open, level_of, newmark_run_t, nowhere
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: newmark_stepper_t
-   use newmark_steps, only: eliminate
-   use number_text, only: to_text
    use response_types, only: event_blow, event_capture, event_impact, event_release, event_t, response_t
-   use restitution_stop, only: nodal_energy_change, nodal_impulse
    use run_settings, only: impulse_nodal
    implicit none (type, external)
    private
@@ -29,47 +27,67 @@ contains
       !> Events
       type(response_t), intent(inout) :: response
 
-      ! from here on no surface gives any velocity back, and those that the beam leaves take part as well
-      integer, parameter :: patience = 50
-      integer, parameter :: most_rounds = 2*patience
-      real(wp), dimension(size(run%contacts)) :: rate, restitution, impulse
-      integer :: members(size(run%contacts)), k, n, round
-      logical :: has_hit, is_soft
+      type(struck_t) :: struck(size(run%contacts))
+      logical :: is_nodal, is_soft
+      integer :: i, n, round
 
       call capture_low_flights(run, response)
       if (allocated(run%error)) return
       do round = 1, most_rounds
-         call replace_velocities(run, response)
-         if (allocated(run%error)) return
-         n = 0
-         has_hit = .false.
-         is_soft = .true.
-         do k = 1, size(run%contacts)
-            if (.not. takes_part(run, k, round > patience)) cycle
-            n = n + 1
-            members(n) = k
-            rate(n) = gap_rate_at(run, k, run%states(run%now))
-            associate (contact => run%contacts(k))
-               if (contact%status == is_held .or. contact%is_stopped) rate(n) = 0.0_wp
-               restitution(n) = contact%surface%settings%restitution
-               if (contact%judged .or. rate(n) >= 0.0_wp .or. round > patience) restitution(n) = 0.0_wp
-               has_hit = has_hit .or. rate(n) < 0.0_wp
-               is_soft = is_soft .and. (contact%judged .or. rate(n) >= 0.0_wp)
-            end associate
-         end do
-         if (.not. has_hit) return
-         call share_impulse(run, members(:n), rate(:n), restitution(:n), impulse(:n))
-         do k = 1, n
-            call after_impulse(run, members(k), rate(k), impulse(k), &
-               0.5_wp*impulse(k)*(rate(k) + gap_rate_at(run, members(k), run%states(run%now))), is_soft, response)
+         call find_struck(run, round == most_rounds, struck, n, is_nodal)
+         if (.not. any(struck(:n)%before < 0.0_wp)) return
+         is_soft = .not. any(struck(:n)%part == rebounds)
+         if (is_nodal) then
+            call replace_velocities(run, struck(:n))
+         else
+            call share_impulse(run, struck(:n))
+         end if
+         do i = 1, n
+            call after_impulse(run, struck(i), is_soft, response)
             if (allocated(run%error)) return
          end do
          call shorten_next_step(run)
          if (allocated(run%error)) return
       end do
-      call fail(run%error, status_run_failed, 'the impacts at tau = '//to_text(instant_of(run))// &
-         ' do not come to an end')
    end subroutine strike
+
+
+   !> What takes part in an impact: nodes whose velocities are replaced, as long as there are any, and then all others.
+   pure subroutine find_struck(run, is_last, struck, n, is_nodal)
+      type(newmark_run_t), intent(in) :: run
+      !> No contact gives any velocity back
+      logical, intent(in) :: is_last
+      type(struck_t), intent(inout) :: struck(:)
+      !> So many take part
+      integer, intent(out) :: n
+      logical, intent(out) :: is_nodal
+
+      integer :: k, part
+      real(wp) :: rate
+
+      n = 0
+      do k = 1, size(run%contacts)
+         rate = gap_rate_at(run, k, run%states(run%now))
+         associate (contact => run%contacts(k))
+            part = rebounds
+            if (contact%status == is_held .or. contact%is_stopped) then
+               part = holds
+            else if (.not. touches(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) then
+               cycle
+            else if (is_last .or. rate >= 0.0_wp .or. (contact%judged .and. contact%flight_events /= begins_now)) then
+               part = comes_to_rest
+            end if
+            call take_part(k, part, rate, contact%surface%settings%restitution, struck, n)
+         end associate
+      end do
+      associate (nodal => struck(:n)%part == rebounds .and. &
+         run%contacts(struck(:n)%contact)%surface%settings%impulse == impulse_nodal)
+         is_nodal = any(nodal)
+         if (.not. is_nodal) return
+         struck(:count(nodal)) = pack(struck(:n), nodal)
+         n = count(nodal)
+      end associate
+   end subroutine find_struck
 
 
    !> Flights that stayed low, with no event since they began, end where they began, in capture. Where captures at one
@@ -94,7 +112,7 @@ contains
       chatters = run%contacts%captures >= patience
       if (.not. any(run%arrives .and. run%contacts%judged .and. chatters)) return
       do k = 1, size(run%contacts)
-         chatters(k) = chatters(k) .and. run%contacts(k)%status /= is_held .and. takes_part(run, k, leaving_too=.true.)
+         chatters(k) = chatters(k) .and. (run%contacts(k)%is_stopped .or. touches(run, k))
       end do
       call bring_to_rest(run, chatters, response)
    end subroutine capture_low_flights
@@ -122,9 +140,7 @@ contains
             members(n) = k
             rate(n) = gap_rate_at(run, k, state)
          end do
-         impulse(:n) = -rate(:n)
-         run%rows(:n, :n) = run%mobility(members(:n), members(:n))
-         call eliminate(run%rows, impulse, n)
+         call solve_active(run%mobility(members(:n), members(:n)), rate(:n), spread(.true., 1, n), impulse(:n))
          do k = 1, n
             state%beam%velocity(:) = state%beam%velocity + impulse(k)*run%mass_columns(:, members(k))
          end do
@@ -181,127 +197,95 @@ contains
       if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%double_zeta*frequency**2))
    end subroutine find_impulse_level
 
-   !> Does a surface take part in an impact?
-   pure function takes_part(run, k, leaving_too) result(answer)
+   !> Is a rigid contact open, and does the beam touch it?
+   pure function touches(run, k) result(answer)
       type(newmark_run_t), intent(in) :: run
       !> The contact
       integer, intent(in) :: k
-      !> Even where the beam leaves it
-      logical, intent(in) :: leaving_too
       logical :: answer
 
-      associate (contact => run%contacts(k), state => run%states(run%now))
-         answer = .false.
-         if (allocated(contact%stop)) return
-         answer = contact%status == is_held .or. contact%is_stopped
-         if (answer .or. contact%status /= is_open) return
-         answer = (run%arrives(k) .or. gap_at(run, k, state) < run%contact_tolerance) .and. &
-            (leaving_too .or. gap_rate_at(run, k, state) <= 0.0_wp)
-      end associate
-   end function takes_part
+      answer = .not. allocated(run%contacts(k)%stop) .and. run%contacts(k)%status == is_open
+      if (answer) answer = run%arrives(k) .or. gap_at(run, k, run%states(run%now)) < run%contact_tolerance
+   end function touches
 
 
    !> The nodal reading of impacts: a velocity is replaced, whatever that does to the beam beside it.
-   pure subroutine replace_velocities(run, response)
+   pure subroutine replace_velocities(run, struck)
       type(newmark_run_t), intent(inout) :: run
-      !> Events
-      type(response_t), intent(inout) :: response
+      type(struck_t), intent(inout) :: struck(:)
 
-      integer :: k
-      real(wp) :: mass, momentum, rate
+      integer :: i
+      real(wp) :: mass, momentum
 
       associate (beam => run%states(run%now)%beam)
-         do k = 1, size(run%contacts)
-            associate (contact => run%contacts(k), own => run%contacts(k)%surface%settings)
-               rate = gap_rate_at(run, k, run%states(run%now))
-               if (own%impulse /= impulse_nodal .or. contact%status /= is_open .or. contact%judged) cycle
-               if (.not. (rate < 0.0_wp .and. takes_part(run, k, leaving_too=.false.))) cycle
-               call momentum_along(run%stepper, beam, contact%row, momentum, mass)
-               call put_along(contact%row, -own%restitution*rate, beam%velocity)
-               call after_impulse(run, k, rate, nodal_impulse(rate, own%restitution, mass), &
-                  nodal_energy_change(rate, own%restitution, momentum, mass), .false., response)
-               if (.not. allocated(run%error)) call shorten_next_step(run)
-               if (allocated(run%error)) return
+         do i = 1, size(struck)
+            associate (row => run%contacts(struck(i)%contact)%row)
+               call momentum_along(run%stepper, beam, row, momentum, mass)
+               call find_nodal_impulse(mass, momentum, struck(i))
+               call put_along(row, struck(i)%after, beam%velocity)
             end associate
          end do
       end associate
    end subroutine replace_velocities
 
 
-   !> Impulses such that no rate falls below -eps times that before, and where it rises above there is none.
-   pure subroutine share_impulse(run, members, rate, restitution, impulse)
+   !> Impulses by the mobility of the contacts.
+   pure subroutine share_impulse(run, struck)
       type(newmark_run_t), intent(inout) :: run
-      !> Surfaces taking part
-      integer, intent(in) :: members(:)
-      !> Rates of their gaps before, and eps
-      real(wp), intent(in) :: rate(:)
-      real(wp), intent(in) :: restitution(:)
-      !> What each gives the beam
-      real(wp), intent(out) :: impulse(:)
+      type(struck_t), intent(inout) :: struck(:)
 
       integer :: i
-      logical :: pushes(size(members))
 
-      call solve_complementarity(run%mobility(members, members), (1.0_wp + restitution)*rate, impulse, pushes)
+      call find_impulses(run%mobility(struck%contact, struck%contact), struck)
       associate (velocity => run%states(run%now)%beam%velocity)
-         do i = 1, size(members)
-            velocity(:) = velocity + impulse(i)*run%mass_columns(:, members(i))
+         do i = 1, size(struck)
+            velocity(:) = velocity + struck(i)%impulse*run%mass_columns(:, struck(i)%contact)
          end do
-         do i = 1, size(members)
-            if (.not. impulse(i) > 0.0_wp) cycle
-            call put_along(run%contacts(members(i))%row, -restitution(i)*rate(i), velocity)
+         do i = 1, size(struck)
+            if (struck(i)%impulse > 0.0_wp) call put_along(run%contacts(struck(i)%contact)%row, struck(i)%after, velocity)
          end do
       end associate
    end subroutine share_impulse
 
 
    !> What an impact has made of one surface that took part.
-   pure subroutine after_impulse(run, k, rate, impulse, energy_change, is_soft, response)
+   pure subroutine after_impulse(run, struck, is_soft, response)
       type(newmark_run_t), intent(inout) :: run
-      !> The contact
-      integer, intent(in) :: k
-      !> Rate of its gap before, and the impulse it gave
-      real(wp), intent(in) :: rate
-      real(wp), intent(in) :: impulse
-      real(wp), intent(in) :: energy_change
+      type(struck_t), intent(in) :: struck
       !> No surface was hit but to be captured
       logical, intent(in) :: is_soft
       !> Events
       type(response_t), intent(inout) :: response
 
-      real(wp) :: rate_after
       type(event_t) :: event
 
-      associate (contact => run%contacts(k), state => run%states(run%now))
-         rate_after = gap_rate_at(run, k, state)
-         if (contact%status == is_held .or. contact%is_stopped) then
-            if (impulse > 0.0_wp) then
-               call keep_blow(run, k, impulse, response)
-            else if (rate_after > 0.0_wp) then
-               ! the others throw the beam off
-               event = event_here(run, k, event_release)
-               event%velocity_before = 0.0_wp
-               if (contact%status == is_held .or. contact%is_captured) call keep_event(run, k, event, response)
-               call open_contact(run, k)
-               contact%armed = .true.
-               call begin_flight(run, k)
-               if (.not. is_soft) contact%captures = 0
-            end if
-            return
-         end if
-         contact%armed = .true.
-         if (.not. impulse > 0.0_wp) return
-         event = event_here(run, k, merge(event_capture, event_impact, contact%judged .or. rate >= 0.0_wp))
-         event%velocity_before = contact%row%sign*rate
-         event%impulse = impulse
-         event%energy_change = energy_change
-         contact%is_captured = event%kind == event_capture
-         if (contact%is_captured) contact%captures = contact%captures + 1
-         contact%is_stopped = .not. rate_after > 0.0_wp
-         contact%judged = .false.
-         if (.not. contact%is_stopped) call begin_flight(run, k)
-         contact%refused_end = nowhere
-         call keep_event(run, k, event, response)
+      associate (k => struck%contact, contact => run%contacts(struck%contact))
+         if (struck%part /= holds) contact%armed = .true.
+         select case (outcome_of(struck, 0.0_wp))
+         case (is_pushed)
+            call keep_blow(run, k, struck%impulse, response)
+         case (is_thrown_off)
+            if (struck%part /= holds) return
+            event = event_here(run, k, event_release)
+            event%velocity_before = 0.0_wp
+            if (contact%status == is_held .or. contact%is_captured) call keep_event(run, k, event, response)
+            call open_contact(run, k)
+            contact%armed = .true.
+            call begin_flight(run, k)
+            if (.not. is_soft) contact%captures = 0
+         case (is_hit, is_arrested)
+            event = event_here(run, k, merge(event_impact, event_capture, struck%part == rebounds))
+            event%velocity_before = contact%row%sign*struck%before
+            event%impulse = struck%impulse
+            event%energy_change = struck%energy_change
+            contact%is_captured = struck%part == comes_to_rest
+            if (contact%is_captured) contact%captures = contact%captures + 1
+            contact%is_stopped = .not. struck%after > 0.0_wp
+            contact%judged = .false.
+            if (.not. contact%is_stopped) call begin_flight(run, k)
+            contact%refused_end = nowhere
+            call keep_event(run, k, event, response)
+         end select
       end associate
    end subroutine after_impulse
 

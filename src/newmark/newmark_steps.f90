@@ -18,7 +18,7 @@ module newmark_steps
    use yielding_stop, only: contact_force, mean_force_coefficients
    implicit none (type, external)
    private
-   public :: prepare_level, try_step, find_refusals, account_step, observe_step, eliminate
+   public :: prepare_level, try_step, find_refusals, account_step, observe_step
 
 contains
 
