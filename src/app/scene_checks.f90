@@ -9,7 +9,7 @@ module scene_checks
    use scene_beam_model, only: motion_model_of, run_of
    use scene_reader, only: complain_of_scene, draft_t, set_parameters
    use scene_types, only: mass_redistributed, scene_t
-   use stop_surfaces, only: is_plain
+   use stop_surfaces, only: has_one_contact
    use sweep_plan, only: case_values, make_plan, plan_t
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)
@@ -29,7 +29,7 @@ contains
       type(scene_t) :: one
       character(:), allocatable :: problem
       integer :: i
-      logical :: is_lost, is_plain_scene
+      logical :: is_lost, is_alone
 
       if (.not. scene%wants_response) return
       if (scene%wants_sweep .and. scene%has_misfits) then
@@ -37,12 +37,13 @@ contains
          if (is_lost) call complain_of_scene(scene, 'sweep', '', problem, error)
          if (is_lost) return
       end if
-      is_plain_scene = is_plain(run_of(scene)) .and. .not. scene%has_supports .and. scene%response%mode_count == 0
-      if (is_plain_scene .and. scene%response%method /= method_newmark) then
+      is_alone = has_one_contact(run_of(scene), merge(1, 0, scene%has_supports)) .and. &
+         scene%response%mode_count == 0
+      if (is_alone .and. scene%response%method /= method_newmark) then
          if (scene%mesh%mass /= mass_redistributed) return
       end if
       if (scene%wants_sweep) then
-         if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, is_plain_scene))) return
+         if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, is_alone))) return
       end if
       if (.not. scene%wants_cases) then
          call check_run(scene, scene, '', .true., model, error)
@@ -51,7 +52,7 @@ contains
       one = scene
       associate (parameter => scene%cases%parameter)
          do i = 1, size(scene%cases%values)
-            if (i > 1 .and. .not. changes_start(parameter, is_plain_scene)) return
+            if (i > 1 .and. .not. changes_start(parameter, is_alone)) return
             call set_parameters(one, [parameter], [scene%cases%values(i)], problem)
             if (allocated(problem)) then
                call complain_of_scene(scene, 'cases', 'values', trim(parameter%name)//' = ' &
@@ -171,14 +172,14 @@ contains
    end function misfits_of
 
    !> Does the longest step of a Newmark scheme, or the start in a mode or among several stops, depend on it?
-   elemental function changes_start(parameter, is_plain_scene) result(changes)
+   elemental function changes_start(parameter, is_alone) result(changes)
       type(parameter_t), intent(in) :: parameter
-      !> One stop below the beam
-      logical, intent(in) :: is_plain_scene
+      !> It is about one contact
+      logical, intent(in) :: is_alone
       logical :: changes
 
       changes = parameter%is_of_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
-         (parameter%group == 'stop' .and. .not. is_plain_scene)
+         (parameter%group == 'stop' .and. .not. is_alone)
    end function changes_start
 
 end module scene_checks

@@ -12,7 +12,7 @@ module scene_needs
    use run_settings, only: method_exact, run_settings_t
    use scene_beam_model, only: run_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
-   use stop_surfaces, only: is_plain, surfaces_of
+   use stop_surfaces, only: has_one_contact, surfaces_of
    use sweep_plan, only: cases_of_part, section_values
    use sweep_settings, only: is_swept, place_of, values_given
    use sweep_study, only: cases_of, threads_for, values_of
@@ -215,10 +215,9 @@ contains
 
       type(run_settings_t) :: settings
 
-      number = 0
       settings = run_of(scene)
-      if (is_plain(settings) .and. .not. allocated(scene%supports)) return
-      number = size(surfaces_of(settings))
+      number = 0
+      if (.not. has_one_contact(settings, merge(1, 0, allocated(scene%supports)))) number = size(surfaces_of(settings))
    end function surfaces_recorded
 
    !> Elements of the largest mesh.

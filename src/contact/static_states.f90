@@ -3,14 +3,13 @@
 !> Scales: displacement eta, forces Pbar / (hbar/L), as of the laws of the stops.
 module static_states
    use beam_model, only: beam_model_t
-   use complementarity, only: solve_complementarity
+   use contact_starts, only: find_carrying_forces
    use failures, only: fail, failure_t, status_bad_input
    use held_coordinates, only: held_beam_t
    use kinds, only: lambda1_power4, wp
    use number_text, only: to_text
    use static_shapes, only: make_elastic_beam, unit_shape
-   use stop_laws, only: static_stiffness
-   use stop_surfaces, only: is_beyond, surface_t
+   use stop_surfaces, only: acting, is_beyond, surface_t
    implicit none (type, external)
    private
    public :: find_static_start, find_static_rest
@@ -54,7 +53,7 @@ contains
    !> At rest on the surfaces that carry it: forces that push only, their yielding ones in a row with the beam.
    pure subroutine find_static_rest(model, surfaces, forces, energy, error)
       type(beam_model_t), intent(in) :: model
-      !> Surfaces that act; of rigid ones at one point only one a side
+      !> All surfaces
       type(surface_t), intent(in) :: surfaces(:)
       !> P of each
       real(wp), intent(out) :: forces(:)
@@ -64,24 +63,27 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(held_beam_t) :: beam
-      real(wp) :: compliance(size(surfaces), size(surfaces)), stiffness
-      real(wp), allocatable :: shape(:)
-      integer :: dofs(size(surfaces)), k
-      logical :: carries(size(surfaces))
+      type(surface_t), allocatable :: bearing(:)
+      real(wp), allocatable :: compliance(:, :), push(:), shape(:)
+      integer, allocatable :: dofs(:)
+      logical :: acts(size(surfaces))
+      integer :: k
 
       forces = 0.0_wp
       energy = 0.0_wp
       call make_elastic_beam(model, beam, error)
       if (allocated(error)) return
-      dofs = model%stop_dofs(surfaces%stop)
-      do k = 1, size(surfaces)
+      acts = acting(surfaces, model%stop_dofs(surfaces%stop))
+      bearing = pack(surfaces, acts)
+      dofs = model%stop_dofs(bearing%stop)
+      allocate (compliance(size(dofs), size(dofs)), push(size(dofs)))
+      do k = 1, size(dofs)
          shape = unit_shape(beam, dofs(k))
-         compliance(:, k) = surfaces%sign*(lambda1_power4*surfaces(k)%sign)*shape(dofs)
-         stiffness = static_stiffness(surfaces(k)%settings)
-         if (stiffness > 0.0_wp) compliance(k, k) = compliance(k, k) + 1.0_wp/stiffness
+         compliance(:, k) = bearing%sign*(lambda1_power4*bearing(k)%sign)*shape(dofs)
       end do
-      call solve_complementarity(compliance, -surfaces%height, forces, carries)
-      energy = 0.5_wp*dot_product(forces, matmul(compliance, forces))
+      call find_carrying_forces(bearing, -bearing%height, compliance, push)
+      energy = 0.5_wp*dot_product(push, matmul(compliance, push))
+      forces = unpack(push, acts, forces)
    end subroutine find_static_rest
 
 end module static_states

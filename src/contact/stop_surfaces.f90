@@ -9,7 +9,7 @@ module stop_surfaces
       stop_settings_t
    implicit none (type, external)
    private
-   public :: surface_t, surfaces_of, stops_of, is_plain, acting, touch_tolerance, is_beyond
+   public :: surface_t, surfaces_of, stops_of, has_one_contact, acting, touch_tolerance, is_beyond
 
    type :: surface_t
       !> Which &stop of the scene it belongs to, and which surface of all in the scene's order, below before above
@@ -48,18 +48,22 @@ contains
       answer = gap < -touch_tolerance(surface)
    end function is_beyond
 
-   !> Is it the paper's problem: one stop below the beam, of one of its two laws, released and left alone, damped in
-   !> proportion to its stiffness, with neither stresses nor statistics?
-   pure function is_plain(settings) result(answer)
+   !> Is a run about one contact and nothing else: a beam on no supports that one rigid stop or one of three elements below
+   !> it releases, damped in proportion to its stiffness and left alone, with neither stresses nor statistics? Its
+   !> histories are those of the contact, so its file has none of each contact, its modes can be chosen by comparing runs,
+   !> and a node without mass can come to the stop.
+   pure function has_one_contact(settings, supports) result(answer)
       type(run_settings_t), intent(in) :: settings
+      !> How many the beam has along it
+      integer, intent(in) :: supports
       logical :: answer
 
-      answer = settings%has_stop .and. .not. allocated(settings%more_stops) .and. &
+      answer = supports == 0 .and. settings%has_stop .and. .not. allocated(settings%more_stops) .and. &
          settings%stop%side == side_below .and. settings%stop%law /= law_spring_damper
       answer = answer .and. settings%start%kind == start_pull .and. .not. (allocated(settings%forces) .or. &
          allocated(settings%bases) .or. allocated(settings%mode_ratios) .or. settings%zeta_mass > 0.0_wp .or. &
          allocated(settings%stress) .or. allocated(settings%statistics))
-   end function is_plain
+   end function has_one_contact
 
    !> All stops of a run in the scene's order.
    pure function stops_of(settings) result(stops)

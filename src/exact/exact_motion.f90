@@ -18,7 +18,7 @@ module exact_motion
    use run_settings, only: count_samples, impulse_nodal, run_settings_t
    use section_types, only: section_state_t
    use stop_laws, only: is_rigid
-   use stop_surfaces, only: is_plain
+   use stop_surfaces, only: has_one_contact
    implicit none (type, external)
    private
    public :: exact_response
@@ -146,7 +146,7 @@ contains
       check%kept = size(modes%lambda)
       if (settings%response%mode_count > 0) then
          check%kept = min(check%kept, settings%response%mode_count)
-      else if (size(model%supports) == 0 .and. is_plain(settings) .and. .not. settings%response%keep_all_modes .and. &
+      else if (has_one_contact(settings, size(model%supports)) .and. .not. settings%response%keep_all_modes .and. &
          settings%stop%impulse /= impulse_nodal) then
          call choose_modes(model, modes, settings, sets, check)
       end if
@@ -272,7 +272,7 @@ contains
          carried = phase%carried
          call move_alloc(motion%tangent, carried%tangent)
       end if
-      call finish_exact(settings, size(model%supports) > 0, phase, motion, response)
+      call finish_exact(settings, phase, motion, response)
       if (.not. allocated(response%shape_tau)) return
       if (phase%now%pulled > 0) then
          associate (state => phase%now%states(phase%now%pulled))

@@ -2,34 +2,32 @@
 module exact_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
-   use complementarity, only: close_gaps, solve_complementarity
+   use complementarity, only: solve_complementarity
    use contact_measures, only: open_measures
    use contact_phase, only: contact_phase_t
    use contact_sets, only: set_store_t
    use damped_oscillators, only: make_oscillators
-   use failures, only: fail, failure_t, status_bad_input
+   use failures, only: failure_t
    use free_modes, only: free_modes_t
    use held_sets, only: free_beam_t
-   use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
-   use load_settings, only: start_balance, start_pull
    use modal_starts, only: find_modal_start, node_flexibility
    use mode_choice, only: rates_of_modes
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
-   use number_text, only: to_text
    use phase_state, only: find_load, open_store, phase_state_t
    use phase_transitions, only: meet_at_start, resume
-   use response_types, only: response_t, surface_record_t
+   use response_types, only: response_t
+   use response_records, only: open_surface_record
    use run_measures, only: no_rest, open_tally
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_recorder, only: ledger_t
-   use run_settings, only: impulse_nodal, output_settings_t, run_settings_t
+   use run_settings, only: impulse_nodal, run_settings_t
    use section_states, only: put_state
    use section_types, only: run_sections_t
-   use stop_surfaces, only: acting, is_beyond, is_plain, surface_t, surfaces_of
+   use stop_surfaces, only: acting, surface_t, surfaces_of
    use surface_states, only: energy_in, make_surface_state, of_rigid_stop, put_node_before, surface_state_t
-   use surface_values, only: gap_at_home, gap_of, noise_of
+   use surface_values, only: gap_at_home
    use tangent_columns, only: open_tangent, tangent_t
    implicit none (type, external)
    private
@@ -101,7 +99,7 @@ contains
             now%states(k)%acts = acts(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
-            call open_record(surfaces(k), settings%output, samples + 1, phase%records(k))
+            call open_surface_record(surfaces(k), settings%output, samples + 1, phase%records(k))
             call open_tally(.not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), rest_energy, &
                settings%height_ratio, motion%observers%measures%of(k)%tally)
          end do
@@ -158,13 +156,8 @@ contains
       real(wp) :: forces(size(acts))
       integer :: k
 
-      call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces)
-      if (settings%start%kind == start_balance .and. is_mechanism(model)) call check_balance(now, forces, error)
+      call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces, error)
       if (allocated(error)) return
-      ! a pull was checked before the modes were found
-      if (settings%start%kind /= start_pull) call check_start(now, forces, motion%q, error)
-      if (allocated(error)) return
-      call move_onto_surfaces(now, acts, forces, motion)
       do k = 1, size(forces)
          associate (state => now%states(k))
             state%is_indented = forces(k) > 0.0_wp
@@ -222,73 +215,6 @@ contains
       call find_load(now, 0.0_wp)
    end subroutine take_loads
 
-   !> Does a beam that turns freely hang in the air?
-   subroutine check_balance(now, forces, error)
-      type(phase_state_t), intent(in) :: now
-      !> Of each surface
-      real(wp), intent(in) :: forces(:)
-      !> Set when it does
-      type(failure_t), allocatable, intent(inout) :: error
-
-      if (any(forces > 0.0_wp) .or. now%loads%count == 0) return
-      if (abs(now%load(1)) <= 0.0_wp) return
-      call fail(error, status_bad_input, 'nothing carries the beam, which turns freely about its root: it has no ' &
-         //'balance to start in')
-   end subroutine check_balance
-
-   !> Is a surface in the way that does not carry the beam?
-   subroutine check_start(now, forces, q, error)
-      type(phase_state_t), intent(in) :: now
-      !> Of each
-      real(wp), intent(in) :: forces(:)
-      !> State of the free modes
-      real(wp), intent(in) :: q(:)
-      !> Set when there is one
-      type(failure_t), allocatable, intent(inout) :: error
-
-      real(wp) :: gap
-      integer :: k
-
-      do k = 1, size(now%states)
-         gap = gap_of(now, k, q)
-         associate (surface => now%states(k)%surface)
-            if (forces(k) > 0.0_wp .or. .not. is_beyond(surface, gap)) cycle
-            call fail(error, status_bad_input, 'the beam starts beyond the surface at '// &
-               to_text(surface%settings%position)//', by '//to_text(-gap)//' of the unit of displacement')
-            return
-         end associate
-      end do
-   end subroutine check_start
-
-   !> Move what lies beyond surfaces, by their tolerance at most, onto them: along shapes that a force there gives a
-   !> beam on an elastic foundation, so that one that turns freely has them, too.
-   subroutine move_onto_surfaces(now, acts, forces, motion)
-      type(phase_state_t), intent(in) :: now
-      !> Surfaces that can be met
-      logical, intent(in) :: acts(:)
-      !> Of each; those that carry the beam may be entered
-      real(wp), intent(in) :: forces(:)
-      !> Its displacements change
-      type(motion_t), intent(inout) :: motion
-
-      real(wp), dimension(size(acts)) :: gap, noise
-      real(wp), allocatable :: shape(:, :), shift(:)
-      integer, allocatable :: place(:)
-      integer :: i, k
-
-      gap = [(gap_of(now, k, motion%q), k=1, size(acts))]
-      noise = [(noise_of(now, k, motion), k=1, size(acts))]
-      allocate (place, source=pack([(k, k=1, size(acts))], acts .and. .not. (forces > 0.0_wp .or. &
-         is_beyond(now%states%surface, gap))))
-      if (all(gap(place) >= -noise(place))) return
-      allocate (shape(size(motion%q), size(place)), shift(size(place)))
-      do i = 1, size(place)
-         shape(:, i) = now%beam%value(:, place(i))/(1.0_wp + now%beam%oscillators%square)
-      end do
-      call close_gaps(matmul(transpose(now%beam%value(:, place)), shape), gap(place), noise(place), shift)
-      motion%q(:) = motion%q + matmul(shape, shift)
-   end subroutine move_onto_surfaces
-
    !> The beam and its surfaces in the free modes.
    pure subroutine make_beam(model, modes, settings, surfaces, beam)
       type(beam_model_t), intent(in) :: model
@@ -340,28 +266,10 @@ contains
       energy = 0.5_wp*dot_product(force, now%beam%height)
    end subroutine find_rest
 
-   !> Room for what is kept of a surface.
-   pure subroutine open_record(surface, output, samples, record)
-      type(surface_t), intent(in) :: surface
-      type(output_settings_t), intent(in) :: output
-      integer, intent(in) :: samples
-      type(surface_record_t), intent(out) :: record
-
-      record%stop = surface%stop
-      record%sign = nint(surface%sign)
-      record%position = surface%settings%position
-      record%height = surface%sign*surface%height
-      if (output%history(eta_stop)) allocate (record%eta(samples), source=0.0_wp)
-      if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
-      if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
-      if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
-   end subroutine open_record
 
    !> What was kept goes into the response, in the scene's order.
-   subroutine finish_exact(settings, has_supports, phase, motion, response)
+   subroutine finish_exact(settings, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
-      !> The beam has supports along it
-      logical, intent(in) :: has_supports
       type(contact_phase_t), intent(inout) :: phase
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -381,8 +289,6 @@ contains
          call finish_observers(motion%observers, settings%response%duration, [lost_beam, lost_stop, &
             ledger%dissipated_impact], ledger%created, phase%now%states%surface%number, response)
       end associate
-      ! the histories of the run are those of its one contact
-      if (is_plain(settings) .and. .not. has_supports) deallocate (response%surfaces)
    end subroutine finish_exact
 
 end module exact_start

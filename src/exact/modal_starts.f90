@@ -1,17 +1,17 @@
 !> How a motion begins, in the free modes (docs/theory.md, section 18).
 module modal_starts
-   use beam_loads, only: base_mass_vector, base_rotation_vector, inertia_of_curve
-   use beam_model, only: beam_model_t
-   use complementarity, only: solve_complementarity
+   use beam_model, only: beam_model_t, is_mechanism
+   use beam_starts, only: find_start_momenta
+   use contact_starts, only: carry, check_start, flexible_beam_t, move_onto_contacts
+   use failures, only: fail, failure_t, status_bad_input
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_courses, only: value_at
-   use load_settings, only: field_mode, field_rotation, field_uniform, start_balance, start_drop, start_mode, &
-      start_pull, start_settings_t, start_table, start_velocity
+   use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_pull, start_settings_t, &
+      start_table, start_velocity
    use phase_state, only: phase_state_t
    use point_forces, only: find_point_forces, slow
    use surface_states, only: surface_state_t
-   use table_starts, only: curve_of_table
    implicit none (type, external)
    private
    public :: find_modal_start, node_flexibility
@@ -22,10 +22,18 @@ module modal_starts
    !> Of so many surfaces any may carry a beam with a slow mode.
    integer, parameter :: most_carrying = 12
 
+   !> The beam in its free modes.
+   type, extends(flexible_beam_t) :: modal_beam_t
+      !> W^2
+      real(wp), allocatable :: square(:)
+   contains
+      procedure :: bend
+   end type modal_beam_t
+
 contains
 
    !> State of the free modes, and what carries the beam.
-   subroutine find_modal_start(model, modes, start, several, acts, q, v, forces)
+   subroutine find_modal_start(model, modes, start, several, acts, q, v, forces, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(start_settings_t), intent(in) :: start
@@ -38,9 +46,16 @@ contains
       real(wp), allocatable, intent(out) :: v(:)
       !> P of each surface, [surfaces]
       real(wp), intent(out) :: forces(:)
+      !> Set when a contact is in the way, or nothing carries the beam
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(modal_beam_t) :: beam
+      real(wp) :: momentum(model%mass%order, 2)
 
       allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
       forces = 0.0_wp
+      beam%row = several%beam%value
+      beam%square = several%beam%oscillators%square
       select case (start%kind)
       case (start_pull)
          associate (b => several%beam%value(:, several%pulled), square => several%beam%oscillators%square)
@@ -48,40 +63,23 @@ contains
                /(square*(sum(b**2/square) + node_flexibility(several%states(several%pulled))))
          end associate
       case (start_balance)
-         call find_balance(several, acts, q, forces)
-      case (start_velocity)
-         select case (start%field)
-         case (field_uniform)
-            v(:) = start%velocity*matmul(base_mass_vector(model), modes%mode)
-         case (field_rotation)
-            v(:) = start%velocity*matmul(base_rotation_vector(model), modes%mode)
-         case (field_mode)
-            v(start%mode) = start%velocity/modes%mode(modes%tip_dof, start%mode)
-         end select
-      case (start_table)
-         if (allocated(start%displacements)) q(:) = in_modes(start%displacements)
-         if (allocated(start%velocities)) v(:) = in_modes(start%velocities)
-      case (start_drop)
-         v(:) = -start%velocity*matmul(base_mass_vector(model), modes%mode)
-      case (start_mode)
-         associate (tip => modes%mode(modes%tip_dof, start%mode))
-            q(start%mode) = start%displacement/tip
-            v(start%mode) = start%velocity/tip
-         end associate
+         call find_balance(several, beam, acts, q, forces, error)
+         if (is_mechanism(model)) call check_balance(several, forces, error)
+      case (start_velocity, start_drop, start_mode, start_table)
+         if (is_in_mode(start)) then
+            associate (tip => modes%mode(modes%tip_dof, start%mode))
+               if (start%kind == start_mode) q(start%mode) = start%displacement/tip
+               v(start%mode) = start%velocity/tip
+            end associate
+         else
+            call find_start_momenta(model, start, momentum(:, 1), momentum(:, 2))
+            q(:) = matmul(momentum(:, 1), modes%mode)
+            v(:) = matmul(momentum(:, 2), modes%mode)
+         end if
       end select
-
-   contains
-
-      !> The part of a table that the beam can take, in modes.
-      function in_modes(values) result(modal)
-         real(wp), intent(in) :: values(:)
-         real(wp) :: modal(size(modes%square))
-
-         real(wp) :: inertia(model%mass%order)
-
-         inertia = inertia_of_curve(model, curve_of_table(model, start%position, values))
-         modal = matmul(inertia, modes%mode)
-      end function in_modes
+      ! a pull was checked before the modes were found
+      if (start%kind /= start_pull) call check_start(beam, several%states%surface, forces, q, error)
+      if (.not. allocated(error)) call move_onto_contacts(beam, several%states%surface, acts, forces, q, error)
    end subroutine find_modal_start
 
    !> Of a node without mass before a stop; 0: there is none.
@@ -94,49 +92,61 @@ contains
    end function node_flexibility
 
    !> At rest under the loads of tau = 0 on surfaces that push and never pull.
-   subroutine find_balance(several, acts, q, forces)
+   subroutine find_balance(several, beam, acts, q, forces, error)
       type(phase_state_t), intent(in) :: several
+      type(modal_beam_t), intent(in) :: beam
       logical, intent(in) :: acts(:)
       !> [modes]
       real(wp), intent(inout) :: q(:)
       !> [surfaces]
       real(wp), intent(inout) :: forces(:)
+      type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp), allocatable :: compliance(:, :), gap(:), force(:), load(:)
-      logical, allocatable :: carries(:)
+      real(wp) :: load(size(q))
       integer, allocatable :: place(:)
-      integer :: j, k
+      integer :: k
 
-      associate (beam => several%beam, square => several%beam%oscillators%square, loads => several%loads)
-         allocate (load(size(q)), source=0.0_wp)
-         if (loads%count > 0) load = matmul(loads%mode, value_at(loads%course, 0.0_wp))
-         allocate (place, source=pack([(k, k=1, size(acts))], acts))
-         allocate (force(size(place)), source=0.0_wp)
-         if (any(square < slow**2)) then
-            call find_slow_balance(several, place, load, q, force)
-            forces(place) = force
-            return
-         end if
-         q = load/square
-         allocate (compliance(size(place), size(place)), carries(size(place)))
-         do k = 1, size(place)
-            do j = 1, size(place)
-               compliance(j, k) = sum(beam%value(:, place(j))*beam%value(:, place(k))/square)
-            end do
-            associate (state => several%states(place(k)))
-               if (.not. state%is_rigid) compliance(k, k) = compliance(k, k) + 1.0_wp/state%spring%stiffness
-            end associate
-         end do
-         allocate (gap, source=matmul(q, beam%value(:, place)) - beam%height(place))
-         call solve_complementarity(compliance, gap, force, carries)
-         forces(place) = force
-         q = q + matmul(beam%value, forces)/square
-      end associate
+      load = 0.0_wp
+      if (several%loads%count > 0) load = matmul(several%loads%mode, value_at(several%loads%course, 0.0_wp))
+      if (any(beam%square < slow**2)) then
+         place = pack([(k, k=1, size(acts))], acts)
+         call find_slow_balance(several, place, load, q, forces)
+         return
+      end if
+      q = load/beam%square
+      call carry(beam, several%states%surface, acts, q, forces, error)
    end subroutine find_balance
+
+   !> Does a beam that turns freely hang in the air?
+   subroutine check_balance(now, forces, error)
+      type(phase_state_t), intent(in) :: now
+      !> Of each surface
+      real(wp), intent(in) :: forces(:)
+      !> Set when it does
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (allocated(error) .or. any(forces > 0.0_wp) .or. now%loads%count == 0) return
+      if (abs(now%load(1)) <= 0.0_wp) return
+      call fail(error, status_bad_input, 'nothing carries the beam, which turns freely about its root: it has no ' &
+         //'balance to start in')
+   end subroutine check_balance
+
+   !> Static displacements of the modes.
+   pure subroutine bend(self, foundation, load, shape, error)
+      class(modal_beam_t), intent(in) :: self
+      real(wp), intent(in) :: foundation
+      real(wp), intent(in) :: load(:, :)
+      real(wp), intent(out) :: shape(:, :)
+      !> Never set
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (allocated(error)) return
+      shape = load/spread(foundation + self%square, 2, size(load, 2))
+   end subroutine bend
 
    !> The same where a slow mode's flexibility hides the others': the one set of surfaces that carry the beam of which
    !> none pulls and no other is in the way, of the fewest.
-   subroutine find_slow_balance(several, place, load, q, force)
+   subroutine find_slow_balance(several, place, load, q, forces)
       type(phase_state_t), intent(in) :: several
       !> Surfaces that can carry it
       integer, intent(in) :: place(:)
@@ -144,8 +154,8 @@ contains
       real(wp), intent(in) :: load(:)
       !> [modes]
       real(wp), intent(inout) :: q(:)
-      !> [place]
-      real(wp), intent(inout) :: force(:)
+      !> [surfaces]
+      real(wp), intent(inout) :: forces(:)
 
       complex(wp), allocatable :: flexibility(:), push(:)
       complex(wp) :: z(size(load))
@@ -169,8 +179,8 @@ contains
             if (miss < least) then
                least = miss
                q = real(z, wp)
-               force = 0.0_wp
-               force(among) = max(real(push, wp), 0.0_wp)
+               forces = 0.0_wp
+               forces(place(among)) = max(real(push, wp), 0.0_wp)
             end if
             deallocate (push)
             if (least <= tolerance) exit

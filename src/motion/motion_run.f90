@@ -18,8 +18,8 @@ module motion_run
    use static_states, only: find_static_start
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
-   use stop_surfaces, only: is_plain, stops_of, surfaces_of
-   use table_starts, only: check_table_of_start
+   use stop_surfaces, only: has_one_contact, stops_of, surfaces_of
+   use beam_starts, only: check_table_of_start
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes, set_store_t
@@ -54,6 +54,7 @@ contains
       case (method_newmark)
          call newmark_response(model, settings, response, error, carried)
       end select
+      if (has_one_contact(settings, size(model%supports)) .and. allocated(response%surfaces)) deallocate (response%surfaces)
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
       response%mesh_check%adds_mass = .not. model%is_redistributed .and. &
@@ -78,15 +79,6 @@ contains
       call check_newmark(model, settings, error)
    end subroutine check_motion
 
-   !> One stop below the beam, and no supports along it?
-   pure function is_plain_run(model, settings) result(answer)
-      type(beam_model_t), intent(in) :: model
-      type(run_settings_t), intent(in) :: settings
-      logical :: answer
-
-      answer = is_plain(settings) .and. size(model%supports) == 0
-   end function is_plain_run
-
    !> A node without mass follows the others only in closed form, and only a rigid stop holds it.
    subroutine check_node(model, settings, error)
       type(beam_model_t), intent(in) :: model
@@ -97,7 +89,7 @@ contains
       real(wp), allocatable :: start(:)
       logical :: is_alone
 
-      is_alone = is_plain_run(model, settings)
+      is_alone = has_one_contact(settings, size(model%supports))
       if (settings%has_stop .and. .not. is_alone) then
          call check_nodes_of_stops(stops_of(settings), model%stop_dofs, error)
          if (.not. allocated(error) .and. settings%start%kind == start_pull) then

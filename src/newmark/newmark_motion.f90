@@ -23,11 +23,11 @@ module newmark_motion
       newmark_run_t, contact_energy, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
    use newmark_sections, only: resume, state_of, take_over
-   use newmark_start, only: begin_at_contacts, make_start, open_contacts
+   use newmark_start, only: begin_at_contacts, make_start
    use newmark_stepper, only: deepest_level, make_newmark_stepper
    use newmark_steps, only: account_step, find_refusals, observe_step, prepare_level, try_step
    use number_text, only: to_text
-   use response_records, only: open_records
+   use response_records, only: open_records, open_surface_record
    use response_types, only: miss_of_energies, response_t
    use run_measures, only: no_rest, open_tally
    use run_observers, only: finish_observers, observe_events, open_observers
@@ -37,8 +37,8 @@ module newmark_motion
    use skyline_matrix, only: skyline_t, solve_factorised
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
-   use stop_laws, only: make_yielding_stop, static_stiffness
-   use stop_surfaces, only: acting, is_plain, surface_t, surfaces_of
+   use stop_laws, only: make_yielding_stop
+   use stop_surfaces, only: acting, surface_t, surfaces_of
    implicit none (type, external)
    private
    public :: newmark_response, check_newmark
@@ -74,7 +74,12 @@ contains
          has_loads(settings))
       call open_moments(model, settings, samples, response)
       call start_moments(model, settings, response, run)
-      call open_contacts(settings, run, response)
+      allocate (response%surfaces(size(run%contacts)))
+      do k = 1, size(run%contacts)
+         associate (surface => run%contacts(k)%surface)
+            call open_surface_record(surface, settings%output, samples + 1, response%surfaces(surface%number))
+         end associate
+      end do
       run%keeps_ledger = allocated(response%energy) .or. settings%output%measures
       run%samples = samples
       call open_observers(settings, run%contacts%surface%number, [(allocated(run%contacts(k)%stop), &
@@ -143,7 +148,6 @@ contains
          call finish_observers(run%observers, instant_of(run), [ledger%dissipated_beam, ledger%dissipated_stop, &
             ledger%dissipated_impact], ledger%created, run%contacts%surface%number, response)
       end associate
-      if (.not. run%keeps_contacts) deallocate (response%surfaces)
    end subroutine finish
 
    !> Can a run start? What would keep it from that is known without running it.
@@ -182,7 +186,6 @@ contains
       run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
-      run%keeps_contacts = .not. (is_plain(settings) .and. size(model%supports) == 0)
       surfaces = surfaces_of(settings)
       if (settings%start%kind == start_pull) call find_static_start(model, surfaces, shape, error)
       if (allocated(error)) return
@@ -207,8 +210,7 @@ contains
          call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
             scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
       end associate
-      if (.not. allocated(error)) call make_start(model, held, settings, surfaces, &
-         acting(surfaces, model%stop_dofs(surfaces%stop)), run, error)
+      if (.not. allocated(error)) call make_start(model, held, settings, surfaces, shape, run, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call blame_mesh(error)
          return
@@ -218,22 +220,9 @@ contains
       if (allocated(error)) return
       call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
       call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
-      run%start_energy = run%start_energy + kinetic + sum([(energy_carrying(surfaces(k), run%states(1)%force(k)), &
-         k=1, size(surfaces))])
+      run%start_energy = run%start_energy + kinetic + sum([(contact_energy(run, k, run%states(1)), k=1, &
+         size(surfaces))])
    end subroutine make_run
-
-   !> Energy of a surface that carries the beam at the start.
-   pure function energy_carrying(surface, force) result(energy)
-      type(surface_t), intent(in) :: surface
-      real(wp), intent(in) :: force
-      real(wp) :: energy
-
-      real(wp) :: stiffness
-
-      stiffness = static_stiffness(surface%settings)
-      energy = 0.0_wp
-      if (stiffness > 0.0_wp) energy = 0.5_wp*force**2/stiffness
-   end function energy_carrying
 
    !> The surfaces as the run sees them.
    subroutine make_contacts(model, surfaces, run, error)
@@ -408,20 +397,16 @@ contains
 
       real(wp) :: forces(size(run%contacts)), energy
       integer :: k
-      integer, allocatable :: acting_ones(:)
 
-      acting_ones = pack([(k, k=1, size(run%contacts))], run%contacts%status /= is_inactive)
       forces = 0.0_wp
       energy = no_rest
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         call find_static_rest(model, run%contacts(acting_ones)%surface, forces(:size(acting_ones)), energy, error)
+         call find_static_rest(model, run%contacts%surface, forces, energy, error)
          if (allocated(error)) return
       end if
-      forces(acting_ones) = forces(:size(acting_ones))
       call open_measures(size(run%contacts), run%pulled, .true., settings%output%most_peaks, run%observers%measures)
       call open_tally(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, run%observers%measures%of(0)%tally)
       do k = 1, size(run%contacts)
-         if (run%contacts(k)%status == is_inactive) forces(k) = 0.0_wp
          associate (contact => run%contacts(k))
             call open_tally(allocated(contact%stop), run%start_energy, forces(k), energy, run%height_ratio, &
                run%observers%measures%of(k)%tally)

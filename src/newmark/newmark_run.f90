@@ -166,8 +166,6 @@ module newmark_run
       logical :: keeps_shapes = .false.
       !> Some observer asks for steps
       logical :: observes = .false.
-      !> What happens at each surface is told besides what the run tells; a scene of one stop keeps to that
-      logical :: keeps_contacts = .true.
       type(observers_t) :: observers
       !> The step last taken as observers see it
       type(step_interval_t) :: interval

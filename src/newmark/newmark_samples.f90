@@ -25,7 +25,7 @@ contains
       real(wp) :: energy
 
       place = run%sample + 1
-      kept: associate (state => run%states(run%now), stepper => run%stepper)
+      associate (state => run%states(run%now), stepper => run%stepper)
          sample%history(eta_stop) = state%beam%displacement(stepper%stop_dof) - run%height
          sample%history(eta_tip) = state%beam%displacement(stepper%tip_dof) - run%height
          sample%history(velocity_stop) = state%beam%velocity(stepper%stop_dof)
@@ -34,7 +34,6 @@ contains
             call kinetic_energy(stepper, state%beam, sample%beam_energy(1))
             call strain_energy(stepper, state%beam, sample%beam_energy(2))
          end if
-         if (.not. (run%keeps_contacts .or. allocated(response%energy))) exit kept
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), record => response%surfaces(run%contacts(k)%surface%number))
                if (allocated(record%eta)) record%eta(place) = state%beam%displacement(contact%row%dof) - record%height
@@ -48,7 +47,7 @@ contains
                record%dissipated(place) = contact%dissipated
             end associate
          end do
-      end associate kept
+      end associate
       if (allocated(run%places)) sample%moment = moments_now(run)
       call keep_sample(place, sample, run%ledger, response)
    end subroutine take_sample

@@ -29,7 +29,7 @@ module newmark_stepper
    implicit none (type, external)
    private
    public :: newmark_stepper_t, newmark_state_t, deepest_level
-   public :: make_newmark_stepper, make_start_state, make_factors, solve_for_row, predict_step, finish_step
+   public :: make_newmark_stepper, make_factors, solve_for_row, predict_step, finish_step
    public :: restart_acceleration, add_column, copy_state
 
    !> A step may be halved this often.
@@ -148,29 +148,6 @@ contains
       allocate (stepper%work(1 - band:stepper%order + band), source=0.0_wp)
       allocate (stepper%result(1 - band:stepper%order + band), source=0.0_wp)
    end subroutine make_newmark_stepper
-
-   !> At rest in the static shape of a point force at the stop point, this point at y = displacement.
-   pure subroutine make_start_state(model, stepper, displacement, state, error)
-      type(beam_model_t), intent(in) :: model
-      !> From `make_newmark_stepper`
-      type(newmark_stepper_t), intent(inout) :: stepper
-      !> y_c(0)
-      real(wp), intent(in) :: displacement
-      !> The state just after the force is taken away
-      type(newmark_state_t), intent(out) :: state
-      !> Set when the stiffness cannot be factorised
-      type(failure_t), allocatable, intent(out) :: error
-
-      real(wp), allocatable :: shape(:)
-
-      call static_shape(model, shape, error)
-      if (allocated(error)) return
-      allocate (state%displacement(1 - band:stepper%order + band), source=0.0_wp)
-      allocate (state%velocity(1 - band:stepper%order + band), source=0.0_wp)
-      allocate (state%acceleration(1 - band:stepper%order + band), source=0.0_wp)
-      state%displacement(1:stepper%order) = displacement*shape
-      call restart_acceleration(stepper, state)
-   end subroutine make_start_state
 
    !> The factors for the step h = step/2^level, unless they are there.
    pure subroutine make_factors(stepper, level, error)

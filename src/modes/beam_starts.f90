@@ -1,16 +1,16 @@
-!> Displacements and velocities of a start that a table gives at points along the beam: a cubic spline through all of
-!> them, which a motion then follows in the mean over the mass (docs/theory.md, section 18).
-module table_starts
-   use beam_loads, only: curve_t, value_on
+!> Displacements and velocities that a start gives the beam. Those of a table, at points along the beam, are a cubic
+!> spline through all of them, which a motion then follows in the mean over the mass (docs/theory.md, section 18).
+module beam_starts
+   use beam_loads, only: base_mass_vector, base_rotation_vector, curve_t, inertia_of_curve, value_on
    use beam_model, only: beam_model_t
    use cubic_splines, only: spline_slope
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
-   use load_settings, only: start_settings_t, start_table
+   use load_settings, only: field_rotation, field_uniform, start_drop, start_settings_t, start_table, start_velocity
    use number_text, only: to_text
    implicit none (type, external)
    private
-   public :: curve_of_table, check_table_of_start
+   public :: find_start_momenta, curve_of_table, check_table_of_start
 
    !> Points nearer to the root than this, in L, are there.
    real(wp), parameter :: nearest = 1.0e-9_wp
@@ -19,6 +19,30 @@ module table_starts
    real(wp), parameter :: most_missed = 1.0e-6_wp
 
 contains
+
+   !> M y and M y' of a start with a velocity, after a fall or from a table; of any other, zero.
+   pure subroutine find_start_momenta(model, start, displacement, velocity)
+      type(beam_model_t), intent(in) :: model
+      type(start_settings_t), intent(in) :: start
+      !> [order]
+      real(wp), intent(out) :: displacement(:)
+      real(wp), intent(out) :: velocity(:)
+
+      displacement = 0.0_wp
+      velocity = 0.0_wp
+      select case (start%kind)
+      case (start_velocity)
+         if (start%field == field_uniform) velocity = start%velocity*base_mass_vector(model)
+         if (start%field == field_rotation) velocity = start%velocity*base_rotation_vector(model)
+      case (start_drop)
+         velocity = -start%velocity*base_mass_vector(model)
+      case (start_table)
+         if (allocated(start%displacements)) displacement = inertia_of_curve(model, &
+            curve_of_table(model, start%position, start%displacements))
+         if (allocated(start%velocities)) velocity = inertia_of_curve(model, &
+            curve_of_table(model, start%position, start%velocities))
+      end select
+   end subroutine find_start_momenta
 
    !> The spline through the points of a table, without slope at a root that does not turn and straight at free ends and
    !> beyond them. A root that is held is one of its points, whether or not the table has it.
@@ -87,4 +111,4 @@ contains
       end subroutine check_place
    end subroutine check_column
 
-end module table_starts
+end module beam_starts
