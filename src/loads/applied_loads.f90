@@ -13,7 +13,7 @@ module applied_loads
    use run_settings, only: run_settings_t
    implicit none (type, external)
    private
-   public :: applied_loads_t, gather_loads, has_loads, bear_whole
+   public :: applied_loads_t, gather_loads, has_loads, bear_whole, count_forces, courses_of
 
    !> A mode whose static shape would be so many units of displacement, or move with as many of velocity where a table
    !> rises, is slow, as from there to the surfaces too little would be left of the digits; but not where that makes
@@ -52,6 +52,30 @@ contains
       has = allocated(settings%forces) .or. allocated(settings%bases)
    end function has_loads
 
+   !> Of all loads so many are forces, which come first; the others move the base.
+   pure function count_forces(settings) result(number)
+      type(run_settings_t), intent(in) :: settings
+      integer :: number
+
+      number = 0
+      if (allocated(settings%forces)) number = size(settings%forces)
+   end function count_forces
+
+   !> Courses of all loads as they are in the settings.
+   pure function courses_of(settings) result(courses)
+      type(run_settings_t), intent(in) :: settings
+      type(time_course_t), allocatable :: courses(:)
+
+      integer :: bases, forces
+
+      forces = count_forces(settings)
+      bases = 0
+      if (allocated(settings%bases)) bases = size(settings%bases)
+      allocate (courses(forces + bases))
+      if (forces > 0) courses(:forces) = settings%forces%course
+      if (bases > 0) courses(forces + 1:) = settings%bases%course
+   end function courses_of
+
    !> Vectors and courses of all loads.
    pure subroutine gather_loads(model, settings, loads)
       type(beam_model_t), intent(in) :: model
@@ -61,14 +85,12 @@ contains
       real(wp), allocatable :: vector(:)
       integer :: forces, g, i
 
-      forces = 0
-      if (allocated(settings%forces)) forces = size(settings%forces)
-      loads%count = forces
-      if (allocated(settings%bases)) loads%count = forces + size(settings%bases)
-      allocate (loads%course(loads%count), loads%vector(model%mass%order, loads%count))
+      forces = count_forces(settings)
+      allocate (loads%course, source=courses_of(settings))
+      loads%count = size(loads%course)
+      allocate (loads%vector(model%mass%order, loads%count))
       do g = 1, forces
          associate (force => settings%forces(g))
-            loads%course(g) = force%course
             if (allocated(force%position)) then
                allocate (vector(model%mass%order), source=0.0_wp)
                do i = 1, size(force%position)

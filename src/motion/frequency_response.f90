@@ -1,12 +1,12 @@
 !> The beam with its stops open under harmonic loads, in closed form from its modes (docs/theory.md, section 21).
 module frequency_response
-   use applied_loads, only: applied_loads_t, gather_loads
+   use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
    use beam_model, only: beam_model_t
    use failures, only: failure_t
    use few_modes, only: find_modes_of_run
    use free_modes, only: free_modes_t
    use kinds, only: wp
-   use load_settings, only: base_displacement, course_harmonic
+   use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: rates_of_modes
    use response_types, only: frequency_response_t
    use run_settings, only: frequency_response_settings_t, run_settings_t
@@ -81,34 +81,17 @@ contains
       real(wp), intent(in) :: omega
       complex(wp), allocatable :: amplitude(:)
 
-      integer :: k
+      type(time_course_t), allocatable :: courses(:)
+      integer :: forces, k
 
-      allocate (amplitude(0))
-      if (allocated(settings%forces)) then
-         do k = 1, size(settings%forces)
-            amplitude = [amplitude, phasor(settings%forces(k)%course%kind, settings%forces(k)%course%amplitude, &
-               settings%forces(k)%course%phase)]
-         end do
-      end if
-      if (allocated(settings%bases)) then
-         do k = 1, size(settings%bases)
-            associate (base => settings%bases(k))
-               amplitude = [amplitude, phasor(base%course%kind, base%course%amplitude, base%course%phase) &
-                  *merge(-omega**2, 1.0_wp, base%quantity == base_displacement)]
-            end associate
-         end do
-      end if
+      allocate (courses, source=courses_of(settings))
+      ! over exp(i omega tau), of which the imaginary part is meant
+      amplitude = merge(cmplx(courses%amplitude*cos(courses%phase), courses%amplitude*sin(courses%phase), wp), &
+         (0.0_wp, 0.0_wp), courses%kind == course_harmonic)
+      forces = count_forces(settings)
+      do k = forces + 1, size(courses)
+         if (settings%bases(k - forces)%quantity == base_displacement) amplitude(k) = -omega**2*amplitude(k)
+      end do
    end function amplitudes_at
-
-   !> amplitude sin(omega tau + phase) over exp(i omega tau), of which the imaginary part is meant.
-   pure function phasor(kind, amplitude, phase) result(value)
-      integer, intent(in) :: kind
-      real(wp), intent(in) :: amplitude
-      real(wp), intent(in) :: phase
-      complex(wp) :: value
-
-      value = (0.0_wp, 0.0_wp)
-      if (kind == course_harmonic) value = cmplx(amplitude*cos(phase), amplitude*sin(phase), wp)
-   end function phasor
 
 end module frequency_response

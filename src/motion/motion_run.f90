@@ -43,10 +43,8 @@ contains
       !> state at its end
       type(section_state_t), intent(inout), optional :: carried
 
-      call check_node(model, settings, error)
+      call check_beam(model, settings, error)
       if (.not. allocated(error)) call check_period(settings, error)
-      if (.not. allocated(error)) call check_mode_of_start(model, settings, error)
-      if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
       if (allocated(error)) return
       select case (settings%response%method)
       case (method_exact)
@@ -71,19 +69,17 @@ contains
       !> Set when it cannot start
       type(failure_t), allocatable, intent(out) :: error
 
-      call check_node(model, settings, error)
-      if (.not. allocated(error)) call check_mode_of_start(model, settings, error)
-      if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
-      if (allocated(error)) return
-      if (settings%response%method /= method_newmark) return
-      call check_newmark(model, settings, error)
+      call check_beam(model, settings, error)
+      if (settings%response%method == method_newmark .and. .not. allocated(error)) call check_newmark(model, settings, &
+         error)
    end subroutine check_motion
 
-   !> A node without mass follows the others only in closed form, and only a rigid stop holds it.
-   subroutine check_node(model, settings, error)
+   !> Can the beam start, by any method? A node without mass follows the others only in closed form, and only a rigid stop
+   !> holds it.
+   subroutine check_beam(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Set when the run cannot have one
+      !> Set when it cannot
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: start(:)
@@ -97,11 +93,15 @@ contains
          end if
          if (allocated(error)) return
       end if
-      if (.not. model%has_massless_node) return
-      if (settings%response%method == method_exact .and. is_rigid(settings%stop) .and. is_alone) return
-      call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &
-      &method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; else take 'consistent' or 'auto'")
-   end subroutine check_node
+      if (model%has_massless_node .and. .not. (settings%response%method == method_exact .and. is_alone .and. &
+         is_rigid(settings%stop))) then
+         call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &
+         &method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; else take 'consistent' or 'auto'")
+         return
+      end if
+      call check_mode_of_start(model, settings, error)
+      if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
+   end subroutine check_beam
 
    !> A beam that starts in a mode must have it, and the run keep it.
    pure subroutine check_mode_of_start(model, settings, error)

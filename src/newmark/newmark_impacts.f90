@@ -193,7 +193,7 @@ contains
 
       level = 0
       if (stepper%double_zeta <= 0.0_wp) return
-      call highest_frequency(stepper%stiffness, stepper%mass, stepper%stop_dof, 0.0_wp, frequency, error)
+      call highest_frequency(stepper%stiffness, stepper%mass, frequency, error)
       if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%double_zeta*frequency**2))
    end subroutine find_impulse_level
 

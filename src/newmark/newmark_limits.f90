@@ -50,7 +50,7 @@ contains
          return
       end if
       if (is_unconditionally_stable(settings%newmark_beta, settings%newmark_gamma)) return
-      call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
+      call highest_frequency(model%stiffness, model%mass, frequency, error)
       if (allocated(error)) return
       limit = critical_step(settings%newmark_beta, settings%newmark_gamma, zeta, frequency/sqrt(lambda1_power4))
       if (settings%step <= limit) return

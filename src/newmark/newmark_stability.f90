@@ -8,7 +8,7 @@ module newmark_stability
    use bracketed_zero, only: bracket_t, enter, go_to
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use skyline_matrix, only: add_to_diagonal, combine, factorise, negative_pivots, skyline_t
+   use skyline_matrix, only: combine, factorise, negative_pivots, skyline_t
    implicit none (type, external)
    private
    public :: is_unconditionally_stable, critical_step, highest_frequency
@@ -47,17 +47,13 @@ contains
       end associate
    end function critical_step
 
-   !> An upper bound, right to one part in a million, of the highest frequency of (K + k e_c e_c^T, M). By bisection on
-   !> the number of negative pivots of K - sigma M, which is the number of eigenvalues below sigma.
-   pure subroutine highest_frequency(stiffness, mass, stop_dof, spring, frequency, error)
+   !> An upper bound, right to one part in a million, of the highest frequency of (K, M). By bisection on the number of
+   !> negative pivots of K - sigma M, which is the number of eigenvalues below sigma.
+   pure subroutine highest_frequency(stiffness, mass, frequency, error)
       !> K
       type(skyline_t), intent(in) :: stiffness
       !> M, of the same profile
       type(skyline_t), intent(in) :: mass
-      !> Where the spring acts
-      integer, intent(in) :: stop_dof
-      !> k, >= 0
-      real(wp), intent(in) :: spring
       !> sqrt of the highest eigenvalue, or a little above
       real(wp), intent(out) :: frequency
       !> Set when no bound is found
@@ -65,19 +61,16 @@ contains
 
       real(wp), parameter :: accuracy = 2.0e-6_wp
       integer, parameter :: doublings = 2000
-      type(skyline_t) :: sprung
       type(bracket_t) :: bracket
       real(wp) :: below, above
       integer :: i
 
       frequency = 0.0_wp
-      sprung = stiffness
-      call add_to_diagonal(sprung, stop_dof, spring)
       ! each Rayleigh quotient of a unit vector is a lower bound
-      below = maxval(sprung%values(sprung%diagonal)/mass%values(mass%diagonal))
+      below = maxval(stiffness%values(stiffness%diagonal)/mass%values(mass%diagonal))
       above = 2.0_wp*below
       do i = 1, doublings
-         if (all_below(sprung, mass, above)) exit
+         if (all_below(stiffness, mass, above)) exit
          below = above
          above = 2.0_wp*above
       end do
@@ -88,7 +81,7 @@ contains
       bracket = bracket_t(low=below, high=above, least_value=-1.0_wp, least_length=accuracy)
       call go_to(bracket)
       do while (.not. bracket%is_found)
-         call enter(bracket, merge(-1.0_wp, 1.0_wp, all_below(sprung, mass, bracket%point)))
+         call enter(bracket, merge(-1.0_wp, 1.0_wp, all_below(stiffness, mass, bracket%point)))
          call go_to(bracket)
       end do
       frequency = sqrt(bracket%high)

@@ -3,7 +3,7 @@
 !>
 !> Scales: moments as Pbar times L, stresses in E D/L.
 module moment_places
-   use applied_loads, only: applied_loads_t
+   use applied_loads, only: applied_loads_t, count_forces
    use beam_loads, only: moment_of_line_load, moment_of_point_load, moment_weights, moment_weights_t
    use beam_model, only: beam_model_t
    use beam_section, only: inertia, outer_fibre
@@ -43,8 +43,7 @@ contains
 
       ! of E Ibar D/L^2
       unit = settings%height_ratio/lambda1_power4
-      forces = 0
-      if (allocated(settings%forces)) forces = size(settings%forces)
+      forces = count_forces(settings)
       associate (x => settings%stress%position, order => model%mass%order)
          allocate (places%stiffness(order, size(x)), places%mass(order, size(x)))
          allocate (places%load(loads%count, size(x)), source=0.0_wp)

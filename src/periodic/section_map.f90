@@ -1,6 +1,7 @@
 !> The map from the state at one section of a motion to that some periods of its loads later, with its derivative
 !> (docs/theory.md, section 22).
 module section_map
+   use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
@@ -100,14 +101,11 @@ contains
       type(run_settings_t), intent(in) :: settings
       integer, allocatable :: places(:)
 
-      integer :: g, forces
+      type(time_course_t), allocatable :: courses(:)
+      integer :: g
 
-      allocate (places(0))
-      forces = 0
-      if (allocated(settings%forces)) forces = size(settings%forces)
-      if (forces > 0) places = pack([(g, g=1, forces)], settings%forces%course%kind == course_harmonic)
-      if (allocated(settings%bases)) places = [places, pack([(forces + g, g=1, size(settings%bases))], &
-         settings%bases%course%kind == course_harmonic)]
+      allocate (courses, source=courses_of(settings))
+      places = pack([(g, g=1, size(courses))], courses%kind == course_harmonic)
    end function harmonic_loads
 
    !> What varies, as it is in the settings.
@@ -115,22 +113,13 @@ contains
       type(section_map_t), intent(in) :: map
       real(wp) :: value
 
-      integer :: forces
+      type(time_course_t), allocatable :: courses(:)
 
       value = 0.0_wp
       if (map%parameter == by_nothing) return
-      forces = 0
-      if (allocated(map%settings%forces)) forces = size(map%settings%forces)
-      associate (g => place_of_load(map))
-         if (g <= forces) then
-            associate (course => map%settings%forces(g)%course)
-               value = merge(course%amplitude, course%frequency, map%parameter == by_amplitude)
-            end associate
-         else
-            associate (course => map%settings%bases(g - forces)%course)
-               value = merge(course%amplitude, course%frequency, map%parameter == by_amplitude)
-            end associate
-         end if
+      allocate (courses, source=courses_of(map%settings))
+      associate (course => courses(place_of_load(map)))
+         value = merge(course%amplitude, course%frequency, map%parameter == by_amplitude)
       end associate
    end function value_of_parameter
 
@@ -143,8 +132,7 @@ contains
 
       quantity = 'frequency'
       if (map%parameter /= by_amplitude) return
-      forces = 0
-      if (allocated(map%settings%forces)) forces = size(map%settings%forces)
+      forces = count_forces(map%settings)
       associate (g => place_of_load(map))
          if (g > forces) then
             quantity = 'acceleration'
@@ -182,8 +170,7 @@ contains
       ratio = 1.0_wp
       if (map%parameter == by_frequency) ratio = value/value_of_parameter(map)
       period = map%period/ratio
-      forces = 0
-      if (allocated(settings%forces)) forces = size(settings%forces)
+      forces = count_forces(settings)
       do g = 1, forces
          call begin_later(settings%forces(g)%course)
       end do

@@ -124,7 +124,7 @@ contains
       held = hold_supports(model)
       h = 0.0_wp
       if (any(held%mass%values(held%mass%diagonal) <= 0.0_wp)) return
-      call highest_frequency(held%stiffness, held%mass, held%stop_dof, 0.0_wp, fastest, error)
+      call highest_frequency(held%stiffness, held%mass, fastest, error)
       if (allocated(error)) return
       fastest = fastest/lambda1**2
       rate = max(fastest, 2.0_wp*(settings%zeta*fastest**2 + settings%zeta_mass))

@@ -450,7 +450,7 @@ contains
       real(wp) :: frequency
 
       call rounding_of_energy(model, share, error)
-      call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
+      call highest_frequency(model%stiffness, model%mass, frequency, error)
       if (.not. allocated(error)) share = share + epsilon(1.0_wp)*(frequency*step/lambda1**2)**2
       ! an estimate by the shape at the start, right to its order
       share = min(promised, 1.0e-9_wp + 10.0_wp*share)
@@ -472,7 +472,7 @@ contains
       share = 0.0_wp
       ! a node without mass has no highest frequency
       if (any(model%mass%values(model%mass%diagonal) <= 0.0_wp)) return
-      call highest_frequency(model%stiffness, model%mass, model%stop_dof, 0.0_wp, frequency, error)
+      call highest_frequency(model%stiffness, model%mass, frequency, error)
       if (allocated(error) .or. response%event_count == 0) return
       associate (events => response%events(:response%event_count))
          longest = max(events(1)%tau, maxval([(events(i)%tau - events(i - 1)%tau, i=2, size(events))]))
