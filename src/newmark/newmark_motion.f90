@@ -32,13 +32,13 @@ module newmark_motion
    use run_measures, only: no_rest, open_tally
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_reach, only: tell_reach
-   use run_settings, only: count_samples, law_spring_damper, run_settings_t
+   use run_settings, only: count_samples, law_spring_damper, output_settings_t, run_settings_t
    use section_types, only: section_state_t
    use skyline_matrix, only: skyline_t, solve_factorised
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
    use stop_laws, only: make_yielding_stop
-   use stop_surfaces, only: acting, surface_t, surfaces_of
+   use stop_surfaces, only: acting, has_one_contact, surface_t, surfaces_of
    implicit none (type, external)
    private
    public :: newmark_response, check_newmark
@@ -60,6 +60,7 @@ contains
       ! at least so many samples, if there are, are held against the ledger where energies are no output
       integer, parameter :: fewest_checks = 8
       type(newmark_run_t) :: run
+      type(output_settings_t) :: kept
       integer :: between_checks, k, places, samples
       logical :: goes_on
 
@@ -77,7 +78,10 @@ contains
       allocate (response%surfaces(size(run%contacts)))
       do k = 1, size(run%contacts)
          associate (surface => run%contacts(k)%surface)
-            call open_surface_record(surface, settings%output, samples + 1, response%surfaces(surface%number))
+            ! 7 % of the time of a long run goes into histories that its file does not have
+            kept = settings%output
+            kept%history = kept%history .and. .not. has_one_contact(settings, size(model%supports))
+            call open_surface_record(surface, kept, samples + 1, response%surfaces(surface%number))
          end associate
       end do
       run%keeps_ledger = allocated(response%energy) .or. settings%output%measures
