@@ -105,8 +105,8 @@ contains
          to_text(surfaces(k)%settings%position)//', by '//to_text(-gap(k))//' of the unit of displacement')
    end subroutine check_start
 
-   !> Move what lies beyond contacts, by their tolerance at most, onto them: along shapes that a force there gives a beam
-   !> on an elastic foundation, so that one that turns freely has them, too.
+   !> Move what lies beyond contacts, by their tolerance at most, onto them: along shapes that a force there gives a
+   !> beam on an elastic foundation, so that one that turns freely has them, too.
    pure subroutine move_onto_contacts(beam, surfaces, acts, forces, displacement, error)
       class(flexible_beam_t), intent(in) :: beam
       type(surface_t), intent(in) :: surfaces(:)

@@ -48,10 +48,10 @@ contains
       answer = gap < -touch_tolerance(surface)
    end function is_beyond
 
-   !> Is a run about one contact and nothing else: a beam on no supports that one rigid stop or one of three elements below
-   !> it releases, damped in proportion to its stiffness and left alone, with neither stresses nor statistics? Its
-   !> histories are those of the contact, so its file has none of each contact, its modes can be chosen by comparing runs,
-   !> and a node without mass can come to the stop.
+   !> Is a run about one contact and nothing else: a beam on no supports that one rigid stop or one of three elements
+   !> below it releases, damped in proportion to its stiffness and left alone, with neither stresses nor statistics? Its
+   !> histories are those of the contact, so its file has none of each contact, its modes can be chosen by comparing
+   !> runs, and a node without mass can come to the stop.
    pure function has_one_contact(settings, supports) result(answer)
       type(run_settings_t), intent(in) :: settings
       !> How many the beam has along it

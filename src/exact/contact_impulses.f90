@@ -3,8 +3,8 @@
 module contact_impulses
    use complementarity, only: solve_active
    use contact_measures, only: measure_impulse
-   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_hit, is_pushed, is_thrown_off, &
-      outcome_of, rebounds, struck_t, take_part
+   use impact_problem, only: comes_to_rest, find_impulses, find_nodal_impulse, holds, is_hit, is_pushed, &
+      is_thrown_off, outcome_of, rebounds, struck_t, take_part
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
@@ -47,8 +47,8 @@ contains
       end associate
    end subroutine bring_to_rest
 
-   !> Take some velocity away from a stop point by an impulse there; rigid contacts that hold the beam keep it, each by an
-   !> impulse of its own.
+   !> Take some velocity away from a stop point by an impulse there; rigid contacts that hold the beam keep it, each by
+   !> an impulse of its own.
    subroutine brake(self, k, velocity, motion, response, impulse)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k

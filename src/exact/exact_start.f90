@@ -17,8 +17,8 @@ module exact_start
    use motion_phases, only: motion_t
    use phase_state, only: find_load, open_store, phase_state_t
    use phase_transitions, only: meet_at_start, resume
-   use response_types, only: response_t
    use response_records, only: open_surface_record
+   use response_types, only: response_t
    use run_measures, only: no_rest, open_tally
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_recorder, only: ledger_t

@@ -1,6 +1,7 @@
 !> A run through time by the method that its settings name.
 module motion_run
    use beam_model, only: beam_model_t
+   use beam_starts, only: check_table_of_start
    use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
@@ -19,7 +20,6 @@ module motion_run
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
    use stop_surfaces, only: has_one_contact, stops_of, surfaces_of
-   use beam_starts, only: check_table_of_start
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes, set_store_t
@@ -52,7 +52,9 @@ contains
       case (method_newmark)
          call newmark_response(model, settings, response, error, carried)
       end select
-      if (has_one_contact(settings, size(model%supports)) .and. allocated(response%surfaces)) deallocate (response%surfaces)
+      if (has_one_contact(settings, size(model%supports))) then
+         if (allocated(response%surfaces)) deallocate (response%surfaces)
+      end if
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
       response%mesh_check%adds_mass = .not. model%is_redistributed .and. &
@@ -74,8 +76,8 @@ contains
          error)
    end subroutine check_motion
 
-   !> Can the beam start, by any method? A node without mass follows the others only in closed form, and only a rigid stop
-   !> holds it.
+   !> Can the beam start, by any method? A node without mass follows the others only in closed form, and only a rigid
+   !> stop holds it.
    subroutine check_beam(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -95,8 +97,9 @@ contains
       end if
       if (model%has_massless_node .and. .not. (settings%response%method == method_exact .and. is_alone .and. &
          is_rigid(settings%stop))) then
-         call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: that needs &
-         &method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; else take 'consistent' or 'auto'")
+         call fail(error, status_bad_input, "mass = 'redistributed' leaves the node at the stop without mass: " &
+            //"that needs method = 'exact' and law = 'restitution', or a tip mass at a stop at the tip; " &
+            //"else take 'consistent' or 'auto'")
          return
       end if
       call check_mode_of_start(model, settings, error)

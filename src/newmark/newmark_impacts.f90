@@ -69,13 +69,14 @@ contains
       do k = 1, size(run%contacts)
          rate = gap_rate_at(run, k, run%states(run%now))
          associate (contact => run%contacts(k))
-            part = rebounds
             if (contact%status == is_held .or. contact%is_stopped) then
                part = holds
-            else if (.not. touches(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) then
-               cycle
-            else if (is_last .or. rate >= 0.0_wp .or. (contact%judged .and. contact%flight_events /= begins_now)) then
-               part = comes_to_rest
+            else
+               if (.not. touches(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
+               part = rebounds
+               if (is_last .or. rate >= 0.0_wp .or. (contact%judged .and. contact%flight_events /= begins_now)) then
+                 part = comes_to_rest
+               end if
             end if
             call take_part(k, part, rate, contact%surface%settings%restitution, struck, n)
          end associate
@@ -242,7 +243,8 @@ contains
             velocity(:) = velocity + struck(i)%impulse*run%mass_columns(:, struck(i)%contact)
          end do
          do i = 1, size(struck)
-            if (struck(i)%impulse > 0.0_wp) call put_along(run%contacts(struck(i)%contact)%row, struck(i)%after, velocity)
+            if (struck(i)%impulse > 0.0_wp) call put_along(run%contacts(struck(i)%contact)%row, struck(i)%after, &
+               velocity)
          end do
       end associate
    end subroutine share_impulse

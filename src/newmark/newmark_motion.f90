@@ -60,8 +60,7 @@ contains
       ! at least so many samples, if there are, are held against the ledger where energies are no output
       integer, parameter :: fewest_checks = 8
       type(newmark_run_t) :: run
-      type(output_settings_t) :: kept
-      integer :: between_checks, k, places, samples
+      integer :: between_checks
       logical :: goes_on
 
       call make_run(model, settings, run, error)
@@ -69,8 +68,52 @@ contains
       goes_on = .false.
       if (present(carried)) goes_on = allocated(carried%q)
       if (goes_on) call take_over(carried, run)
+      call open_outputs(model, settings, run, response)
+      between_checks = max(1, run%samples/fewest_checks)
+      run%keeps_shapes = allocated(response%shape_tau)
+      run%root_dofs = model%root_dofs
+      response%initial_energy = run%start_energy
+      if (settings%output%measures) call start_measures(model, settings, run, error)
+      if (allocated(error)) return
+      if (run%keeps_shapes) call shapes_in_step(run, 0.0_wp, response)
+      call begin(goes_on, run, response)
+      if (.not. allocated(run%error)) call take_sample(run, response)
+      do while (run%sample < run%samples .and. .not. allocated(run%error))
+         call advance(run, response)
+         if (allocated(run%error)) exit
+         call observe_events(run%observers, response)
+         if (run%begins_flight) call keep_flight_start(run, response%event_count)
+         if (run%part > 0 .or. run%offset > 0_i8) cycle
+         call take_sample(run, response)
+         call tell_reach(real(run%sample, wp), real(run%samples, wp))
+         if (.not. run%keeps_ledger .or. modulo(run%samples - run%sample, between_checks) > 0) cycle
+         call check_energy(run)
+      end do
+      if (.not. allocated(run%error) .and. allocated(response%energy)) then
+         call check_ledger(instant_of(run), miss_of_energies(response), run%start_energy + run%ledger%created &
+            + run%turnover, run%error)
+      end if
+      if (allocated(run%error)) then
+         call move_alloc(run%error, error)
+         return
+      end if
+      call finish(run, response)
+      if (present(carried)) call state_of(run, carried)
+   end subroutine newmark_response
+
+   !> Room for what is asked for.
+   subroutine open_outputs(model, settings, run, response)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> At its start
+      type(newmark_run_t), intent(inout) :: run
+      type(response_t), intent(inout) :: response
+
+      type(output_settings_t) :: kept
+      integer :: k, places, samples
+
       samples = count_samples(settings%response%duration, settings%response%step)
-      between_checks = max(1, samples/fewest_checks)
+      run%samples = samples
       call open_records(model%mesh%elements, settings%output, samples, settings%response%step, response, &
          has_loads(settings))
       call open_moments(model, settings, samples, response)
@@ -85,7 +128,6 @@ contains
          end associate
       end do
       run%keeps_ledger = allocated(response%energy) .or. settings%output%measures
-      run%samples = samples
       call open_observers(settings, run%contacts%surface%number, [(allocated(run%contacts(k)%stop), &
          k=1, size(run%contacts))], run%pulled, response, run%observers)
       if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
@@ -93,36 +135,7 @@ contains
       if (allocated(run%places)) places = size(response%moments)
       run%observes = settings%output%measures .or. allocated(settings%statistics) .or. allocated(settings%poincare)
       call open_step_interval(size(run%contacts), places, run%interval)
-      run%keeps_shapes = allocated(response%shape_tau)
-      run%root_dofs = model%root_dofs
-      response%initial_energy = run%start_energy
-      if (settings%output%measures) call start_measures(model, settings, run, error)
-      if (allocated(error)) return
-      if (run%keeps_shapes) call shapes_in_step(run, 0.0_wp, response)
-      call begin(goes_on, run, response)
-      if (.not. allocated(run%error)) call take_sample(run, response)
-      do while (run%sample < samples .and. .not. allocated(run%error))
-         call advance(run, response)
-         if (allocated(run%error)) exit
-         call observe_events(run%observers, response)
-         if (run%begins_flight) call keep_flight_start(run, response%event_count)
-         if (run%part > 0 .or. run%offset > 0_i8) cycle
-         call take_sample(run, response)
-         call tell_reach(real(run%sample, wp), real(samples, wp))
-         if (.not. run%keeps_ledger .or. modulo(samples - run%sample, between_checks) > 0) cycle
-         call check_energy(run)
-      end do
-      if (.not. allocated(run%error) .and. allocated(response%energy)) then
-         call check_ledger(instant_of(run), miss_of_energies(response), run%start_energy + run%ledger%created &
-            + run%turnover, run%error)
-      end if
-      if (allocated(run%error)) then
-         call move_alloc(run%error, error)
-         return
-      end if
-      call finish(run, response)
-      if (present(carried)) call state_of(run, carried)
-   end subroutine newmark_response
+   end subroutine open_outputs
 
    !> What is asked of the motion from its start on, and that.
    subroutine begin(goes_on, run, response)

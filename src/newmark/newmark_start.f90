@@ -57,8 +57,8 @@ contains
       call make_flexible(model, held, surfaces, flexible)
       associate (state => run%states(1), n => run%stepper%order, start => settings%start)
          allocate (state%beam%displacement(1 - band:n + band), state%beam%velocity(1 - band:n + band), &
-            state%beam%acceleration(1 - band:n + band), state%force(size(surfaces)), state%indentation(size(surfaces)), &
-            state%branch_force(size(surfaces)), source=0.0_wp)
+            state%beam%acceleration(1 - band:n + band), state%force(size(surfaces)), &
+            state%indentation(size(surfaces)), state%branch_force(size(surfaces)), source=0.0_wp)
          if (run%loads%count > 0) then
             allocate (state%beam%load(1 - band:n + band), source=0.0_wp)
             call load_at(run, 0.0_wp, state%beam%load)
