@@ -26,6 +26,8 @@ module joint_terms
       complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
       !> Each mode of the beam per unit of amplitude, [modes, count], and 1 + 2 zeta s, [count]
       complex(wp), allocatable :: shape(:, :), viscous(:)
+      !> Real and imaginary parts of the shapes, [modes, count, 2]
+      real(wp), allocatable :: moves(:, :, :)
       !> What makes the amplitude of the state at the start: of heights, of what the stops keep, [stops, count], and of
       !> the modes, [modes, count]
       complex(wp), allocatable :: of_height(:, :), of_memory(:, :), of_mode(:, :)
@@ -111,6 +113,9 @@ contains
          modes%parts(:n, :, 1) = transpose(real(modes%of_mode, wp))
          modes%parts(:n, :, 2) = transpose(aimag(modes%of_mode))
          modes%parts(:, :, 3) = abs(modes%parts(:, :, 1)) + abs(modes%parts(:, :, 2))
+         allocate (modes%moves(size(modes%shape, 1), n, 2))
+         modes%moves(:, :, 1) = real(modes%shape, wp)
+         modes%moves(:, :, 2) = aimag(modes%shape)
       end associate
    end subroutine ready_terms
 

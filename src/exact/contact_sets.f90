@@ -397,11 +397,11 @@ contains
       v = 0.0_wp
       do m = 1, set%joint%count
          rate = term(m)*set%joint%exponent(m)
-         associate (shape => set%joint%shape(:, m))
+         associate (moves => set%joint%moves)
             !$omp simd
             do i = 1, size(z0)
-               z(i) = z(i) + real(term(m), wp)*real(shape(i), wp) - aimag(term(m))*aimag(shape(i))
-               v(i) = v(i) + real(rate, wp)*real(shape(i), wp) - aimag(rate)*aimag(shape(i))
+               z(i) = z(i) + real(term(m), wp)*moves(i, m, 1) - aimag(term(m))*moves(i, m, 2)
+               v(i) = v(i) + real(rate, wp)*moves(i, m, 1) - aimag(rate)*moves(i, m, 2)
             end do
          end associate
       end do

@@ -10,9 +10,11 @@ module phase_intervals
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
    use phase_integrals, only: find_signals, integrate_stretch
    use phase_losses, only: keep_indentation, leave_behind
-   use phase_state, only: end_force, force_terms, move_alone, move_to, phase_state_t, signal_of, whole_gap, whole_tip
+   use phase_state, only: end_force, force_terms, keep_state, move_alone, move_to, phase_state_t, signal_of, whole_gap, &
+      whole_tip
    use point_forces, only: slow
    use power_integrals, only: find_span, integral, integrals_in
+   use response_types, only: quiet_level
    use signal_integrals, only: signals_t, squares_t
    use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
    use surface_states, only: energy_in, of_rigid_stop, surface_state_t
@@ -48,8 +50,10 @@ module phase_intervals
 
    type, extends(curve_t) :: signal_curve_t
       class(viewed_signal_t), allocatable :: signal
-      !> Where it is no lower than the contact, which is rigid, its depth need not be sought
+      !> It does not come below the quiet level downwards: its depth need not be sought
       logical :: is_above = .false.
+      !> So late it was seen above the quiet level; 0: it was not
+      real(wp) :: seen_above = 0.0_wp
    contains
       procedure :: last_beyond
    end type signal_curve_t
@@ -89,15 +93,18 @@ contains
    end function evaluate
 
    !> Of an open contact as the search for the end of the phase has seen it; a surface that rises is no deeper than at
-   !> its start.
+   !> its start. Of one that is pressed by its terms, which only grow less.
    pure function reach(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp) :: reach
 
       reach = huge(1.0_wp)
-      if (self%now%set%is_closed(k) .or. self%now%states(k)%is_indented) return
-      if (self%now%states(k)%is_rigid) then
+      if (self%now%set%is_closed(k)) then
+         if (size(self%now%set%pressed) > 0) reach = reach_of_terms(self%now, k)
+      else if (self%now%states(k)%is_indented) then
+         return
+      else if (self%now%states(k)%is_rigid) then
          reach = self%searches(k)%ceiling
       else if (allocated(self%at_start)) then
          reach = max(self%searches(k)%ceiling, self%at_start(k)%depth)
@@ -127,7 +134,7 @@ contains
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
          ! an open surface moves up at most, and the beam is above it
          if (.not. self%now%set%is_closed(row%number)) return
-         if (.not. may_sink(self%now, row%number, level)) return
+         if (.not. self%reach(row%number) > level) return
       else if (row%number <= self%contacts) then
          associate (k => row%number, search => self%searches(row%number))
             ! the search for the end of the phase has been higher
@@ -153,7 +160,7 @@ contains
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
 
-      class(viewed_signal_t), allocatable :: part
+      class(viewed_signal_t), allocatable, target :: part
       class(viewed_signal_t), pointer :: signal
       real(wp) :: seen, threshold
       logical :: is_certain, is_whole
@@ -177,12 +184,15 @@ contains
          end associate
          threshold = max(threshold, seen*(1.0_wp + peak_tolerance))
       end if
-      call signal%view(stretch(1), row%factor, row%offset, 0, part)
+      if (stretch(1) > 0.0_wp .or. abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp) then
+         call signal%view(stretch(1), row%factor, row%offset, 0, part)
+         signal => part
+      end if
       if (row%scale < 0.0_wp) then
-         call greatest_value(part, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+         call greatest_value(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
             peak%time, looks=peak%looks)
       else
-         call greatest_value(part, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
+         call greatest_value(signal, stretch(2) - stretch(1), threshold, peak%is_found, peak%still_rises, peak%value, &
             peak%time, row%scale, peak%looks)
       end if
       peak%time = stretch(1) + peak%time
@@ -198,6 +208,7 @@ contains
       class(curve_t), allocatable, intent(inout) :: curve
 
       class(viewed_signal_t), pointer :: signal
+      integer :: i
 
       if (.not. allocated(curve)) allocate (signal_curve_t :: curve)
       curve%start = self%start
@@ -207,7 +218,16 @@ contains
          call signal_of(self%now, k, whole_gap, signal)
          if (allocated(curve%signal)) deallocate (curve%signal)
          allocate (curve%signal, source=signal)
-         curve%is_above = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k)
+         curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_indented)
+         if (allocated(self%at_start)) curve%is_above = curve%is_above .and. self%at_start(k)%depth <= quiet_level
+         curve%seen_above = 0.0_wp
+         if (self%now%trail_of == k) then
+            associate (trail => self%now%trail)
+               do i = 1, min(trail%count, size(trail%time))
+                  if (trail%look(i)%signal > quiet_level) curve%seen_above = trail%time(i)
+               end do
+            end associate
+         end if
       end select
       self%now%store%in_use => self%now%set
    end subroutine keep_gap
@@ -244,6 +264,10 @@ contains
                + sum(energy_in(now%states))
             return
          end if
+         if (size(set%pressed) > 0) then
+            term = terms_at(set%joint, now%amplitude, time)
+            call keep_state(now, time, term)
+         end if
          call move_to(now, time, z, v)
          energy = held%static_energy + sum(modal_energy(held%oscillators, z, v))
          if (all(now%states%is_rigid)) return
@@ -251,8 +275,6 @@ contains
             energy = energy + sum(energy_in(self%at_start))
             return
          end if
-         allocate (term(0))
-         if (size(set%pressed) > 0) term = terms_at(set%joint, now%amplitude, time)
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
             state = self%at_start(k)
@@ -278,8 +300,9 @@ contains
       real(wp) :: lower
       logical :: is_low
 
-      call last_time_above(self%signal, self%length, level, time, is_at_end)
-      if (self%is_above) return
+      call last_time_above(self%signal, self%length, level, time, is_at_end, &
+         merge(self%seen_above, 0.0_wp, level <= quiet_level))
+      if (self%is_above .and. level >= quiet_level) return
       call self%signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
       call last_time_above(depth, self%length, level, lower, is_low)
       time = max(time, lower)
@@ -376,26 +399,20 @@ contains
       end associate
    end function impulse_of_terms
 
-   !> Could the point of a surface that is pressed sink below a level? Terms only grow less.
-   pure function may_sink(self, k, level) result(may)
+   !> What the magnitude of the gap of a surface that is pressed does not exceed.
+   pure function reach_of_terms(self, k) result(reach)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      real(wp), intent(in) :: level
-      logical :: may
-
-      real(wp) :: depth
+      real(wp) :: reach
 
       associate (term => self%set%gap(k, :)*self%amplitude)
-         depth = sum(sqrt(real(term, wp)**2 + aimag(term)**2)) - self%set%rest_gap(k)
+         reach = abs(self%set%rest_gap(k)) + sum(sqrt(real(term, wp)**2 + aimag(term)**2))
       end associate
-      may = .false.
-      if (self%loads%count > 0) then
-         associate (row => self%set%drive%at%gaps + k, drive => self%drive)
-            depth = depth - drive%constant(row) + sum(abs(drive%harmonic(row, :)))
-            may = abs(drive%slope(row)) > 0.0_wp .or. size(drive%pair) > 0
-         end associate
-      end if
-      may = may .or. depth > level
-   end function may_sink
+      if (self%loads%count == 0) return
+      associate (row => self%set%drive%at%gaps + k, drive => self%drive)
+         reach = reach + abs(drive%constant(row)) + sum(abs(drive%harmonic(row, :)))
+         if (abs(drive%slope(row)) > 0.0_wp .or. size(drive%pair) > 0) reach = huge(1.0_wp)
+      end associate
+   end function reach_of_terms
 
 end module phase_intervals
