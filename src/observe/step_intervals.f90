@@ -37,7 +37,8 @@ module step_intervals
    end type step_interval_t
 
    type, extends(curve_t) :: cubic_curve_t
-      type(cubic_t) :: cubic
+      !> Displacements at its ends, then velocities
+      real(wp) :: ends(4) = 0.0_wp
    contains
       procedure :: last_beyond
    end type cubic_curve_t
@@ -75,6 +76,10 @@ contains
       type(cubic_t) :: cubic
       real(wp) :: s
 
+      if (.not. time > 0.0_wp .and. row%number <= self%contacts + 1) then
+         state = row%factor*self%ends([1, 3], row%number) + [row%offset, 0.0_wp]
+         return
+      end if
       s = min(max(time/self%length, 0.0_wp), 1.0_wp)
       cubic = cubic_of_row(self, row, [0.0_wp, self%length])
       state = [value_at(cubic, s), rate_at(cubic, s)/self%length]
@@ -107,8 +112,23 @@ contains
       real(wp), intent(in) :: level
       logical :: does
 
+      does = .false.
+      if (.not. bound_of(self, row) > level) return
       does = greatest_of(cubic_of_row(self, row, [0.0_wp, self%length])) > level
    end function exceeds
+
+   !> What a row does not exceed in the step: most steps need no more of it.
+   pure function bound_of(self, row) result(bound)
+      class(step_interval_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      real(wp) :: bound
+
+      if (row%number <= self%contacts + 1) then
+         bound = row%offset + abs(row%factor)*self%reach(row%number)
+      else
+         bound = row%offset + maxval(row%factor*self%line(:, row%number - self%contacts - 1))
+      end if
+   end function bound_of
 
    !> The greatest value of a row.
    subroutine seek_peak(self, row, stretch, known, peak)
@@ -123,6 +143,7 @@ contains
       integer :: k, turns
 
       peak%is_found = .false.
+      if (.not. bound_of(self, row) > known) return
       cubic = cubic_of_row(self, row, stretch)
       ! no cubic goes beyond its control points
       associate (c => cubic%c)
@@ -153,7 +174,7 @@ contains
       curve%length = self%length
       select type (curve)
       type is (cubic_curve_t)
-         curve%cubic = cubic_of(self%ends(1:2, k), self%length*self%ends(3:4, k))
+         curve%ends = self%ends(:, k)
       end select
    end subroutine keep_gap
 
@@ -218,17 +239,19 @@ contains
       real(wp), intent(out) :: time
       logical, intent(out) :: is_at_end
 
+      type(cubic_t) :: cubic
       real(wp) :: mark(4)
       integer :: k, turns
 
-      call find_turns(self%cubic, turns, mark(2:3))
+      cubic = cubic_of(self%ends(1:2), self%length*self%ends(3:4))
+      call find_turns(cubic, turns, mark(2:3))
       mark(1) = 0.0_wp
       mark(turns + 2) = 1.0_wp
-      is_at_end = abs(sum(self%cubic%c)) > level
+      is_at_end = abs(sum(cubic%c)) > level
       time = merge(self%length, 0.0_wp, is_at_end)
       if (is_at_end) return
       do k = 1, turns + 1
-         if (abs(value_at(self%cubic, mark(k))) > level) time = self%length*crossing(self%cubic, level, mark(k), &
+         if (abs(value_at(cubic, mark(k))) > level) time = self%length*crossing(cubic, level, mark(k), &
             mark(k + 1))
       end do
    end subroutine last_beyond
