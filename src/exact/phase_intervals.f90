@@ -152,6 +152,15 @@ contains
       end if
    end function exceeds
 
+   !> Was the gap of a contact seen, and nothing behind the end of the phase, where a force that vanishes ends that?
+   pure function has_trail(self, k)
+      class(phase_interval_t), intent(in) :: self
+      integer, intent(in) :: k
+      logical :: has_trail
+
+      has_trail = self%now%trail_of == k .and. self%searches(k)%time <= self%length
+   end function has_trail
+
    !> The greatest value of a row.
    subroutine seek_peak(self, row, stretch, known, peak)
       class(phase_interval_t), intent(inout) :: self
@@ -171,7 +180,7 @@ contains
       seen = -huge(1.0_wp)
       call find_signal(self, row, signal)
       if (is_whole .and. row%number <= self%contacts) then
-         if (self%now%trail_of == row%number .and. .not. (self%is_last .or. row%factor < 0.0_wp)) then
+         if (has_trail(self, row%number) .and. .not. (self%is_last .or. row%factor < 0.0_wp)) then
             call find_peak(signal, self%now%trail, is_certain, peak%value, peak%time)
             peak%is_found = is_certain .and. row%offset + peak%value > known
             if (is_certain) return
@@ -221,7 +230,7 @@ contains
          curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_indented)
          if (allocated(self%at_start)) curve%is_above = curve%is_above .and. self%at_start(k)%depth <= quiet_level
          curve%seen_above = 0.0_wp
-         if (self%now%trail_of == k) then
+         if (has_trail(self, k)) then
             associate (trail => self%now%trail)
                do i = 1, min(trail%count, size(trail%time))
                   if (trail%look(i)%signal > quiet_level) curve%seen_above = trail%time(i)
