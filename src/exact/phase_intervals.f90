@@ -10,8 +10,8 @@ module phase_intervals
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
    use phase_integrals, only: find_signals, integrate_stretch
    use phase_losses, only: keep_indentation, leave_behind
-   use phase_state, only: end_force, force_terms, keep_state, move_alone, move_to, phase_state_t, signal_of, whole_gap, &
-      whole_tip
+   use phase_state, only: end_force, force_terms, keep_state, move_alone, move_to, phase_state_t, signal_of, &
+      whole_gap, whole_tip
    use point_forces, only: slow
    use power_integrals, only: find_span, integral, integrals_in
    use response_types, only: quiet_level

@@ -75,7 +75,7 @@ contains
                if (.not. touches(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
                part = rebounds
                if (is_last .or. rate >= 0.0_wp .or. (contact%judged .and. contact%flight_events /= begins_now)) then
-                 part = comes_to_rest
+                  part = comes_to_rest
                end if
             end if
             call take_part(k, part, rate, contact%surface%settings%restitution, struck, n)

@@ -21,7 +21,7 @@
 !> zeros: without branches, a whole step takes less time than the general skyline product
 !> and solve alone (measured at n = 8: 0.10 against 0.18 microseconds).
 module newmark_stepper
-   use beam_model, only: beam_model_t, static_shape
+   use beam_model, only: beam_model_t
    use contact_rows, only: band, contact_row_t, put_along
    use failures, only: failure_t
    use kinds, only: lambda1_power4, wp
