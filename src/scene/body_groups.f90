@@ -11,24 +11,7 @@ module body_groups
    use value_rules, only: length_range, physical_range, place_range, range_t, stiffness_range
    implicit none (type, external)
    private
-   public :: physical_beam_t, physical_root_t, physical_mass_t, list_beam, list_section, list_root, list_masses
-
-   !> What the groups may give instead of ratios, in the user's units.
-   type :: physical_beam_t
-      !> (h0 - h1) / L, and (h0 + h1) / (2 L)
-      real(wp) :: taper = 0.0_wp
-      real(wp) :: mean_height_ratio = 0.075_wp
-   end type physical_beam_t
-
-   type :: physical_root_t
-      real(wp) :: rotation_stiffness = 0.0_wp
-      real(wp) :: translation_stiffness = 0.0_wp
-   end type physical_root_t
-
-   type :: physical_mass_t
-      real(wp) :: mass = 0.0_wp
-      real(wp) :: rotary_inertia = 0.0_wp
-   end type physical_mass_t
+   public :: list_beam, list_section, list_root, list_masses
 
    ! What more than one name needs
    type(condition_t), parameter :: heights = condition_t(without='area inertia', &
@@ -50,10 +33,9 @@ module body_groups
 
 contains
 
-   subroutine list_beam(table, beam, physical)
+   subroutine list_beam(table, beam)
       class(table_t), intent(inout) :: table
       type(beam_settings_t), intent(inout) :: beam
-      type(physical_beam_t), intent(inout) :: physical
 
       call table%open(group_t('beam', in_motion_and_benchmark))
       call table%bind(beam%length, name_t('length', 'length L', length_range))
@@ -64,11 +46,11 @@ contains
          default='0.075 length'))
       call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
          linear_taper, default='height_root'))
-      call table%bind(physical%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
+      call table%bind(beam%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
          range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
          sweep=sweep_t(3, is_of_beam=.true., is_in_cases=.true., &
          meaning='alpha = (height_root - height_tip) / length, mean height kept')))
-      call table%bind(physical%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
+      call table%bind(beam%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
          range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
       call table%bind(beam%station, name_t('station', 'positions of the table, from 0 to length, ascending', &
          height_range, condition_t(phrase='height, or with area and inertia'), is_optional=.true.))
@@ -120,11 +102,10 @@ contains
       end associate
    end subroutine list_section
 
-   subroutine list_root(table, scene, physical)
+   subroutine list_root(table, scene)
       class(table_t), intent(inout) :: table
       !> Its root
       type(scene_t), intent(inout) :: scene
-      type(physical_root_t), intent(inout) :: physical
 
       call table%open(group_t('root'), scene%has_root)
       if (.not. table%is_open) return
@@ -135,26 +116,24 @@ contains
             'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, springs, &
             default='none: it does not turn', is_optional=.true., &
             sweep=sweep_t(20, is_of_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')))
-         call table%bind(physical%rotation_stiffness, name_t('rotation_stiffness', 'the same, moment over angle', &
+         call table%keep(name_t('rotation_stiffness', 'the same, moment over angle', &
             physical_range, springs, instead_of='rotation_stiffness_ratio', &
             quantity='rotational_stiffness', sweep=sweep_t(name='root_rotation_stiffness')))
          call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', &
             'k / (3 E Ibar / L^3) of a spring against displacement', stiffness_range, springs, &
             default='none: it does not move', is_optional=.true., sweep=sweep_t(21, is_of_beam=.true., &
             is_in_cases=.true., name='root_translation_stiffness_ratio')))
-         call table%bind(physical%translation_stiffness, name_t('translation_stiffness', &
+         call table%keep(name_t('translation_stiffness', &
             'the same, force over length', physical_range, springs, instead_of='translation_stiffness_ratio', &
             quantity='stiffness', sweep=sweep_t(name='root_translation_stiffness')))
       end associate
    end subroutine list_root
 
    !> Every &mass.
-   subroutine list_masses(table, scene, physical)
+   subroutine list_masses(table, scene)
       class(table_t), intent(inout) :: table
       !> Its masses
       type(scene_t), intent(inout) :: scene
-      !> One for each mass
-      type(physical_mass_t), allocatable, intent(inout) :: physical(:)
 
       type(mass_settings_t), allocatable :: masses(:)
       integer :: number, k
@@ -164,32 +143,30 @@ contains
       number = table%times('mass', number)
       allocate (masses(number))
       if (allocated(scene%masses)) masses(:) = scene%masses
-      if (.not. allocated(physical)) allocate (physical(number))
       do k = 1, number
          if (k == 1) then
             call table%open(group_t('mass', repeats=.true., label='mass_1'), scene%has_masses)
          else
             call table%open(group_t('mass', repeats=.true., occurrence=k, label='mass_'//to_text(k)))
          end if
-         if (table%is_open) call list_mass(table, masses(k), physical(k))
+         if (table%is_open) call list_mass(table, masses(k))
       end do
       if (scene%has_masses) call move_alloc(masses, scene%masses)
    end subroutine list_masses
 
-   subroutine list_mass(table, mass, physical)
+   subroutine list_mass(table, mass)
       class(table_t), intent(inout) :: table
       type(mass_settings_t), intent(inout) :: mass
-      type(physical_mass_t), intent(inout) :: physical
 
       call table%bind(mass%position, name_t('position', 'position of the mass over length', place_range, &
          sweep=sweep_t(17, is_of_beam=.true., is_in_cases=.true.)))
       call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
          sweep=sweep_t(18, is_of_beam=.true., is_in_cases=.true.)))
-      call table%bind(physical%mass, name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
+      call table%keep(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
       call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', &
          'J / (rho Abar L^3), its moment of inertia about the axis of bending', mass_range, &
          sweep=sweep_t(19, is_of_beam=.true., is_in_cases=.true.)))
-      call table%bind(physical%rotary_inertia, name_t('rotary_inertia', 'J, mass times length squared', &
+      call table%keep(name_t('rotary_inertia', 'J, mass times length squared', &
          physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
    end subroutine list_mass
 

@@ -11,11 +11,9 @@ module frequency_response_names
 
 contains
 
-   subroutine list_frequency_response(table, scene, physical)
+   subroutine list_frequency_response(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
-      !> The range in periods over time
-      real(wp), allocatable, intent(inout) :: physical(:)
 
       call table%open(group_t('frequency_response'), scene%wants_frequency_response)
       if (.not. table%is_open) return
@@ -23,8 +21,8 @@ contains
          call table%bind(response%range, name_t('frequency_ratio_range', 'least and greatest frequency of the ' &
             //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), &
             default='none: give one'))
-         call table%bind(physical, name_t('frequency_range', 'the same in periods over time', physical_range, &
-            instead_of='frequency_ratio_range'))
+         call table%keep(name_t('frequency_range', 'the same in periods over time', physical_range, &
+            instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
          call table%bind(response%points, name_t('points', 'frequencies in it', range_t(2, 1000000)))
          call table%bind(response%is_logarithmic, name_t('logarithmic', 'divide it evenly in the logarithm'))
       end associate

@@ -4,40 +4,13 @@ module load_groups
    use load_settings, only: base_names, course_names, field_names, force_settings_t, pulse_names, start_names, &
       time_course_t
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, name_t, sweep_t
+   use name_types, only: condition_t, group_t, kind_text, name_t, sweep_t
    use number_text, only: to_text
    use scene_types, only: base_group_t, scene_t, start_group_t
    use value_rules, only: physical_range, range_t
    implicit none (type, external)
    private
-   public :: physical_course_t, physical_base_t, physical_start_t, list_forces, list_bases, list_start
-
-   !> What goes on in time, in the user's units.
-   type :: physical_course_t
-      real(wp) :: amplitude = 0.0_wp
-      !> Per unit of time
-      real(wp) :: frequency = 0.0_wp
-      real(wp) :: start_time = 0.0_wp
-      real(wp) :: end_time = 0.0_wp
-      real(wp) :: duration_time = 0.0_wp
-      !> Name of a file with its times and values; unallocated: there is none
-      character(:), allocatable :: table
-   end type physical_course_t
-
-   type :: physical_base_t
-      type(physical_course_t) :: course
-      real(wp) :: gravity = 0.0_wp
-   end type physical_base_t
-
-   type :: physical_start_t
-      real(wp) :: velocity = 0.0_wp
-      real(wp) :: displacement = 0.0_wp
-      !> Of a fall
-      real(wp) :: height = 0.0_wp
-      !> Of a table; unallocated: not given
-      real(wp), allocatable :: displacements(:)
-      real(wp), allocatable :: velocities(:)
-   end type physical_start_t
+   public :: list_forces, list_bases, list_start
 
    ! What more than one name needs
    type(condition_t), parameter :: harmonic = condition_t(name='kind', words='harmonic')
@@ -62,12 +35,10 @@ module load_groups
 contains
 
    !> Every &force.
-   subroutine list_forces(table, scene, physical)
+   subroutine list_forces(table, scene)
       class(table_t), intent(inout) :: table
       !> Its forces
       type(scene_t), intent(inout) :: scene
-      !> One for each force
-      type(physical_course_t), allocatable, intent(inout) :: physical(:)
 
       type(force_settings_t), allocatable :: forces(:)
       integer :: number, k
@@ -77,10 +48,9 @@ contains
       number = table%times('force', number)
       allocate (forces(number))
       if (allocated(scene%forces)) forces(:) = scene%forces
-      if (.not. allocated(physical)) allocate (physical(number))
       do k = 1, number
          call open_numbered(table, 'force', k, scene%has_forces)
-         if (table%is_open) call list_force(table, forces(k), physical(k))
+         if (table%is_open) call list_force(table, forces(k))
       end do
       if (scene%has_forces) call move_alloc(forces, scene%forces)
    end subroutine list_forces
@@ -100,10 +70,9 @@ contains
       end if
    end subroutine open_numbered
 
-   subroutine list_force(table, force, physical)
+   subroutine list_force(table, force)
       class(table_t), intent(inout) :: table
       type(force_settings_t), intent(inout) :: force
-      type(physical_course_t), intent(inout) :: physical
 
       integer, parameter :: first_parameter = 30
       real(wp), allocatable :: stretch(:)
@@ -122,16 +91,15 @@ contains
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
          default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
-      call table%bind(physical%amplitude, name_t('amplitude', 'force up, a line load over length; factor of a table ' &
+      call table%keep(name_t('amplitude', 'force up, a line load over length; factor of a table ' &
          //'in units', signed_range, instead_of='amplitude_ratio', quantity='load'))
-      call list_course(table, force%course, physical, first_parameter)
+      call list_course(table, force%course, first_parameter)
    end subroutine list_force
 
    !> What courses of all loads have besides kind and amplitude.
-   subroutine list_course(table, course, physical, first)
+   subroutine list_course(table, course, first)
       class(table_t), intent(inout) :: table
       type(time_course_t), intent(inout) :: course
-      type(physical_course_t), intent(inout) :: physical
       !> Number of the first of its parameters
       integer, intent(in) :: first
 
@@ -139,7 +107,7 @@ contains
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
          harmonic, sweep=sweep_t(first + 1, is_in_cases=.true.)))
-      call table%bind(physical%frequency, name_t('frequency', 'periods over time', &
+      call table%keep(name_t('frequency', 'periods over time', &
          range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), harmonic, instead_of='frequency_ratio', &
          quantity='frequency'))
       degrees = course%phase/degree
@@ -150,18 +118,18 @@ contains
       if (abs(degrees - before) > 0.0_wp) course%phase = degrees*degree
       call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &
          instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
-      call table%bind(physical%start_time, name_t('start_time', 'the same in time', physical_range, &
+      call table%keep(name_t('start_time', 'the same in time', physical_range, &
          instead_of='start', quantity='time'))
       last = 0.0_wp
       if (course%end < huge(course%end)) last = course%end
       call table%bind(last, name_t('end', 'instant at which it ceases, tau', duration_range, lasting, &
          default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)))
       if (last > 0.0_wp) course%end = last
-      call table%bind(physical%end_time, name_t('end_time', 'the same in time', physical_range, lasting, &
+      call table%keep(name_t('end_time', 'the same in time', physical_range, lasting, &
          instead_of='end', quantity='time'))
       call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
          sweep=sweep_t(first + 5, is_in_cases=.true.)))
-      call table%bind(physical%duration_time, name_t('duration_time', 'length of the pulse, time', &
+      call table%keep(name_t('duration_time', 'length of the pulse, time', &
          range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), pulse, instead_of='duration', &
          quantity='time'))
       call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
@@ -169,17 +137,15 @@ contains
          signed_range, tabulated, default='those of the file', is_optional=.true.))
       call table%bind(course%value, name_t('values', 'values at them, linear between; nothing before and after', &
          signed_range, tabulated, default='those of the file', is_optional=.true.))
-      call table%bind(physical%table, name_t('table', 'file with a time and a value in each line, sought beside the ' &
-         //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'))
+      call table%keep(name_t('table', 'file with a time and a value in each line, sought beside the ' &
+         //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
    end subroutine list_course
 
    !> Every &base.
-   subroutine list_bases(table, scene, physical)
+   subroutine list_bases(table, scene)
       class(table_t), intent(inout) :: table
       !> What moves its base
       type(scene_t), intent(inout) :: scene
-      !> One for each of them
-      type(physical_base_t), allocatable, intent(inout) :: physical(:)
 
       type(base_group_t), allocatable :: bases(:)
       integer :: number, k
@@ -189,24 +155,22 @@ contains
       number = table%times('base', number)
       allocate (bases(number))
       if (allocated(scene%bases)) bases(:) = scene%bases
-      if (.not. allocated(physical)) allocate (physical(number))
       do k = 1, number
          call open_numbered(table, 'base', k, scene%has_bases)
-         if (table%is_open) call list_base(table, bases(k), physical(k))
+         if (table%is_open) call list_base(table, bases(k))
       end do
       if (scene%has_bases) call move_alloc(bases, scene%bases)
    end subroutine list_bases
 
-   subroutine list_base(table, base, physical)
+   subroutine list_base(table, base)
       class(table_t), intent(inout) :: table
       type(base_group_t), intent(inout) :: base
-      type(physical_base_t), intent(inout) :: physical
 
       integer, parameter :: first_parameter = 40
 
       call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
          //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), sweep=sweep_t(first_parameter + 6, is_in_cases=.true.)))
-      call table%bind(physical%gravity, name_t('gravity', 'gravity, length over time squared', physical_range, &
+      call table%keep(name_t('gravity', 'gravity, length over time squared', physical_range, &
          instead_of='gravity_ratio', quantity='acceleration'))
       call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
          //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), base_names)
@@ -214,16 +178,15 @@ contains
       call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &
          default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
-      call table%bind(physical%course%amplitude, name_t('amplitude', 'acceleration or displacement up; factor of a ' &
+      call table%keep(name_t('amplitude', 'acceleration or displacement up; factor of a ' &
          //'table in units', signed_range, instead_of='amplitude_ratio', quantity='acceleration'))
-      call list_course(table, base%course, physical%course, first_parameter)
+      call list_course(table, base%course, first_parameter)
    end subroutine list_base
 
    !> &start
-   subroutine list_start(table, start, physical)
+   subroutine list_start(table, start)
       class(table_t), intent(inout) :: table
       type(start_group_t), intent(inout) :: start
-      type(physical_start_t), intent(inout) :: physical
 
       call table%bind(start%kind, name_t('kind', 'from rest pulled away from a stop, from rest, from rest under the ' &
          //'loads, moving, in a mode, as a table says, or dropped', default="'pull'; 'rest' without a stop"), &
@@ -235,27 +198,27 @@ contains
       call table%bind(start%velocity, name_t('velocity_ratio', 'velocity up, in a rotation or mode that of the tip, ' &
          //'after a drop that of the fall down, over D omega1', load_range, moving, &
          sweep=sweep_t(50, is_in_cases=.true., name='start_velocity_ratio')))
-      call table%bind(physical%velocity, name_t('velocity', 'the same, length over time', signed_range, moving, &
+      call table%keep(name_t('velocity', 'the same, length over time', signed_range, moving, &
          instead_of='velocity_ratio', quantity='velocity', sweep=sweep_t(name='start_velocity')))
       call table%bind(start%displacement, name_t('displacement_ratio', 'displacement of the tip up over D', &
          load_range, modal, sweep=sweep_t(51, is_in_cases=.true., name='start_displacement_ratio')))
-      call table%bind(physical%displacement, name_t('displacement', 'the same, length', signed_range, modal, &
+      call table%keep(name_t('displacement', 'the same, length', signed_range, modal, &
          instead_of='displacement_ratio', quantity='displacement', sweep=sweep_t(name='start_displacement')))
       call table%bind(start%height_ratio, name_t('height_ratio', 'height of the fall over D', positive_range, fallen, &
          default='none: velocity as given', is_optional=.true., &
          sweep=sweep_t(52, is_in_cases=.true., name='start_height_ratio')))
-      call table%bind(physical%height, name_t('height', 'height of the fall, length', physical_range, fallen, &
+      call table%keep(name_t('height', 'height of the fall, length', physical_range, fallen, &
          instead_of='height_ratio', quantity='displacement', sweep=sweep_t(name='start_height')))
       call table%bind(start%position, name_t('position', 'points of the table over length, ascending', place_range, &
          tabulated, is_optional=.true.))
       call table%bind(start%displacements, name_t('displacement_ratios', &
          'displacements there over D, a spline between', load_range, tabulated, default='0', is_optional=.true.))
-      call table%bind(physical%displacements, name_t('displacements', 'the same, length', signed_range, tabulated, &
-         instead_of='displacement_ratios'))
+      call table%keep(name_t('displacements', 'the same, length', signed_range, tabulated, &
+         instead_of='displacement_ratios', quantity='displacement'), is_list=.true.)
       call table%bind(start%velocities, name_t('velocity_ratios', 'velocities there over D omega1, a spline between', &
          load_range, tabulated, default='0', is_optional=.true.))
-      call table%bind(physical%velocities, name_t('velocities', 'the same, length over time', signed_range, tabulated, &
-         instead_of='velocity_ratios'))
+      call table%keep(name_t('velocities', 'the same, length over time', signed_range, tabulated, &
+         instead_of='velocity_ratios', quantity='velocity'), is_list=.true.)
    end subroutine list_start
 
 end module load_groups

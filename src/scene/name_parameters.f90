@@ -9,7 +9,7 @@ module name_parameters
    use sweep_settings, only: parameter_t
    implicit none (type, external)
    private
-   public :: list_parameters, parameter_of, chosen_parameter, sweep_of
+   public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of
 
    !> Above the number of any parameter.
    integer, parameter :: beyond_all = 100

@@ -1,7 +1,7 @@
 !> The names of scene files as data: one entry a name, which says all that is known about it and holds its value.
 !>
 !> A procedure that lists names (`list_group` of `scene_groups`) opens groups and binds entries to the components of a
-!> scene. It is gone through to fill the table with the scene's values, and again to give the scene what the table has
+!> scene; a quantity in units has none, the ratio that stands for it has. It is gone through to fill the table with the scene's values, and again to give the scene what the table has
 !> by then, so a name and its component stand together in one statement. Reading a file, the echo, the reference,
 !> sweeps and cases work on the table alone.
 module name_table
@@ -27,6 +27,8 @@ module name_table
       logical, private :: grows = .true.
       logical, private :: takes = .true.
       logical, private :: gives = .false.
+      !> It gives only what has changed
+      logical, private :: gives_changes = .false.
       !> The only name that gets a value, and in which of several groups of a name; empty: all
       character(name_room), private :: only = ''
       integer, private :: only_in = 1
@@ -42,11 +44,16 @@ module name_table
       procedure :: give_values
       procedure :: take_values
       procedure :: give_one
+      procedure :: change
+      procedure :: give_changes
       procedure :: times
       procedure :: open
+      procedure :: keep
       generic :: bind => bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers
       procedure :: find_group
       procedure :: find
+      procedure :: has
+      procedure :: number
       procedure :: counts
       procedure :: phrase
       procedure :: range_of
@@ -71,6 +78,7 @@ contains
       table%grows = .false.
       table%takes = .false.
       table%gives = .true.
+      table%gives_changes = .false.
       table%open_group = 0
       table%now = 0
    end subroutine give_values
@@ -99,6 +107,38 @@ contains
       table%entries%value = value
       table%entries(1)%list = [value]
    end subroutine give_one
+
+   !> Another value of an entry.
+   subroutine change(table, place, value)
+      class(table_t), intent(inout) :: table
+      integer, intent(in) :: place
+      !> One number, or those of a list
+      real(wp), intent(in) :: value(:)
+
+      associate (entry => table%entries(place))
+         if (entry%is_list) then
+            entry%list = value
+         else
+            entry%value = value(1)
+         end if
+         entry%is_changed = .true.
+         table%groups(table%find_group(table%groups(entry%group)%name))%is_changed = .true.
+      end associate
+   end subroutine change
+
+   !> The names of one group are listed again and get the values that have changed, even of a group that the scene does
+   !> not ask for.
+   subroutine give_changes(table, group)
+      class(table_t), intent(inout) :: table
+      !> Its place, of several of a name that of the first
+      integer, intent(in) :: group
+
+      call table%give_values()
+      table%gives_changes = .true.
+      table%open_group = group - 1
+      table%now = table%groups(group)%first_entry - 1
+      table%groups(group)%is_changed = .false.
+   end subroutine give_changes
 
    !> How often a group that may be given several times is to be opened: once at least, so that its names are known.
    pure function times(table, group, in_scene) result(number)
@@ -133,6 +173,7 @@ contains
          return
       end if
       table%open_group = table%open_group + 1
+      if (table%gives_changes) return
       if (table%grows) then
          if (.not. allocated(table%groups)) allocate (table%groups(16))
          if (table%open_group > size(table%groups)) then
@@ -155,6 +196,25 @@ contains
          if (.not. table%is_open) table%now = opened%last_entry
       end associate
    end subroutine open
+
+   !> A name without a component: its value stays in the table.
+   subroutine keep(table, name, kind, is_list)
+      class(table_t), intent(inout) :: table
+      type(name_t), intent(in) :: name
+      !> One of the `kind_` constants; absent: a number
+      integer, intent(in), optional :: kind
+      !> Absent: it is none
+      logical, intent(in), optional :: is_list
+
+      integer :: own_kind
+      logical :: own_list
+
+      own_kind = kind_number
+      if (present(kind)) own_kind = kind
+      own_list = .false.
+      if (present(is_list)) own_list = is_list
+      call table%advance(name, own_kind, own_list)
+   end subroutine keep
 
    !> A number.
    subroutine bind_real(table, value, name)
@@ -254,6 +314,10 @@ contains
          return
       end if
       table%now = table%now + 1
+      if (table%gives_changes) then
+         table%gives = table%entries(table%now)%is_changed
+         table%entries(table%now)%is_changed = .false.
+      end if
       if (.not. table%grows) return
       if (.not. allocated(table%entries)) allocate (table%entries(160))
       if (table%now > size(table%entries)) then
@@ -305,6 +369,30 @@ contains
       end do
       place = 0
    end function find
+
+   !> Does the file give a name?
+   pure function has(table, group, name, occurrence)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of several groups; absent: the first
+      integer, intent(in), optional :: occurrence
+      logical :: has
+
+      has = table%entries(table%find(table%find_group(group, occurrence), name))%is_given
+   end function has
+
+   !> The value of a name.
+   pure function number(table, group, name, occurrence)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of several groups; absent: the first
+      integer, intent(in), optional :: occurrence
+      real(wp) :: number
+
+      number = table%entries(table%find(table%find_group(group, occurrence), name))%value
+   end function number
 
    !> Is what an entry needs there?
    pure function counts(table, place)

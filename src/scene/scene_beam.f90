@@ -1,6 +1,5 @@
 !> &beam checked and completed: heights from the taper, tables that fit together.
 module scene_beam
-   use body_groups, only: physical_beam_t
    use kinds, only: wp
    use number_text, only: rounded, to_text
    use scene_input, only: scene_input_t
@@ -16,10 +15,8 @@ module scene_beam
 contains
 
    !> Complete the beam; problems go into the input.
-   subroutine resolve_beam(input, physical, beam)
+   subroutine resolve_beam(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> Its taper, if that is what it gives
-      type(physical_beam_t), intent(in) :: physical
       !> As read in; complete out
       type(beam_settings_t), intent(inout) :: beam
 
@@ -33,7 +30,7 @@ contains
       if (allocated(beam%area)) beam%shape = shape_section_table
       select case (beam%shape)
       case (shape_taper)
-         call resolve_taper(input, physical, beam)
+         call resolve_taper(input, beam)
       case (shape_height_table)
          call check_stations(input, 'beam', 'station', beam%length, beam%station)
          call check_column(input, 'beam', 'height', size(beam%station), beam%height, smallest_height, .true.)
@@ -53,10 +50,8 @@ contains
    end subroutine resolve_beam
 
    !> Heights at both ends from the heights or from taper and mean height.
-   subroutine resolve_taper(input, physical, beam)
+   subroutine resolve_taper(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> Its taper, if that is what it gives
-      type(physical_beam_t), intent(in) :: physical
       !> Heights out
       type(beam_settings_t), intent(inout) :: beam
 
@@ -66,13 +61,13 @@ contains
       if (has_root) then
          if (.not. input%has('beam', 'height_tip')) beam%height_tip = beam%height_root
       else
-         if (abs(physical%taper) > 2.0_wp*physical%mean_height_ratio) then
-            call input%complain('beam', 'taper', 'must be at most '//rounded(2.0_wp*physical%mean_height_ratio) &
+         if (abs(beam%taper) > 2.0_wp*beam%mean_height_ratio) then
+            call input%complain('beam', 'taper', 'must be at most '//rounded(2.0_wp*beam%mean_height_ratio) &
                //' in size, twice mean_height_ratio (a full wedge)')
             return
          end if
-         beam%height_root = beam%length*(physical%mean_height_ratio + 0.5_wp*physical%taper)
-         beam%height_tip = beam%length*(physical%mean_height_ratio - 0.5_wp*physical%taper)
+         beam%height_root = beam%length*(beam%mean_height_ratio + 0.5_wp*beam%taper)
+         beam%height_tip = beam%length*(beam%mean_height_ratio - 0.5_wp*beam%taper)
       end if
       if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
          call input%complain('beam', trim(merge('height_root', 'taper      ', has_root)), &

@@ -3,7 +3,7 @@ module scene_echo
    use kinds, only: wp
    use name_table, only: table_t
    use name_types, only: entry_t, kind_logical, kind_text, kind_word
-   use scene_groups, only: list_scene, physical_t
+   use scene_groups, only: list_scene
    use scene_types, only: echo_t, scene_t
    implicit none (type, external)
    private
@@ -22,12 +22,11 @@ contains
       !> Resolved
       type(scene_t), intent(inout) :: scene
 
-      type(physical_t) :: physical
       logical :: is_echoed(table%entry_count)
       integer :: i, k
 
       call table%take_values()
-      call list_scene(table, scene, physical)
+      call list_scene(table, scene)
       do i = 1, table%entry_count
          associate (entry => table%entries(i))
             entry%is_given = allocated(entry%list) .or. (entry%name%is_optional .and. entry%value > 0.0_wp)
@@ -35,7 +34,7 @@ contains
       end do
       do i = 1, table%entry_count
          associate (entry => table%entries(i))
-            is_echoed(i) = table%groups(entry%group)%is_wanted .and. entry%name%instead_of == '' &
+            is_echoed(i) = table%groups(entry%group)%is_wanted .and. entry%name%instead_of == '' .and. entry%name%quantity == '' &
                .and. (entry%is_given .or. .not. entry%name%is_optional)
             if (is_echoed(i)) is_echoed(i) = table%counts(i)
          end associate

@@ -11,17 +11,13 @@ module scene_frequency_response
 contains
 
    !> A range, and what shakes the beam; problems go into the input.
-   subroutine resolve_frequency_response(input, physical, scene)
+   subroutine resolve_frequency_response(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> The range in periods over time; unallocated: not given
-      real(wp), allocatable, intent(in) :: physical(:)
       type(scene_t), intent(inout) :: scene
 
       character(*), parameter :: group = 'frequency_response', name = 'frequency_ratio_range frequency_range'
-      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
 
       associate (response => scene%frequency_response)
-         if (allocated(physical)) response%range = one_turn*physical/scene%scales%omega1
          if (size(harmonic_frequencies(scene)) == 0) then
             call input%complain(group, '', "needs what shakes the beam: &force or &base of kind = 'harmonic'")
          else if (.not. allocated(response%range)) then

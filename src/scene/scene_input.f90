@@ -42,6 +42,7 @@ module scene_input
       procedure :: complain
       procedure :: has_problem
       procedure :: get_problem
+      procedure :: forget_problem
       procedure, private :: read_entry, read_numbers, read_words, read_switch, read_line, report_groups, &
          report_items, reject, report
    end type scene_input_t
@@ -455,6 +456,14 @@ contains
          problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
       end if
    end subroutine get_problem
+
+   !> What was wrong is no longer.
+   subroutine forget_problem(input)
+      class(scene_input_t), intent(inout) :: input
+
+      input%problem_position = huge(1)
+      if (allocated(input%problem)) deallocate (input%problem)
+   end subroutine forget_problem
 
    !> Report a problem with a value of an item, or with the item.
    subroutine reject(input, item, value, problem)

@@ -33,8 +33,9 @@ contains
          if (input%has_problem()) return
          poincare%sets_duration = .not. (input%has('response', 'duration') .or. input%has('response', 'duration_time'))
          if (scene%wants_sweep) poincare%sets_duration = poincare%sets_duration .and. .not. any(is_swept( &
-            scene%sweep%swept) .and. scene%sweep%swept%parameter%name_in_group == 'duration' .and. &
-            scene%sweep%swept%parameter%group == 'response')
+            scene%sweep%swept) .and. scene%sweep%swept%parameter%group == 'response' .and. &
+            (scene%sweep%swept%parameter%name_in_group == 'duration' .or. &
+            scene%sweep%swept%parameter%name_in_group == 'duration_time'))
          call set_period(scene, poincare, response)
          if (poincare%period <= 0.0_wp) then
             call input%complain(group, 'load', 'the harmonic loads have no period in common within 64 periods of the ' &

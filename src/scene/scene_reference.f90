@@ -5,7 +5,7 @@ module scene_reference
    use number_text, only: to_text
    use program_identity, only: program_any
    use scene_echo, only: words_of
-   use scene_groups, only: list_scene, physical_t
+   use scene_groups, only: list_scene
    use scene_types, only: scene_t
    use value_rules, only: one_of, range_text
    implicit none (type, external)
@@ -33,12 +33,11 @@ contains
 
       type(table_t) :: table
       type(scene_t) :: scene
-      type(physical_t) :: physical
       integer :: i, count, reader
 
       reader = program_any
       if (present(program)) reader = program
-      call list_scene(table, scene, physical)
+      call list_scene(table, scene)
       allocate (names(table%entry_count))
       count = 0
       do i = 1, table%entry_count

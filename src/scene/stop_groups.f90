@@ -10,24 +10,7 @@ module stop_groups
    use value_rules, only: physical_range, place_range, range_t, stiffness_range
    implicit none (type, external)
    private
-   public :: physical_stop_t, physical_support_t, list_stops, list_supports
-
-   !> What a &stop may give instead of ratios, in the user's units.
-   type :: physical_stop_t
-      !> d and y_c(0), up from the unstressed beam
-      real(wp) :: surface_height = 0.0_wp
-      real(wp) :: initial_height = 1.0_wp
-      !> From the unstressed beam to each of both sides
-      real(wp) :: clearance = 0.0_wp
-      !> k, beta k and c
-      real(wp) :: stiffness = 0.0_wp
-      real(wp) :: branch_stiffness = 0.0_wp
-      real(wp) :: damper = 0.0_wp
-   end type physical_stop_t
-
-   type :: physical_support_t
-      real(wp) :: stiffness = 0.0_wp
-   end type physical_support_t
+   public :: list_stops, list_supports
 
    ! What more than one name needs
    type(condition_t), parameter :: one_side = condition_t(name='side', words='below above')
@@ -42,12 +25,10 @@ module stop_groups
 contains
 
    !> Every &stop.
-   subroutine list_stops(table, scene, physical)
+   subroutine list_stops(table, scene)
       class(table_t), intent(inout) :: table
       !> Its stops
       type(scene_t), intent(inout) :: scene
-      !> One for each stop
-      type(physical_stop_t), allocatable, intent(inout) :: physical(:)
 
       integer :: number, k
 
@@ -55,17 +36,16 @@ contains
       if (allocated(scene%more_stops)) number = 1 + size(scene%more_stops)
       number = table%times('stop', number)
       if (number > 1 .and. .not. allocated(scene%more_stops)) allocate (scene%more_stops(number - 1))
-      if (.not. allocated(physical)) allocate (physical(number))
       call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true.), scene%has_stop)
-      if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%pulled, physical(1))
+      if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%pulled)
       do k = 2, number
          call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true., occurrence=k, &
             label='stop_'//to_text(k)))
-         if (table%is_open) call list_stop(table, k, number, scene%more_stops(k - 1), scene%pulled, physical(k))
+         if (table%is_open) call list_stop(table, k, number, scene%more_stops(k - 1), scene%pulled)
       end do
    end subroutine list_stops
 
-   subroutine list_stop(table, which, number, stop, pulled, physical)
+   subroutine list_stop(table, which, number, stop, pulled)
       class(table_t), intent(inout) :: table
       !> Which of so many it is
       integer, intent(in) :: which
@@ -73,7 +53,6 @@ contains
       type(stop_settings_t), intent(inout) :: stop
       !> The one from which the beam is released
       integer, intent(inout) :: pulled
-      type(physical_stop_t), intent(inout) :: physical
 
       real(wp) :: clearance
       logical :: is_pulled
@@ -96,24 +75,23 @@ contains
          //'|y_c(0) - d|', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), both_sides, default='none: give one', &
          sweep=sweep_t(14, is_in_cases=.true.)))
       if (stop%side == side_both) stop%preload = -clearance
-      call table%bind(physical%surface_height, name_t('surface_height', &
+      call table%keep(name_t('surface_height', &
          'd, the stop above the unstressed beam, length', height_range, one_side, instead_of='preload', &
          quantity='displacement'))
-      call table%bind(physical%clearance, name_t('clearance', 'distance of the unstressed beam to each side, length', &
+      call table%keep(name_t('clearance', 'distance of the unstressed beam to each side, length', &
          range_t(0.0_wp, 1.0e12_wp, excludes_least=.true.), both_sides, instead_of='clearance_ratio', &
          quantity='displacement'))
-      call table%bind(physical%initial_height, name_t('initial_height', &
+      call table%keep(name_t('initial_height', &
          'y_c(0) above the unstressed beam, at the stop from which it is released, length', height_range, &
-         instead_of='preload', quantity='displacement'))
+         instead_of='preload', quantity='displacement', is_scale=.true.))
       call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
-      call list_law(table, stop, physical)
+      call list_law(table, stop)
    end subroutine list_stop
 
    !> What the laws of stops need.
-   subroutine list_law(table, stop, physical)
+   subroutine list_law(table, stop)
       class(table_t), intent(inout) :: table
       type(stop_settings_t), intent(inout) :: stop
-      type(physical_stop_t), intent(inout) :: physical
 
       call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
          range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true.)))
@@ -121,26 +99,24 @@ contains
          needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
          stiffness_range, yielding, sweep=sweep_t(11, is_in_cases=.true.)))
-      call table%bind(physical%stiffness, name_t('stiffness', 'spring k, force over length', physical_range, &
+      call table%keep(name_t('stiffness', 'spring k, force over length', physical_range, &
          yielding, instead_of='stiffness_ratio', quantity='stiffness'))
       call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
          range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true.)))
-      call table%bind(physical%branch_stiffness, name_t('branch_stiffness', 'spring beta k, force over length', &
-         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness'))
+      call table%keep(name_t('branch_stiffness', 'spring beta k, force over length', &
+         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness_ratio'))
       call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
          //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), yielding, &
          sweep=sweep_t(13, is_in_cases=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
-      call table%bind(physical%damper, name_t('damper', 'damper c, force over velocity', physical_range, yielding, &
+      call table%keep(name_t('damper', 'damper c, force over velocity', physical_range, yielding, &
          instead_of='damper_ratio', quantity='damper'))
    end subroutine list_law
 
    !> Every &support.
-   subroutine list_supports(table, scene, physical)
+   subroutine list_supports(table, scene)
       class(table_t), intent(inout) :: table
       !> Its supports
       type(scene_t), intent(inout) :: scene
-      !> One for each support
-      type(physical_support_t), allocatable, intent(inout) :: physical(:)
 
       type(support_settings_t), allocatable :: supports(:)
       integer :: number, k
@@ -150,22 +126,20 @@ contains
       number = table%times('support', number)
       allocate (supports(number))
       if (allocated(scene%supports)) supports(:) = scene%supports
-      if (.not. allocated(physical)) allocate (physical(number))
       do k = 1, number
          if (k == 1) then
             call table%open(group_t('support', repeats=.true., label='support_1'), scene%has_supports)
          else
             call table%open(group_t('support', repeats=.true., occurrence=k, label='support_'//to_text(k)))
          end if
-         if (table%is_open) call list_support(table, supports(k), physical(k))
+         if (table%is_open) call list_support(table, supports(k))
       end do
       if (scene%has_supports) call move_alloc(supports, scene%supports)
    end subroutine list_supports
 
-   subroutine list_support(table, support, physical)
+   subroutine list_support(table, support)
       class(table_t), intent(inout) :: table
       type(support_settings_t), intent(inout) :: support
-      type(physical_support_t), intent(inout) :: physical
 
       call table%bind(support%position, name_t('position', 'position of the support over length', place_range, &
          sweep=sweep_t(15, is_of_beam=.true., is_in_cases=.true.)))
@@ -173,7 +147,7 @@ contains
       call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', &
          'k / (3 E Ibar / L^3) of its spring, against rotation k / (3 E Ibar / L)', stiffness_range, &
          default='none: rigid', is_optional=.true., sweep=sweep_t(16, is_of_beam=.true., is_in_cases=.true.)))
-      call table%bind(physical%stiffness, name_t('stiffness', &
+      call table%keep(name_t('stiffness', &
          'spring, force over length, or moment over angle', physical_range, instead_of='stiffness_ratio', &
          quantity='stiffness'))
    end subroutine list_support

@@ -1,47 +1,85 @@
-!> Quantities in the user's units: ratios that a file gives by them, and what results in them need.
+!> Quantities in the user's units: the ratios that stand for them, and what results in them need.
 module unit_ratios
    use kinds, only: wp
+   use name_parameters, only: quantity_of
    use name_table, only: table_t
+   use name_types, only: entry_t
    use number_text, only: to_text
-   use quantities, only: system_none
+   use quantities, only: is_of_displacement, quantity_named, ratio_of, system_none
+   use run_settings, only: side_above
    use scene_input, only: scene_input_t
-   use scene_types, only: output_dimensionless, output_scene, scene_t
-   use value_rules, only: contains_value, range_t, range_text
+   use scene_types, only: output_dimensionless, output_scene, scales_t, scene_t
+   use value_rules, only: contains_value, range_text
    implicit none (type, external)
    private
-   public :: take_ratio, check_units
+   public :: is_in_units, needs_displacement, first_of_displacement, take_ratio, check_units
 
    character(*), parameter :: unknown_displacement = 'needs displacements in units: give initial_height, and the ' &
       //"height of the surface, at the &stop from which the beam is released; or &output units = 'dimensionless'"
 
 contains
 
-   !> A ratio, if the file gives its quantity.
-   subroutine take_ratio(input, table, group, name, value, ratio, occurrence)
-      type(scene_input_t), intent(inout) :: input
+   !> Does the file give it in units, for a ratio?
+   elemental function is_in_units(entry) result(is)
+      type(entry_t), intent(in) :: entry
+      logical :: is
+
+      is = entry%is_given .and. entry%name%quantity /= '' .and. .not. entry%name%is_scale
+   end function is_in_units
+
+   !> Does it take the unit of displacement to make its ratio?
+   pure function needs_displacement(entry) result(needs)
+      !> It is in units
+      type(entry_t), intent(in) :: entry
+      logical :: needs
+
+      needs = is_of_displacement(quantity_named(entry%name%quantity))
+   end function needs_displacement
+
+   !> Place of the first entry that the file gives and only the unit of displacement makes a ratio; 0: there is none.
+   pure function first_of_displacement(table) result(place)
       type(table_t), intent(in) :: table
-      !> Group and name of the quantity
-      character(*), intent(in) :: group
-      character(*), intent(in) :: name
-      !> The quantity as a ratio
-      real(wp), intent(in) :: value
-      !> Replaced by the value if the file has the quantity
-      real(wp), intent(inout) :: ratio
-      !> Which of the groups of this name; absent: the first
-      integer, intent(in), optional :: occurrence
+      integer :: place
 
-      character(:), allocatable :: ratio_name
-      type(range_t) :: range
+      do place = 1, table%entry_count
+         if (.not. is_in_units(table%entries(place))) cycle
+         if (needs_displacement(table%entries(place))) return
+      end do
+      place = 0
+   end function first_of_displacement
 
-      if (.not. input%has(group, name, occurrence)) return
-      ratio_name = trim(table%entries(table%find(table%find_group(group), name))%name%instead_of)
-      range = table%range_of(group, ratio_name)
-      if (contains_value(range, value)) then
-         ratio = value
-      else
-         call input%complain(group, name, ratio_name//' would be '//to_text(value)//': must be ' &
-            //range_text(range), occurrence)
-      end if
+   !> The ratio of an entry in units becomes the value of the entry that stands for it. Problems go into the input.
+   subroutine take_ratio(input, table, place, scales)
+      type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(inout) :: table
+      integer, intent(in) :: place
+      type(scales_t), intent(in) :: scales
+
+      real(wp) :: ratio
+      integer :: other, quantity
+
+      associate (entry => table%entries(place), group => table%groups(table%entries(place)%group))
+         other = table%find(entry%group, entry%name%instead_of)
+         quantity = quantity_named(quantity_of(table, place))
+         if (entry%is_list) then
+            call table%change(other, ratio_of(quantity, entry%list, scales))
+            return
+         end if
+         ratio = ratio_of(quantity, entry%value, scales)
+         if (entry%name%over /= '') ratio = ratio/table%entries(table%find(entry%group, entry%name%over))%value
+         if (entry%name%name == 'surface_height') then
+            ! up, where a preload counts in the direction in which the stop pushes; the difference has no zero with a sign
+            if (nint(table%entries(table%find(entry%group, 'side'))%value) == side_above) ratio = 0.0_wp - ratio
+         end if
+         associate (range => table%entries(other)%name%range)
+            if (contains_value(range, ratio)) then
+               call table%change(other, [ratio])
+            else
+               call input%complain(trim(group%name), trim(entry%name%name), trim(entry%name%instead_of)//' would be ' &
+                  //to_text(ratio)//': must be '//range_text(range), group%occurrence)
+            end if
+         end associate
+      end associate
    end subroutine take_ratio
 
    !> Results in units need a beam in units, and displacements; problems go into the input.

@@ -6,7 +6,7 @@ module quantities
    implicit none (type, external)
    private
    public :: quantity_table, quantity_named, system_names, system_none
-   public :: units_t, units_of, ratio_of, unit_of, name_in, words_in
+   public :: units_t, units_of, ratio_of, is_of_displacement, unit_of, name_in, words_in
 
    !> Systems of units, as scenes name them; the last: the scene's, of which only the dimensions are known.
    character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
@@ -120,7 +120,7 @@ contains
    end function factor_of
 
    !> What a quantity in the units of the scene is without.
-   pure function ratio_of(quantity, value, scales) result(ratio)
+   elemental function ratio_of(quantity, value, scales) result(ratio)
       !> Its place in the table
       integer, intent(in) :: quantity
       real(wp), intent(in) :: value
@@ -131,6 +131,18 @@ contains
          ratio = value*below(entry, scales)/above(entry, scales)
       end associate
    end function ratio_of
+
+   !> Does it take the unit of displacement to make a ratio of a quantity?
+   pure function is_of_displacement(quantity) result(is)
+      !> Its place in the table
+      integer, intent(in) :: quantity
+      logical :: is
+
+      integer, parameter :: scales_of_displacement(4) = [displacement, velocity, slope, force]
+
+      is = any(scales_of_displacement == quantity_table(quantity)%first) .or. &
+         any(scales_of_displacement == quantity_table(quantity)%second)
+   end function is_of_displacement
 
    !> The scales with a positive power, and the constant.
    pure function above(entry, scales) result(product)
