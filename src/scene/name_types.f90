@@ -63,7 +63,7 @@ module name_types
       !> What it is, as in `quantity_table`, in the units of the scene: the other gets the ratio, and a sweep may vary it
       !> if it may the other
       character(name_room) :: quantity = ''
-      !> The ratio is not to one unit of its quantity, but to the value of this name of the group
+      !> The ratio is not to one unit of its quantity, but to this quantity of the group
       character(name_room) :: over = ''
       !> It says how long the unit of displacement is, and makes no ratio by itself
       logical :: is_scale = .false.

@@ -104,7 +104,7 @@ contains
       call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
          range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true.)))
       call table%keep(name_t('branch_stiffness', 'spring beta k, force over length', &
-         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness_ratio'))
+         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness'))
       call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
          //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), yielding, &
          sweep=sweep_t(13, is_in_cases=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))

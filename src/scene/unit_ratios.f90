@@ -66,7 +66,12 @@ contains
             return
          end if
          ratio = ratio_of(quantity, entry%value, scales)
-         if (entry%name%over /= '') ratio = ratio/table%entries(table%find(entry%group, entry%name%over))%value
+         if (entry%name%over /= '') then
+            associate (unit => table%entries(table%find(entry%group, entry%name%over)))
+               ratio = ratio/table%entries(table%find(entry%group, unit%name%instead_of))%value
+               if (unit%is_given) ratio = entry%value/unit%value
+            end associate
+         end if
          if (entry%name%name == 'surface_height') then
             ! up, where a preload counts in the direction in which the stop pushes; the difference has no zero with a sign
             if (nint(table%entries(table%find(entry%group, 'side'))%value) == side_above) ratio = 0.0_wp - ratio
