@@ -11,10 +11,11 @@ module scene_reader
    use scene_groups, only: give_changes, list_group, list_scene
    use scene_input, only: scene_input_t
    use scene_resolve, only: resolve_scene, resolve_units
+   use scene_stops, only: find_displacement
    use scene_types, only: scene_t
    use sweep_settings, only: is_swept, parameter_t, place_of, values_given
    use text_file, only: load_text
-   use unit_ratios, only: is_in_units
+   use unit_ratios, only: needs_displacement, places_in_units
    implicit none (type, external)
    private
    public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, draft_t
@@ -26,8 +27,10 @@ module scene_reader
       type(table_t) :: table
       !> Of cases: the scene, not resolved; unallocated: it is not read yet
       type(scene_t), allocatable :: scene
-      !> Entries of the parameters, which count as given, 0: it goes by itself; and all that are given in units
+      !> Entries of the parameters, which count as given, 0: it goes by itself; and those in units whose ratios change
       integer, allocatable :: places(:), affected(:)
+      !> The unit of displacement changes
+      logical :: moves_displacement = .false.
    end type draft_t
 
 contains
@@ -201,7 +204,8 @@ contains
          call give_changes(draft%table, made)
          call resolve_scene(draft%input, draft%table, program_any, made)
       else
-         call resolve_units(draft%input, draft%table, draft%affected, scene)
+         if (draft%moves_displacement) call find_displacement(draft%input, draft%table, scene)
+         if (.not. draft%input%has_problem()) call resolve_units(draft%input, draft%table, draft%affected, scene)
       end if
       call draft%input%get_problem(problem)
       if (allocated(problem)) then
@@ -237,7 +241,8 @@ contains
       character(:), allocatable, intent(out) :: problem
 
       type(scene_t) :: made
-      integer :: k, i
+      integer, allocatable :: all(:)
+      integer :: k
 
       call read_draft(scene%text, scene%file, program_any, draft, made, problem)
       made%wants_sweep = .false.
@@ -254,7 +259,13 @@ contains
                table%entries(draft%places(k))%is_given = .true.
             end associate
          end do
-         draft%affected = pack([(i, i=1, table%entry_count)], is_in_units(table%entries(:table%entry_count)))
+         all = places_in_units(table)
+         associate (entries => table%entries, places => pack(draft%places, draft%places > 0))
+            draft%moves_displacement = any(needs_displacement(entries(places)))
+            ! within a group ratios may be to each other
+            draft%affected = pack(all, [(any(entries(places)%group == entries(all(k))%group), k=1, size(all))] .or. &
+               (draft%moves_displacement .and. needs_displacement(entries(all))))
+         end associate
       end associate
    end subroutine read_for_cases
 

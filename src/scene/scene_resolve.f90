@@ -26,7 +26,7 @@ module scene_resolve
       solver_natural
    use section_shapes, only: is_uniform, profile_stepped
    use sweep_resolve, only: resolve_sweep
-   use unit_ratios, only: check_units, first_of_displacement, is_in_units, take_ratio
+   use unit_ratios, only: check_units, places_in_units, take_ratio
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text, spread_problem
    implicit none (type, external)
    private
@@ -63,8 +63,6 @@ contains
       !> Read values in; resolved out
       type(scene_t), intent(inout) :: scene
 
-      integer :: i
-
       call check_name(input, scene%name)
       call check_rules(input, table)
       if (input%has_problem()) return
@@ -86,7 +84,9 @@ contains
       call check_masses(input, scene)
       call choose_start(input, table, scene)
       if (input%has_problem()) return
-      call resolve_units(input, table, [(i, i=1, table%entry_count)], scene)
+      call find_displacement(input, table, scene)
+      if (input%has_problem()) return
+      call resolve_units(input, table, places_in_units(table), scene)
       if (input%has_problem()) return
       if (scene%has_stop) call check_stops(input, scene)
       if (scene%has_supports) call check_supports(input, scene)
@@ -105,32 +105,21 @@ contains
       call check_output(input, scene)
    end subroutine resolve_scene
 
-   !> The ratios of what is given in units, and the unit of displacement, become those of a scene. Problems go into the
+   !> A scene gets the ratios of what is given in units, and what else has changed in its table. Problems go into the
    !> input, and the scene then stays as it is.
    subroutine resolve_units(input, table, places, scene)
       type(scene_input_t), intent(inout) :: input
       !> Its names, read; ratios out
       type(table_t), intent(inout) :: table
-      !> Of the entries that matter, ascending
+      !> Of entries in units, ascending
       integer, intent(in) :: places(:)
-      !> How it starts, and its scales but for that of displacements, in
+      !> Its scales in
       type(scene_t), intent(inout) :: scene
 
-      integer :: lacking, k
+      integer :: k
 
-      call find_displacement(input, table, scene)
-      if (input%has_problem()) return
-      lacking = 0
-      if (scene%scales%displacement <= 0.0_wp) lacking = first_of_displacement(table)
-      if (lacking > 0) then
-         associate (group => table%groups(table%entries(lacking)%group))
-            call input%complain(trim(group%name), trim(table%entries(lacking)%name%name), 'needs a length to go by: ' &
-               //'give &stop surface_height and initial_height, or &scene displacement_scale', group%occurrence)
-         end associate
-         return
-      end if
       do k = 1, size(places)
-         if (is_in_units(table%entries(places(k)))) call take_ratio(input, table, places(k), scene%scales)
+         call take_ratio(input, table, places(k), scene%scales)
       end do
       if (.not. input%has_problem()) call give_changes(table, scene)
    end subroutine resolve_units

@@ -10,7 +10,7 @@ module scene_stops
    use scene_input, only: scene_input_t
    use scene_types, only: scales_t, scene_t
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
-   use unit_ratios, only: first_of_displacement
+   use unit_ratios, only: needs_displacement, places_in_units
    use value_rules, only: range_text
    implicit none (type, external)
    private
@@ -35,7 +35,8 @@ contains
 
       associate (unit => scene%scales%displacement)
          unit = table%number('scene', 'displacement_scale')
-         if (scene%start%kind /= start_pull .and. unit <= 0.0_wp .and. first_of_displacement(table) > 0) then
+         if (scene%start%kind /= start_pull .and. unit <= 0.0_wp .and. &
+            any(needs_displacement(table%entries(places_in_units(table))))) then
             do k = 1, merge(stop_count(scene), 0, scene%has_stop)
                if (table%has('stop', 'surface_height', k)) unit = max(unit, abs(table%number('stop', 'surface_height', k)))
                if (table%has('stop', 'clearance', k)) unit = max(unit, table%number('stop', 'clearance', k))
@@ -140,7 +141,7 @@ contains
       ! Share of the length: heights below it cannot be told from none
       real(wp), parameter :: smallest_lift = 1.0e-15_wp
       character(*), parameter :: too_long = "must be smaller in size than the beam's length, "
-      character(:), allocatable :: name, surface
+      character(:), allocatable :: name
       real(wp) :: given, start, lift
       integer :: side
 
@@ -151,8 +152,6 @@ contains
          return
       end if
       given = table%number('stop', name, released)
-      surface = name//' = '//to_text(given)
-      if (side == side_both) surface = 'the lower side, -'//name//' = '//to_text(-given)
       start = table%number('stop', 'initial_height', released)
       lift = start - given
       if (side == side_above) lift = given - start
@@ -166,8 +165,9 @@ contains
             call input%complain('stop', 'initial_height', 'must be between both sides, at most clearance = ' &
                //to_text(given)//' in size', released)
          else if (lift < smallest_lift*scales%length) then
-            call input%complain('stop', 'initial_height', 'must be ' &
-               //trim(merge('below', 'above', side == side_above))//' '//surface, released)
+            if (side == side_both) name = 'the lower side, -'//name
+            call input%complain('stop', 'initial_height', 'must be '//trim(merge('below', 'above', side == side_above)) &
+               //' '//name//' = '//to_text(merge(-given, given, side == side_both)), released)
          else if (abs(given) > range%most*lift) then
             call input%complain('stop', 'initial_height', 'is too near to '//name//': preload must be ' &
                //range_text(range), released)

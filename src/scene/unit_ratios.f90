@@ -12,41 +12,32 @@ module unit_ratios
    use value_rules, only: contains_value, range_text
    implicit none (type, external)
    private
-   public :: is_in_units, needs_displacement, first_of_displacement, take_ratio, check_units
+   public :: places_in_units, needs_displacement, take_ratio, check_units
 
    character(*), parameter :: unknown_displacement = 'needs displacements in units: give initial_height, and the ' &
       //"height of the surface, at the &stop from which the beam is released; or &output units = 'dimensionless'"
 
 contains
 
-   !> Does the file give it in units, for a ratio?
-   elemental function is_in_units(entry) result(is)
-      type(entry_t), intent(in) :: entry
-      logical :: is
+   !> Places of the entries that the file gives in units for ratios.
+   pure function places_in_units(table) result(places)
+      type(table_t), intent(in) :: table
+      integer, allocatable :: places(:)
 
-      is = entry%is_given .and. entry%name%quantity /= '' .and. .not. entry%name%is_scale
-   end function is_in_units
+      integer :: i
 
-   !> Does it take the unit of displacement to make its ratio?
-   pure function needs_displacement(entry) result(needs)
-      !> It is in units
+      places = pack([(i, i=1, table%entry_count)], [(table%entries(i)%is_given .and. table%entries(i)%name%quantity /= '' &
+         .and. .not. table%entries(i)%name%is_scale, i=1, table%entry_count)])
+   end function places_in_units
+
+   !> Do ratios of an entry in units go by the unit of displacement?
+   elemental function needs_displacement(entry) result(needs)
       type(entry_t), intent(in) :: entry
       logical :: needs
 
-      needs = is_of_displacement(quantity_named(entry%name%quantity))
+      needs = entry%name%quantity /= ''
+      if (needs) needs = is_of_displacement(quantity_named(entry%name%quantity))
    end function needs_displacement
-
-   !> Place of the first entry that the file gives and only the unit of displacement makes a ratio; 0: there is none.
-   pure function first_of_displacement(table) result(place)
-      type(table_t), intent(in) :: table
-      integer :: place
-
-      do place = 1, table%entry_count
-         if (.not. is_in_units(table%entries(place))) cycle
-         if (needs_displacement(table%entries(place))) return
-      end do
-      place = 0
-   end function first_of_displacement
 
    !> The ratio of an entry in units becomes the value of the entry that stands for it. Problems go into the input.
    subroutine take_ratio(input, table, place, scales)
@@ -61,6 +52,11 @@ contains
       associate (entry => table%entries(place), group => table%groups(table%entries(place)%group))
          other = table%find(entry%group, entry%name%instead_of)
          quantity = quantity_named(quantity_of(table, place))
+         if (scales%displacement <= 0.0_wp .and. is_of_displacement(quantity)) then
+            call input%complain(trim(group%name), trim(entry%name%name), 'needs a length to go by: ' &
+               //'give &stop surface_height and initial_height, or &scene displacement_scale', group%occurrence)
+            return
+         end if
          if (entry%is_list) then
             call table%change(other, ratio_of(quantity, entry%list, scales))
             return
