@@ -3,26 +3,26 @@
 !>
 !> What a name needs stands before it, in its own group or an earlier one.
 module scene_groups
-   use body_groups, only: list_beam, list_masses, list_root, list_section
-   use frequency_response_names, only: list_frequency_response
    use history_list, only: history_count, history_table
    use kinds, only: wp
-   use load_groups, only: list_bases, list_forces, list_start
    use measure_list, only: measure_count, measure_named, measure_status, measure_table
-   use name_parameters, only: list_parameters, parameter_of, sweep_of
    use name_table, only: table_t
-   use name_types, only: group_t, name_t, condition_t, sweep_t
-   use orbit_groups, only: list_periods
+   use name_types, only: condition_t, group_t, name_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
+   use scene_beam, only: list_beam
+   use scene_body, only: list_masses, list_root
+   use scene_loads, only: list_bases, list_forces
+   use scene_requests, only: list_frequency_response, list_periods, list_statistics
+   use scene_section, only: list_section
+   use scene_start, only: list_start
+   use scene_stops, only: list_stops, list_supports
    use scene_types, only: contender_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
-   use statistics_groups, only: list_statistics
-   use stop_groups, only: list_stops, list_supports
-   use sweep_groups, only: list_sweep
+   use sweep_names, only: list_parameters, list_sweep, parameter_of, sweep_of
    use sweep_settings, only: best_settings_t, cases_settings_t, goal_names, parameter_t
-   use value_rules, only: length_range, physical_range, range_t
+   use value_rules, only: duration_range, length_range, physical_range, point_range, range_t
    implicit none (type, external)
    private
    public :: list_scene, list_group, give_changes
@@ -62,7 +62,6 @@ module scene_groups
    type(range_t), parameter :: ratio_range = range_t(0.1_wp, 10.0_wp)
    type(range_t), parameter :: hop_range = range_t(1.0e-14_wp, 0.1_wp)
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
-   type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
 
    character(*), parameter :: unit_of_displacement = 'unit of displacement D, length; without a pull by default the ' &
       //'greatest distance of a stop that is given in units, else the mean height'
@@ -276,7 +275,7 @@ contains
       call table%open(group_t('stress'), scene%wants_stress)
       if (.not. table%is_open) return
       call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and ' &
-         //'stress at the outer fibre are asked for', range_t(0.0_wp, 1.0_wp), default='0, the root', &
+         //'stress at the outer fibre are asked for', point_range, default='0, the root', &
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
       if (.not. allocated(scene%stress%position)) scene%stress%position = [0.0_wp]
       call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))

@@ -3,17 +3,17 @@
 module scene_input
    use kinds, only: i8, wp
    use name_hints, only: choice_hint, group_hint, item_hint
-   use name_parameters, only: chosen_parameter
    use name_table, only: is_among, most_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
-   use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, &
-      value_count, value_source, value_text
+   use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, value_count, &
+      value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_any
    use run_settings, only: name_length
+   use sweep_names, only: chosen_parameter
    use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
@@ -23,8 +23,7 @@ module scene_input
    integer, parameter :: longest_list = 100000
 
    type :: scene_input_t
-      private
-      !> The file, and its parts
+         !> The file, and its parts
       character(:), allocatable :: file
       type(namelist_t) :: namelist
       !> Where in the text the first problem is, and what it is
@@ -42,7 +41,6 @@ module scene_input
       procedure :: complain
       procedure :: has_problem
       procedure :: get_problem
-      procedure :: forget_problem
       procedure, private :: read_entry, read_numbers, read_words, read_switch, read_line, report_groups, &
          report_items, reject, report
    end type scene_input_t
@@ -444,9 +442,9 @@ contains
       has_problem = allocated(input%problem)
    end function has_problem
 
-   !> The first problem, on one line; unallocated: there is none.
+   !> The first problem, on one line; unallocated: there is none. From then on there is none.
    pure subroutine get_problem(input, problem)
-      class(scene_input_t), intent(in) :: input
+      class(scene_input_t), intent(inout) :: input
       !> What the user reads
       character(:), allocatable, intent(out) :: problem
 
@@ -455,15 +453,9 @@ contains
       if (input%problem_position > 0) then
          problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
       end if
-   end subroutine get_problem
-
-   !> What was wrong is no longer.
-   subroutine forget_problem(input)
-      class(scene_input_t), intent(inout) :: input
-
       input%problem_position = huge(1)
-      if (allocated(input%problem)) deallocate (input%problem)
-   end subroutine forget_problem
+      deallocate (input%problem)
+   end subroutine get_problem
 
    !> Report a problem with a value of an item, or with the item.
    subroutine reject(input, item, value, problem)

@@ -1,47 +1,180 @@
-!> &force, &base and &start checked and completed: tables read, what does not go together.
+!> &force and &base, of which a file may have any number: their names, tables read, what does not go together.
 module scene_loads
    use kinds, only: wp
-   use load_settings, only: base_displacement, base_settings_t, course_harmonic, course_table, force_settings_t, &
-      start_drop, start_mode, start_pull, start_rest, start_table, start_velocity, time_course_t
+   use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
+      course_table, force_settings_t, pulse_names, start_pull, time_course_t
    use load_table, only: read_load_table
    use name_table, only: table_t
+   use name_types, only: condition_t, group_t, kind_text, name_t, sweep_t
    use number_text, only: to_text
    use run_settings, only: impulse_nodal, law_restitution
    use scene_input, only: scene_input_t
-   use scene_types, only: scene_t, start_group_t
-   use value_rules, only: range_t, range_text
+   use scene_start, only: check_start
+   use scene_types, only: base_group_t, scene_t
+   use value_rules, only: duration_range, instant_range, load_range, physical_range, point_range, positive_range, &
+      range_t, range_text, signed_range
    implicit none (type, external)
    private
-   public :: choose_start, resolve_loads
+   public :: list_forces, list_bases, resolve_loads
 
-   !> Times and values of tables.
-   type(range_t), parameter :: table_range = range_t(-1.0e20_wp, 1.0e20_wp)
+   ! What more than one name needs
+   type(condition_t), parameter :: harmonic = condition_t(name='kind', words='harmonic')
+   type(condition_t), parameter :: pulse = condition_t(name='kind', words='pulse')
+   type(condition_t), parameter :: lasting = condition_t(name='kind', words='harmonic step table')
+   type(condition_t), parameter :: tabulated = condition_t(name='kind', words='table')
+
+   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
 
-   !> How the motion begins where the file leaves that open, and what then cannot be.
-   subroutine choose_start(input, table, scene)
-      type(scene_input_t), intent(inout) :: input
-      !> Its names, read
-      type(table_t), intent(in) :: table
-      !> The kind of its start out
+   !> Every &force.
+   subroutine list_forces(table, scene)
+      class(table_t), intent(inout) :: table
+      !> Its forces
       type(scene_t), intent(inout) :: scene
 
-      integer :: k
+      type(force_settings_t), allocatable :: forces(:)
+      integer :: number, k
 
-      if (.not. scene%has_stop) then
-         if (.not. input%has('start', 'kind')) then
-            scene%start%kind = start_rest
-         else if (scene%start%kind == start_pull) then
-            call input%complain('start', 'kind', 'needs &stop, from which the beam is pulled away')
-         end if
-      else if (scene%start%kind /= start_pull) then
-         do k = 1, count(table%groups(:table%group_count)%name == 'stop')
-            if (.not. (input%has('stop', 'initial_height', k) .or. input%has('stop', 'pulled', k))) cycle
-            call input%complain('stop', 'initial_height pulled', "only goes with &start kind = 'pull'", k)
-         end do
+      number = 0
+      if (allocated(scene%forces)) number = size(scene%forces)
+      number = table%times('force', number)
+      allocate (forces(number))
+      if (allocated(scene%forces)) forces(:) = scene%forces
+      do k = 1, number
+         call open_numbered(table, 'force', k, scene%has_forces)
+         if (table%is_open) call list_force(table, forces(k))
+      end do
+      if (scene%has_forces) call move_alloc(forces, scene%forces)
+   end subroutine list_forces
+
+   !> One of several groups, of which even the first is called by its number.
+   subroutine open_numbered(table, group, which, is_wanted)
+      class(table_t), intent(inout) :: table
+      character(*), intent(in) :: group
+      integer, intent(in) :: which
+      !> The scene asks for one at least
+      logical, intent(inout) :: is_wanted
+
+      if (which == 1) then
+         call table%open(group_t(group, repeats=.true., label=group//'_1'), is_wanted)
+      else
+         call table%open(group_t(group, repeats=.true., occurrence=which, label=group//'_'//to_text(which)))
       end if
-   end subroutine choose_start
+   end subroutine open_numbered
+
+   subroutine list_force(table, force)
+      class(table_t), intent(inout) :: table
+      type(force_settings_t), intent(inout) :: force
+
+      integer, parameter :: first_parameter = 30
+      real(wp), allocatable :: stretch(:)
+
+      call table%bind(force%position, name_t('position', 'points over length, with the whole force at each', &
+         point_range, condition_t(without='stretch', phrase='points, not with stretch'), &
+         default='none: give position or stretch', is_optional=.true., &
+         sweep=sweep_t(first_parameter + 6, is_in_cases=.true., meaning='point of the force over length')))
+      allocate (stretch, source=force%stretch)
+      call table%bind(stretch, name_t('stretch', 'ends of the stretch under a line load, over length', &
+         point_range, condition_t(without='position', phrase='a line load, not with position'), &
+         default='none: give position or stretch', is_optional=.true.))
+      ! what has other than two ends is told by who checks it
+      if (allocated(stretch)) force%stretch = [stretch(1), stretch(size(stretch))]
+      call table%bind(force%course%kind, name_t('kind', 'how it goes on in time'), course_names)
+      call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
+         //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
+         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
+      call table%keep(name_t('amplitude', 'force up, a line load over length; factor of a table ' &
+         //'in units', signed_range, instead_of='amplitude_ratio', quantity='load'))
+      call list_course(table, force%course, first_parameter)
+   end subroutine list_force
+
+   !> What courses of all loads have besides kind and amplitude.
+   subroutine list_course(table, course, first)
+      class(table_t), intent(inout) :: table
+      type(time_course_t), intent(inout) :: course
+      !> Number of the first of its parameters
+      integer, intent(in) :: first
+
+      real(wp) :: degrees, before, last
+
+      call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
+         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true.)))
+      call table%keep(name_t('frequency', 'periods over time', &
+         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), harmonic, instead_of='frequency_ratio', &
+         quantity='frequency'))
+      degrees = course%phase/degree
+      before = degrees
+      call table%bind(degrees, name_t('phase', 'phase of the sine at tau = 0, degrees, also with a later start', &
+         range_t(-360.0_wp, 360.0_wp), harmonic, sweep=sweep_t(first + 2, is_in_cases=.true.)))
+      ! else a phase that nothing changes keeps its last digit
+      if (abs(degrees - before) > 0.0_wp) course%phase = degrees*degree
+      call table%bind(course%start, name_t('start', 'instant at which it sets in, tau; there a table has time 0', &
+         instant_range, sweep=sweep_t(first + 3, is_in_cases=.true.)))
+      call table%keep(name_t('start_time', 'the same in time', physical_range, &
+         instead_of='start', quantity='time'))
+      last = 0.0_wp
+      if (course%end < huge(course%end)) last = course%end
+      call table%bind(last, name_t('end', 'instant at which it ceases, tau', duration_range, lasting, &
+         default='that of the run', is_optional=.true., sweep=sweep_t(first + 4, is_in_cases=.true.)))
+      if (last > 0.0_wp) course%end = last
+      call table%keep(name_t('end_time', 'the same in time', physical_range, lasting, &
+         instead_of='end', quantity='time'))
+      call table%bind(course%duration, name_t('duration', 'length of the pulse, tau', duration_range, pulse, &
+         sweep=sweep_t(first + 5, is_in_cases=.true.)))
+      call table%keep(name_t('duration_time', 'length of the pulse, time', &
+         range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), pulse, instead_of='duration', &
+         quantity='time'))
+      call table%bind(course%shape, name_t('shape', 'shape of the pulse', needs=pulse), pulse_names)
+      call table%bind(course%time, name_t('times', 'instants of the table, ascending, tau; with amplitude in time', &
+         signed_range, tabulated, default='those of the file', is_optional=.true.))
+      call table%bind(course%value, name_t('values', 'values at them, linear between; nothing before and after', &
+         signed_range, tabulated, default='those of the file', is_optional=.true.))
+      call table%keep(name_t('table', 'file with a time and a value in each line, sought beside the ' &
+         //'scene file; # and ! begin comments', range_t(1, 1000), tabulated, instead_of='times'), kind_text)
+   end subroutine list_course
+
+   !> Every &base.
+   subroutine list_bases(table, scene)
+      class(table_t), intent(inout) :: table
+      !> What moves its base
+      type(scene_t), intent(inout) :: scene
+
+      type(base_group_t), allocatable :: bases(:)
+      integer :: number, k
+
+      number = 0
+      if (allocated(scene%bases)) number = size(scene%bases)
+      number = table%times('base', number)
+      allocate (bases(number))
+      if (allocated(scene%bases)) bases(:) = scene%bases
+      do k = 1, number
+         call open_numbered(table, 'base', k, scene%has_bases)
+         if (table%is_open) call list_base(table, bases(k))
+      end do
+      if (scene%has_bases) call move_alloc(bases, scene%bases)
+   end subroutine list_bases
+
+   subroutine list_base(table, base)
+      class(table_t), intent(inout) :: table
+      type(base_group_t), intent(inout) :: base
+
+      integer, parameter :: first_parameter = 40
+
+      call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
+         //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), sweep=sweep_t(first_parameter + 6, is_in_cases=.true.)))
+      call table%keep(name_t('gravity', 'gravity, length over time squared', physical_range, &
+         instead_of='gravity_ratio', quantity='acceleration'))
+      call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
+         //'gravity; a displacement is harmonic from tau = 0 on, or a table, and has no end of its own'), base_names)
+      call table%bind(base%course%kind, name_t('kind', 'how it goes on in time'), course_names)
+      call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
+         //'displacement over D, D the unit of displacement; factor of a table', load_range, &
+         default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
+      call table%keep(name_t('amplitude', 'acceleration or displacement up; factor of a ' &
+         //'table in units', signed_range, instead_of='amplitude_ratio', quantity='acceleration'))
+      call list_course(table, base%course, first_parameter)
+   end subroutine list_base
 
    !> Problems go into the input.
    subroutine resolve_loads(input, table, scene)
@@ -227,8 +360,8 @@ contains
                //to_text(size(value))//' given', which)
          else if (size(time) < 2) then
             call input%complain(group, 'times table', 'needs two points at least', which)
-         else if (max(maxval(abs(time)), maxval(abs(value))) > table_range%most) then
-            call input%complain(group, 'times table', 'has numbers that are not '//range_text(table_range), which)
+         else if (max(maxval(abs(time)), maxval(abs(value))) > signed_range%most) then
+            call input%complain(group, 'times table', 'has numbers that are not '//range_text(signed_range), which)
          else
             k = findloc(time(2:) - time(:size(time) - 1) > rounding*max(abs(time(2:)), abs(time(:size(time) - 1))), &
                .false., dim=1)
@@ -237,90 +370,5 @@ contains
          end if
       end associate
    end subroutine check_table
-
-   !> &start
-   subroutine check_start(input, scene)
-      type(scene_input_t), intent(inout) :: input
-      type(scene_t), intent(in) :: scene
-
-      select case (scene%start%kind)
-      case (start_velocity)
-         if (.not. has_velocity(input)) call input%complain('start', 'kind', 'needs velocity_ratio or velocity')
-      case (start_mode)
-         if (.not. (has_velocity(input) .or. input%has('start', 'displacement_ratio') .or. &
-            input%has('start', 'displacement'))) call input%complain('start', 'kind', &
-            'needs displacement_ratio or displacement, or velocity_ratio or velocity')
-      case (start_drop)
-         call check_drop(input, scene)
-      case (start_table)
-         call check_start_table(input, scene%start)
-      end select
-   end subroutine check_start
-
-   !> Does &start give a velocity?
-   pure function has_velocity(input) result(has)
-      type(scene_input_t), intent(in) :: input
-      logical :: has
-
-      has = input%has('start', 'velocity_ratio') .or. input%has('start', 'velocity')
-   end function has_velocity
-
-   !> A fall has a height and gravity, or a velocity at its end.
-   subroutine check_drop(input, scene)
-      type(scene_input_t), intent(inout) :: input
-      type(scene_t), intent(in) :: scene
-
-      if (input%has('start', 'height_ratio') .or. input%has('start', 'height')) then
-         if (has_velocity(input)) call input%complain('start', 'height_ratio height', &
-            'does not go with a velocity: one of them tells the other')
-         if (.not. scene%has_bases) then
-            call input%complain('start', 'height_ratio height', 'needs &base gravity_ratio or gravity')
-         else if (all(scene%bases%gravity_ratio <= 0.0_wp)) then
-            call input%complain('start', 'height_ratio height', 'needs &base gravity_ratio or gravity')
-         end if
-      else if (.not. has_velocity(input)) then
-         call input%complain('start', 'kind', 'needs height_ratio or height, or velocity_ratio or velocity')
-      else if (scene%start%velocity <= 0.0_wp) then
-         call input%complain('start', 'velocity_ratio velocity', 'must be above 0 at the end of a fall')
-      end if
-   end subroutine check_drop
-
-   !> Points along the beam, and what is there.
-   subroutine check_start_table(input, start)
-      type(scene_input_t), intent(inout) :: input
-      type(start_group_t), intent(in) :: start
-
-      if (.not. allocated(start%position)) then
-         call input%complain('start', 'kind', 'needs position, the points of the table')
-         return
-      end if
-      associate (x => start%position)
-         if (size(x) < 2) then
-            call input%complain('start', 'position', 'needs two points at least')
-         else if (any(x(2:) <= x(:size(x) - 1))) then
-            call input%complain('start', 'position', 'must be ascending')
-         end if
-      end associate
-      if (.not. (allocated(start%displacements) .or. allocated(start%velocities))) then
-         call input%complain('start', 'kind', 'needs displacement_ratios or displacements, or velocity_ratios or ' &
-            //'velocities')
-      end if
-      call check_column(input, 'displacement_ratios displacements', size(start%position), start%displacements)
-      call check_column(input, 'velocity_ratios velocities', size(start%position), start%velocities)
-   end subroutine check_start_table
-
-   !> As many values as points.
-   subroutine check_column(input, names, points, column)
-      type(scene_input_t), intent(inout) :: input
-      !> Two names of one quantity
-      character(*), intent(in) :: names
-      integer, intent(in) :: points
-      !> Unallocated: not given
-      real(wp), allocatable, intent(in) :: column(:)
-
-      if (.not. allocated(column)) return
-      if (size(column) /= points) call input%complain('start', names, 'needs as many values as position, ' &
-         //to_text(points)//'; '//to_text(size(column))//' given')
-   end subroutine check_column
 
 end module scene_loads

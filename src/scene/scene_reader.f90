@@ -7,9 +7,9 @@ module scene_reader
    use number_text, only: to_text
    use program_identity, only: program_any
    use scene_beam, only: set_taper
-   use scene_echo, only: make_echo
    use scene_groups, only: give_changes, list_group, list_scene
    use scene_input, only: scene_input_t
+   use scene_reference, only: make_echo
    use scene_resolve, only: resolve_scene, resolve_units
    use scene_stops, only: find_displacement
    use scene_types, only: scene_t
@@ -22,8 +22,7 @@ module scene_reader
 
    !> What a file gives, before it is a scene.
    type :: draft_t
-      private
-      type(scene_input_t) :: input
+         type(scene_input_t) :: input
       type(table_t) :: table
       !> Of cases: the scene, not resolved; unallocated: it is not read yet
       type(scene_t), allocatable :: scene
@@ -195,7 +194,6 @@ contains
 
       is_anew = scene%has_misfits .or. .not. allocated(draft%scene)
       if (.not. allocated(draft%scene)) call read_for_cases(scene, parameters, draft, problem)
-      call draft%input%forget_problem()
       do k = 1, size(parameters)
          if (draft%places(k) > 0) call draft%table%change(draft%places(k), [values(k)])
       end do

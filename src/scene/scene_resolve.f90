@@ -1,7 +1,6 @@
 !> From what a file gives to a scene: the groups checked against each other, defaults that depend on
 !> other values filled in, quantities in the user's units made ratios.
 module scene_resolve
-   use cases_resolve, only: resolve_cases
    use kinds, only: lambda1, wp
    use name_table, only: table_t
    use number_text, only: to_text
@@ -10,22 +9,20 @@ module scene_resolve
    use run_settings, only: method_exact, response_settings_t
    use scene_beam, only: check_stations, mean_section, resolve_beam
    use scene_body, only: check_masses, check_root
-   use scene_frequency_response, only: resolve_frequency_response
    use scene_groups, only: give_changes
    use scene_input, only: scene_input_t
-   use scene_loads, only: choose_start, resolve_loads
-   use scene_orbit, only: resolve_orbit
-   use scene_poincare, only: resolve_poincare
+   use scene_loads, only: resolve_loads
+   use scene_requests, only: resolve_frequency_response, resolve_orbit, resolve_poincare, resolve_statistics
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
-   use scene_statistics, only: resolve_statistics
+   use scene_start, only: choose_start
    use scene_stops, only: check_stops, check_supports, find_displacement
+   use scene_sweep, only: resolve_cases, resolve_sweep
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_names, &
       solver_natural
    use section_shapes, only: is_uniform, profile_stepped
-   use sweep_resolve, only: resolve_sweep
    use unit_ratios, only: check_units, places_in_units, take_ratio
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text, spread_problem
    implicit none (type, external)

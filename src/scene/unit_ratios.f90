@@ -1,7 +1,6 @@
 !> Quantities in the user's units: the ratios that stand for them, and what results in them need.
 module unit_ratios
    use kinds, only: wp
-   use name_parameters, only: quantity_of
    use name_table, only: table_t
    use name_types, only: entry_t
    use number_text, only: to_text
@@ -9,6 +8,7 @@ module unit_ratios
    use run_settings, only: side_above
    use scene_input, only: scene_input_t
    use scene_types, only: output_dimensionless, output_scene, scales_t, scene_t
+   use sweep_names, only: quantity_of
    use value_rules, only: contains_value, range_text
    implicit none (type, external)
    private

@@ -1,7 +1,7 @@
 !> Scenes as short texts, for the tests.
 module scene_texts
    use failures, only: failure_t
-   use name_parameters, only: list_parameters, parameter_of
+   use sweep_names, only: list_parameters, parameter_of
    use name_table, only: table_t
    use scene_groups, only: list_scene
    use scene_reader, only: parse_scene
