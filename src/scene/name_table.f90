@@ -53,6 +53,7 @@ module name_table
       procedure :: find_group
       procedure :: find
       procedure :: has
+      procedure :: has_either
       procedure :: number
       procedure :: counts
       procedure :: phrase
@@ -381,6 +382,22 @@ contains
 
       has = table%entries(table%find(table%find_group(group, occurrence), name))%is_given
    end function has
+
+   !> Does the file give a name, or in units what stands for it?
+   pure function has_either(table, group, name, occurrence) result(has)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of several groups; absent: the first
+      integer, intent(in), optional :: occurrence
+      logical :: has
+
+      associate (opened => table%groups(table%find_group(group, occurrence)))
+         associate (entries => table%entries(opened%first_entry:opened%last_entry))
+            has = any(entries%is_given .and. (entries%name%name == name .or. entries%name%instead_of == name))
+         end associate
+      end associate
+   end function has_either
 
    !> The value of a name.
    pure function number(table, group, name, occurrence)

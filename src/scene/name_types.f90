@@ -43,6 +43,8 @@ module name_types
       logical :: is_of_beam = .false.
       !> &cases may vary it too
       logical :: is_in_cases = .false.
+      !> It may change in a motion under way: neither modes nor where surfaces are, nor the phase of loads, go by it
+      logical :: is_in_motion = .false.
       !> Name and meaning in a sweep, where they are others; of several groups the label stands before the name
       character(name_room) :: name = ''
       character(meaning_room) :: meaning = ''

@@ -107,16 +107,17 @@ contains
    end subroutine check_root
 
    !> Problems go into the input.
-   subroutine check_masses(input, scene)
+   subroutine check_masses(input, table, scene)
       type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
       type(scene_t), intent(in) :: scene
 
       integer :: k
 
       if (.not. scene%has_masses .or. scene%wants_sweep .or. scene%wants_cases) return
       do k = 1, size(scene%masses)
-         if (any([input%has('mass', 'mass_ratio', k), input%has('mass', 'mass', k), input%has('mass', &
-            'rotary_inertia_ratio', k), input%has('mass', 'rotary_inertia', k)])) cycle
+         if (table%has_either('mass', 'mass_ratio', k) .or. table%has_either('mass', 'rotary_inertia_ratio', k)) cycle
          call input%complain('mass', '', 'needs mass_ratio or mass, or rotary_inertia_ratio or rotary_inertia', k)
       end do
    end subroutine check_masses

@@ -192,17 +192,17 @@ contains
 
       call table%open(group_t('damping', in_motion_and_benchmark))
       call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
-         rayleigh, sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
+         rayleigh, sweep=sweep_t(8, is_in_cases=.true., is_in_motion=.true., meaning='damping ratio')))
       call table%keep(name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
          physical_range, rayleigh, instead_of='zeta', quantity='stiffness_damping'))
       call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &
-         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true.)))
+         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
          physical_range, rayleigh, instead_of='zeta_mass', quantity='mass_damping'))
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
          //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
          without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
-         default='none: C = gamma K + alpha M', is_optional=.true., sweep=sweep_t(55, is_in_cases=.true.)))
+         default='none: C = gamma K + alpha M', is_optional=.true., sweep=sweep_t(55, is_in_cases=.true., is_in_motion=.true.)))
    end subroutine list_damping
 
    subroutine list_mesh(table, mesh)
@@ -257,7 +257,7 @@ contains
       call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
          range_t(0.0_wp, 1.0e3_wp, excludes_least=.true.), newmark))
       call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'eta that a flight must exceed to be no rest', &
-         hop_range, sweep=sweep_t(7)))
+         hop_range, sweep=sweep_t(7, is_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))
       call table%bind(response%mode_tolerance, name_t('mode_tolerance', &

@@ -33,7 +33,6 @@ module scene_input
       character(name_length), allocatable :: added(:)
    contains
       procedure :: start
-      procedure :: announce
       procedure :: read_table
       procedure :: has_group
       procedure :: has
@@ -48,29 +47,25 @@ module scene_input
 contains
 
    !> Begin with the parts of a file.
-   subroutine start(input, file, namelist)
+   subroutine start(input, file, namelist, table)
       class(scene_input_t), intent(inout) :: input
       !> Its name, for messages
       character(*), intent(in) :: file
       type(namelist_t), intent(in) :: namelist
+      !> It is told which groups will be read, before its names are listed; absent: nothing is read
+      type(table_t), intent(inout), optional :: table
+
+      character(name_length) :: names(namelist%group_count)
+      integer :: i
 
       input%file = file
       input%namelist = namelist
-   end subroutine start
-
-   !> Tell a table which groups will be read, before its names are listed.
-   subroutine announce(input, table)
-      class(scene_input_t), intent(in) :: input
-      type(table_t), intent(inout) :: table
-
-      character(name_length) :: names(input%namelist%group_count)
-      integer :: i
-
+      if (.not. present(table)) return
       do i = 1, size(names)
-         names(i) = group_name(input%namelist, i)
+         names(i) = group_name(namelist, i)
       end do
       call table%expect_groups(names)
-   end subroutine announce
+   end subroutine start
 
    !> Put what the file gives into a table; what the file does not give, or what is a problem, stays as it is there.
    subroutine read_table(input, table, program)

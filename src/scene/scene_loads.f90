@@ -83,7 +83,7 @@ contains
       call table%bind(force%course%kind, name_t('kind', 'how it goes on in time'), course_names)
       call table%bind(force%course%amplitude, name_t('amplitude_ratio', 'force up over 3 E Ibar D / L^3, a line load ' &
          //'over 3 E Ibar D / L^4, D the unit of displacement; factor of a table', load_range, &
-         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
+         default='none: give one', sweep=sweep_t(first_parameter, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('amplitude', 'force up, a line load over length; factor of a table ' &
          //'in units', signed_range, instead_of='amplitude_ratio', quantity='load'))
       call list_course(table, force%course, first_parameter)
@@ -99,7 +99,7 @@ contains
       real(wp) :: degrees, before, last
 
       call table%bind(course%frequency, name_t('frequency_ratio', 'frequency over that of omega1', positive_range, &
-         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true.)))
+         harmonic, sweep=sweep_t(first + 1, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('frequency', 'periods over time', &
          range_t(0.0_wp, 1.0e20_wp, excludes_least=.true.), harmonic, instead_of='frequency_ratio', &
          quantity='frequency'))
@@ -162,7 +162,8 @@ contains
       integer, parameter :: first_parameter = 40
 
       call table%bind(base%gravity_ratio, name_t('gravity_ratio', 'gravity, which pulls down, over D omega1^2, D the ' &
-         //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), sweep=sweep_t(first_parameter + 6, is_in_cases=.true.)))
+         //'unit of displacement', range_t(0.0_wp, 1.0e12_wp), &
+         sweep=sweep_t(first_parameter + 6, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('gravity', 'gravity, length over time squared', physical_range, &
          instead_of='gravity_ratio', quantity='acceleration'))
       call table%bind(base%quantity, name_t('quantity', 'what of clamp, stops and supports goes on so, besides ' &
@@ -170,7 +171,7 @@ contains
       call table%bind(base%course%kind, name_t('kind', 'how it goes on in time'), course_names)
       call table%bind(base%course%amplitude, name_t('amplitude_ratio', 'acceleration up over D omega1^2, or ' &
          //'displacement over D, D the unit of displacement; factor of a table', load_range, &
-         default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true.)))
+         default='none: give one, or gravity', sweep=sweep_t(first_parameter, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('amplitude', 'acceleration or displacement up; factor of a ' &
          //'table in units', signed_range, instead_of='amplitude_ratio', quantity='acceleration'))
       call list_course(table, base%course, first_parameter)
@@ -204,13 +205,13 @@ contains
       end if
       if (scene%has_bases) then
          do k = 1, size(scene%bases)
-            call check_base(input, k, scene%bases(k)%base_settings_t)
+            call check_base(input, table, k, scene%bases(k)%base_settings_t)
             if (.not. input%has_problem()) call resolve_course(input, table, 'base', k, scene%scales%omega1, folder, &
                scene%bases(k)%course)
             if (input%has_problem()) return
          end do
       end if
-      if (scene%has_start) call check_start(input, scene)
+      if (scene%has_start) call check_start(input, table, scene)
    end subroutine resolve_loads
 
    !> What stands before the name of a file, the last stroke included.
@@ -243,26 +244,23 @@ contains
             end if
          end associate
       end if
-      if (.not. (input%has('force', 'amplitude_ratio', which) .or. input%has('force', 'amplitude', which))) then
+      if (.not. table%has_either('force', 'amplitude_ratio', which)) then
          call input%complain('force', '', 'needs amplitude_ratio or amplitude', which)
       end if
    end subroutine check_force
 
    !> A base that moves.
-   subroutine check_base(input, which, base)
+   subroutine check_base(input, table, which, base)
       type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
       !> Which &base
       integer, intent(in) :: which
       type(base_settings_t), intent(in) :: base
 
-      character(*), parameter :: amplitudes(2) = [character(15) :: 'amplitude_ratio', 'amplitude']
-      character(*), parameter :: gravities(2) = [character(13) :: 'gravity_ratio', 'gravity']
-      integer :: i
-
-      if (.not. any([(input%has('base', trim(amplitudes(i)), which), i=1, 2)])) then
-         if (.not. any([(input%has('base', trim(gravities(i)), which), i=1, 2)])) then
+      if (.not. table%has_either('base', 'amplitude_ratio', which)) then
+         if (.not. table%has_either('base', 'gravity_ratio', which)) then
             call input%complain('base', '', 'needs amplitude_ratio or amplitude, or gravity_ratio or gravity', which)
-         else if (input%has('base', 'kind', which)) then
+         else if (table%has('base', 'kind', which)) then
             call input%complain('base', 'kind', 'needs amplitude_ratio or amplitude', which)
          end if
       end if

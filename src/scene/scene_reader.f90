@@ -106,8 +106,7 @@ contains
          problem = file//':'//to_text(line)//': '//problem
          return
       end if
-      call draft%input%start(file, namelist)
-      call draft%input%announce(draft%table)
+      call draft%input%start(file, namelist, draft%table)
       call list_scene(draft%table, scene)
       call draft%input%read_table(draft%table, program)
       call draft%table%give_values()

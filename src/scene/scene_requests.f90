@@ -116,8 +116,10 @@ contains
    end subroutine list_poincare_names
 
    !> A period, and sections within the run; problems go into the input.
-   subroutine resolve_poincare(input, scene)
+   subroutine resolve_poincare(input, table, scene)
       type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
       !> Its loads resolved in; the duration out, where it follows
       type(scene_t), intent(inout) :: scene
 
@@ -132,7 +134,7 @@ contains
             call input%complain(group, 'load', 'the scene has '//to_text(loads)//' harmonic loads')
          end if
          if (input%has_problem()) return
-         poincare%sets_duration = .not. (input%has('response', 'duration') .or. input%has('response', 'duration_time'))
+         poincare%sets_duration = .not. table%has_either('response', 'duration')
          if (scene%wants_sweep) poincare%sets_duration = poincare%sets_duration .and. .not. any(is_swept( &
             scene%sweep%swept) .and. scene%sweep%swept%parameter%group == 'response' .and. &
             (scene%sweep%swept%parameter%name_in_group == 'duration' .or. &

@@ -78,7 +78,7 @@ contains
       if (input%has_problem()) return
       call resolve_mesh(input, scene)
       call check_root(input, scene)
-      call check_masses(input, scene)
+      call check_masses(input, table, scene)
       call choose_start(input, table, scene)
       if (input%has_problem()) return
       call find_displacement(input, table, scene)
@@ -89,7 +89,7 @@ contains
       if (scene%has_supports) call check_supports(input, scene)
       if (input%has_problem()) return
       call resolve_loads(input, table, scene)
-      call resolve_motion(input, scene)
+      call resolve_motion(input, table, scene)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
       if (input%has_problem()) return
@@ -222,15 +222,16 @@ contains
    end subroutine find_scales
 
    !> The run, and what is asked of it.
-   subroutine resolve_motion(input, scene)
+   subroutine resolve_motion(input, table, scene)
       type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
       !> Its loads resolved in
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: problem
 
       if (scene%wants_response) call check_response(input, scene%response)
-      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, scene)
+      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, table, scene)
       call resolve_orbit(input, scene)
       if (scene%wants_frequency_response .and. .not. input%has_problem()) then
          call resolve_frequency_response(input, scene)

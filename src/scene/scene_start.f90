@@ -85,46 +85,42 @@ contains
    end subroutine choose_start
 
    !> &start
-   subroutine check_start(input, scene)
+   subroutine check_start(input, table, scene)
       type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
       type(scene_t), intent(in) :: scene
 
       select case (scene%start%kind)
       case (start_velocity)
-         if (.not. has_velocity(input)) call input%complain('start', 'kind', 'needs velocity_ratio or velocity')
+         if (.not. table%has_either('start', 'velocity_ratio')) call input%complain('start', 'kind', &
+            'needs velocity_ratio or velocity')
       case (start_mode)
-         if (.not. (has_velocity(input) .or. input%has('start', 'displacement_ratio') .or. &
-            input%has('start', 'displacement'))) call input%complain('start', 'kind', &
+         if (.not. (table%has_either('start', 'velocity_ratio') .or. &
+            table%has_either('start', 'displacement_ratio'))) call input%complain('start', 'kind', &
             'needs displacement_ratio or displacement, or velocity_ratio or velocity')
       case (start_drop)
-         call check_drop(input, scene)
+         call check_drop(input, table, scene)
       case (start_table)
          call check_start_table(input, scene%start)
       end select
    end subroutine check_start
 
-   !> Does &start give a velocity?
-   pure function has_velocity(input) result(has)
-      type(scene_input_t), intent(in) :: input
-      logical :: has
-
-      has = input%has('start', 'velocity_ratio') .or. input%has('start', 'velocity')
-   end function has_velocity
-
    !> A fall has a height and gravity, or a velocity at its end.
-   subroutine check_drop(input, scene)
+   subroutine check_drop(input, table, scene)
       type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
       type(scene_t), intent(in) :: scene
 
-      if (input%has('start', 'height_ratio') .or. input%has('start', 'height')) then
-         if (has_velocity(input)) call input%complain('start', 'height_ratio height', &
+      if (table%has_either('start', 'height_ratio')) then
+         if (table%has_either('start', 'velocity_ratio')) call input%complain('start', 'height_ratio height', &
             'does not go with a velocity: one of them tells the other')
          if (.not. scene%has_bases) then
             call input%complain('start', 'height_ratio height', 'needs &base gravity_ratio or gravity')
          else if (all(scene%bases%gravity_ratio <= 0.0_wp)) then
             call input%complain('start', 'height_ratio height', 'needs &base gravity_ratio or gravity')
          end if
-      else if (.not. has_velocity(input)) then
+      else if (.not. table%has_either('start', 'velocity_ratio')) then
          call input%complain('start', 'kind', 'needs height_ratio or height, or velocity_ratio or velocity')
       else if (scene%start%velocity <= 0.0_wp) then
          call input%complain('start', 'velocity_ratio velocity', 'must be above 0 at the end of a fall')

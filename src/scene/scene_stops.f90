@@ -103,20 +103,20 @@ contains
       type(stop_settings_t), intent(inout) :: stop
 
       call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
-         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true.)))
+         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true., is_in_motion=.true.)))
       call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
          needs=restitution), impulse_names)
       call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
-         stiffness_range, yielding, sweep=sweep_t(11, is_in_cases=.true.)))
+         stiffness_range, yielding, sweep=sweep_t(11, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('stiffness', 'spring k, force over length', physical_range, &
          yielding, instead_of='stiffness_ratio', quantity='stiffness'))
       call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
-         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true.)))
+         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true., is_in_motion=.true.)))
       call table%keep(name_t('branch_stiffness', 'spring beta k, force over length', &
          physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness'))
       call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
          //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), yielding, &
-         sweep=sweep_t(13, is_in_cases=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
+         sweep=sweep_t(13, is_in_cases=.true., is_in_motion=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
       call table%keep(name_t('damper', 'damper c, force over velocity', physical_range, yielding, &
          instead_of='damper_ratio', quantity='damper'))
    end subroutine list_law

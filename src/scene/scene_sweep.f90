@@ -16,15 +16,6 @@ module scene_sweep
    private
    public :: resolve_sweep, resolve_cases
 
-   !> Groups, and their names that change in a motion under way: neither its modes nor where surfaces are, nor the phase
-   !> of loads.
-   character(*), parameter :: changing(2, 5) = reshape([character(160) :: &
-      'damping', 'zeta stiffness_coefficient zeta_mass mass_coefficient mode_ratios', &
-      'stop', 'restitution stiffness_ratio stiffness branch_ratio branch_stiffness damper_ratio damper', &
-      'force', 'amplitude_ratio amplitude frequency_ratio frequency', &
-      'base', 'amplitude_ratio amplitude frequency_ratio frequency gravity_ratio gravity', &
-      'response', 'hop_tolerance'], [2, 5])
-
    !> Ratios that are varied, and quantities that would no longer be what the file gives.
    character(*), parameter :: spoilt(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
       'stiffness_ratio', 'damper'], [2, 2])
@@ -285,7 +276,7 @@ contains
          if (input%has_problem()) return
          do k = 1, size(sweep%swept)
             if (.not. is_swept(sweep%swept(k)) .or. (k /= sweep%carry .and. sweep%design == design_grid)) cycle
-            if (changes(sweep%swept(k)%parameter)) cycle
+            if (sweep%swept(k)%parameter%is_in_motion) cycle
             call input%complain('sweep', 'carry', trim(sweep%swept(k)%parameter%name)//' cannot change in a motion ' &
                //'under way: '//reason(sweep%swept(k)%parameter))
             return
@@ -333,18 +324,6 @@ contains
             //"kind = 'harmonic' or 'step' without start and end; this is "//group//' '//to_text(k), k)
       end subroutine complain_of
    end subroutine check_course
-
-   !> May it change in a motion under way?
-   pure function changes(parameter)
-      type(parameter_t), intent(in) :: parameter
-      logical :: changes
-
-      integer :: k
-
-      k = findloc(changing(1, :), parameter%group, dim=1)
-      changes = .false.
-      if (k > 0) changes = is_among(parameter%name_in_group, changing(2, k))
-   end function changes
 
    !> Why not?
    pure function reason(parameter) result(words)

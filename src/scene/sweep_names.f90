@@ -79,7 +79,8 @@ contains
       associate (entry => table%entries(place))
          parameter = parameter_t(name=entry%name%name, meaning=entry%name%meaning, &
             group=table%groups(entry%group)%name, occurrence=table%groups(entry%group)%occurrence, &
-            name_in_group=entry%name%name, is_of_beam=sweep%is_of_beam, is_whole=entry%kind == kind_whole, &
+            name_in_group=entry%name%name, is_of_beam=sweep%is_of_beam, &
+            is_in_motion=sweep%is_in_motion, is_whole=entry%kind == kind_whole, &
             quantity=entry%name%quantity)
          parameter%order = sweep%order + beyond_all*(parameter%occurrence - 1)
          if (sweep%name /= '') parameter%name = sweep%name
