@@ -48,6 +48,7 @@ module name_table
       procedure :: give_changes
       procedure :: times
       procedure :: open
+      procedure :: open_numbered
       procedure :: keep
       generic :: bind => bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers
       procedure :: find_group
@@ -56,7 +57,6 @@ module name_table
       procedure :: has_either
       procedure :: number
       procedure :: counts
-      procedure :: phrase
       procedure :: range_of
       procedure, private :: bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers, advance
    end type table_t
@@ -197,6 +197,24 @@ contains
          if (.not. table%is_open) table%now = opened%last_entry
       end associate
    end subroutine open
+
+   !> One of several groups, of which even the first is called by its number.
+   subroutine open_numbered(table, group, which, is_wanted)
+      class(table_t), intent(inout) :: table
+      character(*), intent(in) :: group
+      integer, intent(in) :: which
+      !> The scene asks for one at least
+      logical, intent(inout) :: is_wanted
+
+      type(group_t) :: opened
+
+      opened = group_t(group, repeats=.true., occurrence=which, label=group//'_'//to_text(which))
+      if (which == 1) then
+         call table%open(opened, is_wanted)
+      else
+         call table%open(opened)
+      end if
+   end subroutine open_numbered
 
    !> A name without a component: its value stays in the table.
    subroutine keep(table, name, kind, is_list)
@@ -443,53 +461,6 @@ contains
          if (table%groups(group)%repeats) counts = counts .and. table%groups(group)%is_wanted
       end associate
    end function counts
-
-   !> What an entry needs, in words; nothing: it always counts.
-   pure function phrase(table, place, from_elsewhere)
-      class(table_t), intent(in) :: table
-      integer, intent(in) :: place
-      !> To be read in another group than the entry's
-      logical, intent(in), optional :: from_elsewhere
-      character(:), allocatable :: phrase
-
-      character(name_room) :: group
-      integer :: comma, i
-
-      associate (needs => table%entries(place)%name%needs)
-         phrase = trim(needs%phrase)
-         if (phrase == '' .and. needs%words /= '') then
-            do i = 1, len_trim(needs%words)
-               if (needs%words(i:i) /= ' ') phrase = phrase//needs%words(i:i)
-               if (needs%words(i:i) == ' ') phrase = phrase//"' or '"
-            end do
-            phrase = trim(needs%name)//" = '"//phrase//"'"
-         else if (phrase == '' .and. needs%name /= '') then
-            phrase = trim(needs%name)//' = .true.'
-         else if (phrase == '' .and. needs%group /= '') then
-            phrase = '&'//trim(needs%group)
-            return
-         end if
-         if (needs%group /= '') then
-            associate (place_of_group => table%find_group(needs%group, needs%occurrence))
-               if (table%groups(place_of_group)%repeats .and. .not. table%groups(place_of_group)%is_wanted) then
-                  phrase = '&'//trim(needs%group)
-                  return
-               end if
-            end associate
-         end if
-         group = needs%group
-         if (group /= '' .and. needs%occurrence > 1) group = trim(group)//' '//to_text(needs%occurrence)
-         if (present(from_elsewhere)) then
-            associate (own => table%groups(table%entries(place)%group))
-               group = own%name
-               if (own%occurrence > 1) group = trim(group)//' '//to_text(own%occurrence)
-            end associate
-         end if
-         if (group == '' .or. phrase == '') return
-         comma = index(phrase//',', ',')
-         phrase = phrase(:comma - 1)//' in &'//trim(group)//phrase(comma:)
-      end associate
-   end function phrase
 
    !> Is it one of some words with blanks between them?
    pure function is_among(word, words)

@@ -6,7 +6,6 @@ module scene_body
    use load_settings, only: start_balance, start_pull
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t, sweep_t
-   use number_text, only: to_text
    use run_settings, only: method_newmark
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
@@ -64,11 +63,7 @@ contains
       allocate (masses(number))
       if (allocated(scene%masses)) masses(:) = scene%masses
       do k = 1, number
-         if (k == 1) then
-            call table%open(group_t('mass', repeats=.true., label='mass_1'), scene%has_masses)
-         else
-            call table%open(group_t('mass', repeats=.true., occurrence=k, label='mass_'//to_text(k)))
-         end if
+         call table%open_numbered('mass', k, scene%has_masses)
          if (table%is_open) call list_mass(table, masses(k))
       end do
       if (scene%has_masses) call move_alloc(masses, scene%masses)

@@ -14,7 +14,7 @@ module scene_groups
    use scene_beam, only: list_beam
    use scene_body, only: list_masses, list_root
    use scene_loads, only: list_bases, list_forces
-   use scene_requests, only: list_frequency_response, list_periods, list_statistics
+   use scene_requests, only: list_frequency_response, list_orbit, list_poincare, list_statistics
    use scene_section, only: list_section
    use scene_start, only: list_start
    use scene_stops, only: list_stops, list_supports
@@ -145,11 +145,17 @@ contains
       case ('stress')
          call list_stress(table, scene)
       case ('statistics')
-         call list_statistics(table, scene)
-      case ('poincare', 'orbit')
-         call list_periods(group, table, scene)
+         call table%open(group_t('statistics'), scene%wants_statistics)
+         if (table%is_open) call list_statistics(table, scene%statistics)
+      case ('poincare')
+         call table%open(group_t('poincare'), scene%wants_poincare)
+         if (table%is_open) call list_poincare(table, scene%poincare)
+      case ('orbit')
+         call table%open(group_t('orbit'), scene%wants_orbit)
+         if (table%is_open) call list_orbit(table, scene%orbit)
       case ('frequency_response')
-         call list_frequency_response(table, scene)
+         call table%open(group_t('frequency_response'), scene%wants_frequency_response)
+         if (table%is_open) call list_frequency_response(table, scene%frequency_response)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)

@@ -2,7 +2,7 @@
 !> one that stands first is kept.
 module scene_input
    use kinds, only: i8, wp
-   use name_hints, only: choice_hint, group_hint, item_hint
+   use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
    use name_table, only: is_among, most_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
    use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, value_count, &
@@ -125,7 +125,7 @@ contains
             end if
          end if
          if (.not. table%counts(place)) then
-            call input%reject(item, 0, 'only goes with '//table%phrase(place))
+            call input%reject(item, 0, 'only goes with '//phrase_of(table, place))
             return
          end if
          if (.not. entry%is_list .and. value_count(input%namelist, item) > 1_i8) then

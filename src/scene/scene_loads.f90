@@ -5,7 +5,7 @@ module scene_loads
       course_table, force_settings_t, pulse_names, start_pull, time_course_t
    use load_table, only: read_load_table
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, kind_text, name_t, sweep_t
+   use name_types, only: condition_t, kind_text, name_t, sweep_t
    use number_text, only: to_text
    use run_settings, only: impulse_nodal, law_restitution
    use scene_input, only: scene_input_t
@@ -42,26 +42,11 @@ contains
       allocate (forces(number))
       if (allocated(scene%forces)) forces(:) = scene%forces
       do k = 1, number
-         call open_numbered(table, 'force', k, scene%has_forces)
+         call table%open_numbered('force', k, scene%has_forces)
          if (table%is_open) call list_force(table, forces(k))
       end do
       if (scene%has_forces) call move_alloc(forces, scene%forces)
    end subroutine list_forces
-
-   !> One of several groups, of which even the first is called by its number.
-   subroutine open_numbered(table, group, which, is_wanted)
-      class(table_t), intent(inout) :: table
-      character(*), intent(in) :: group
-      integer, intent(in) :: which
-      !> The scene asks for one at least
-      logical, intent(inout) :: is_wanted
-
-      if (which == 1) then
-         call table%open(group_t(group, repeats=.true., label=group//'_1'), is_wanted)
-      else
-         call table%open(group_t(group, repeats=.true., occurrence=which, label=group//'_'//to_text(which)))
-      end if
-   end subroutine open_numbered
 
    subroutine list_force(table, force)
       class(table_t), intent(inout) :: table
@@ -149,7 +134,7 @@ contains
       allocate (bases(number))
       if (allocated(scene%bases)) bases(:) = scene%bases
       do k = 1, number
-         call open_numbered(table, 'base', k, scene%has_bases)
+         call table%open_numbered('base', k, scene%has_bases)
          if (table%is_open) call list_base(table, bases(k))
       end do
       if (scene%has_bases) call move_alloc(bases, scene%bases)

@@ -2,6 +2,7 @@
 !> the user to read.
 module scene_reference
    use kinds, only: wp
+   use name_hints, only: phrase_of
    use name_table, only: table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
    use number_text, only: to_text
@@ -152,7 +153,7 @@ contains
             if (entry%name%instead_of /= '') then
                names(count)%meaning = names(count)%meaning//'; instead of '//trim(entry%name%instead_of)
             end if
-            if (table%phrase(i) /= '') names(count)%meaning = names(count)%meaning//'; goes with '//table%phrase(i)
+            if (phrase_of(table, i) /= '') names(count)%meaning = names(count)%meaning//'; goes with '//phrase_of(table, i)
             if (group%repeats .and. entry%name%sweep%order > 0) then
                names(count)%meaning = names(count)%meaning &
                   //'; of the second &'//trim(group%name)//' a sweep calls it '//&

@@ -5,31 +5,23 @@ module scene_requests
    use load_periods, only: is_steady, period_of
    use load_settings, only: course_harmonic
    use name_table, only: table_t
-   use name_types, only: condition_t, group_t, name_t
+   use name_types, only: condition_t, name_t
    use number_text, only: to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
-   use run_settings, only: end_of_run, method_exact, method_newmark, poincare_settings_t, response_settings_t, &
-      statistics_settings_t
+   use run_settings, only: end_of_run, frequency_response_settings_t, method_exact, method_newmark, &
+      poincare_settings_t, response_settings_t, statistics_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
    use sweep_settings, only: is_swept
    use value_rules, only: duration_range, instant_range, physical_range, range_t
    implicit none (type, external)
    private
-   public :: list_statistics, list_periods, list_frequency_response, resolve_statistics, resolve_poincare, &
-      resolve_orbit, resolve_frequency_response, set_period
+   public :: list_statistics, list_poincare, list_orbit, list_frequency_response, resolve_statistics, &
+      resolve_poincare, resolve_orbit, resolve_frequency_response, set_period
 
 contains
 
-   subroutine list_statistics(table, scene)
-      class(table_t), intent(inout) :: table
-      type(scene_t), intent(inout) :: scene
-
-      call table%open(group_t('statistics'), scene%wants_statistics)
-      if (table%is_open) call list_statistics_names(table, scene%statistics)
-   end subroutine list_statistics
-
-   subroutine list_statistics_names(table, statistics)
+   subroutine list_statistics(table, statistics)
       class(table_t), intent(inout) :: table
       type(statistics_settings_t), intent(inout) :: statistics
 
@@ -56,7 +48,7 @@ contains
       call table%keep(name_t('force_threshold', 'the same as a force', physical_range, &
          instead_of='threshold_ratio', quantity='force'))
       call table%bind(statistics%classes, name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
-   end subroutine list_statistics_names
+   end subroutine list_statistics
 
    !> What goes together; problems go into the input.
    subroutine resolve_statistics(input, scene)
@@ -80,15 +72,7 @@ contains
       end associate
    end subroutine resolve_statistics
 
-   subroutine list_poincare(table, scene)
-      class(table_t), intent(inout) :: table
-      type(scene_t), intent(inout) :: scene
-
-      call table%open(group_t('poincare'), scene%wants_poincare)
-      if (table%is_open) call list_poincare_names(table, scene%poincare)
-   end subroutine list_poincare
-
-   subroutine list_poincare_names(table, poincare)
+   subroutine list_poincare(table, poincare)
       class(table_t), intent(inout) :: table
       type(poincare_settings_t), intent(inout) :: poincare
 
@@ -113,7 +97,7 @@ contains
       call table%bind(poincare%wants_exponent, name_t('exponent', 'follow how motions that begin side by side part: ' &
          //'the greatest Lyapunov exponent', needs=exact))
       call table%bind(poincare%keeps_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
-   end subroutine list_poincare_names
+   end subroutine list_poincare
 
    !> A period, and sections within the run; problems go into the input.
    subroutine resolve_poincare(input, table, scene)
@@ -186,22 +170,7 @@ contains
          abs(scene%bases%course%amplitude) <= 0.0_wp))]
    end function harmonic_frequencies
 
-   !> What goes by the periods of loads.
-   subroutine list_periods(group, table, scene)
-      !> 'poincare' or 'orbit'
-      character(*), intent(in) :: group
-      class(table_t), intent(inout) :: table
-      type(scene_t), intent(inout) :: scene
-
-      if (group == 'poincare') then
-         call list_poincare(table, scene)
-      else
-         call table%open(group_t('orbit'), scene%wants_orbit)
-         if (table%is_open) call list_orbit_names(table, scene%orbit)
-      end if
-   end subroutine list_periods
-
-   subroutine list_orbit_names(table, orbit)
+   subroutine list_orbit(table, orbit)
       class(table_t), intent(inout) :: table
       type(orbit_settings_t), intent(inout) :: orbit
 
@@ -230,7 +199,7 @@ contains
          range_t(1, 100000), needs=varied))
       call table%bind(orbit%doublings, name_t('doublings', 'how often branches of twice the period leave others', &
          range_t(0, 6), needs=varied))
-   end subroutine list_orbit_names
+   end subroutine list_orbit
 
    !> Loads that go on for ever, with a period; problems go into the input.
    subroutine resolve_orbit(input, scene)
@@ -289,21 +258,17 @@ contains
       if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
    end function vanishes
 
-   subroutine list_frequency_response(table, scene)
+   subroutine list_frequency_response(table, response)
       class(table_t), intent(inout) :: table
-      type(scene_t), intent(inout) :: scene
+      type(frequency_response_settings_t), intent(inout) :: response
 
-      call table%open(group_t('frequency_response'), scene%wants_frequency_response)
-      if (.not. table%is_open) return
-      associate (response => scene%frequency_response)
-         call table%bind(response%range, name_t('frequency_ratio_range', 'least and greatest frequency of the ' &
-            //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), &
-            default='none: give one'))
-         call table%keep(name_t('frequency_range', 'the same in periods over time', physical_range, &
-            instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
-         call table%bind(response%points, name_t('points', 'frequencies in it', range_t(2, 1000000)))
-         call table%bind(response%is_logarithmic, name_t('logarithmic', 'divide it evenly in the logarithm'))
-      end associate
+      call table%bind(response%range, name_t('frequency_ratio_range', 'least and greatest frequency of the ' &
+         //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), &
+         default='none: give one'))
+      call table%keep(name_t('frequency_range', 'the same in periods over time', physical_range, &
+         instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
+      call table%bind(response%points, name_t('points', 'frequencies in it', range_t(2, 1000000)))
+      call table%bind(response%is_logarithmic, name_t('logarithmic', 'divide it evenly in the logarithm'))
    end subroutine list_frequency_response
 
    !> A range, and what shakes the beam; problems go into the input.

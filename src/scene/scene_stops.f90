@@ -136,11 +136,7 @@ contains
       allocate (supports(number))
       if (allocated(scene%supports)) supports(:) = scene%supports
       do k = 1, number
-         if (k == 1) then
-            call table%open(group_t('support', repeats=.true., label='support_1'), scene%has_supports)
-         else
-            call table%open(group_t('support', repeats=.true., occurrence=k, label='support_'//to_text(k)))
-         end if
+         call table%open_numbered('support', k, scene%has_supports)
          if (table%is_open) call list_support(table, supports(k))
       end do
       if (scene%has_supports) call move_alloc(supports, scene%supports)

@@ -3,6 +3,7 @@ module scene_sweep
    use kinds, only: i8, wp
    use load_periods, only: is_steady
    use measure_list, only: measure_table
+   use name_hints, only: phrase_of
    use name_table, only: is_among, table_t
    use number_text, only: rounded, to_text
    use scene_beam, only: smallest_tip
@@ -377,7 +378,7 @@ contains
             'parameter', parameter//' goes with &'//trim(group%name))
       end associate
       if (.not. table%counts(place)) call input%complain('cases', 'parameter', &
-         parameter//' goes with '//table%phrase(place, from_elsewhere=.true.))
+         parameter//' goes with '//phrase_of(table, place, from_elsewhere=.true.))
       call refuse_lost_units(input, table, place, "&cases parameter = '"//parameter//"'")
    end subroutine check_parameter
 
