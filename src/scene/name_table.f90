@@ -1,9 +1,9 @@
 !> The names of scene files as data: one entry a name, which says all that is known about it and holds its value.
 !>
 !> A procedure that lists names (`list_group` of `scene_groups`) opens groups and binds entries to the components of a
-!> scene; a quantity in units has none, the ratio that stands for it has. It is gone through to fill the table with the scene's values, and again to give the scene what the table has
-!> by then, so a name and its component stand together in one statement. Reading a file, the echo, the reference,
-!> sweeps and cases work on the table alone.
+!> scene; a quantity in units has none, the ratio that stands for it has. It is gone through to fill the table with the
+!> scene's values, and again to give the scene what the table has by then, so a name and its component stand together in
+!> one statement. Reading a file, the echo, the reference, sweeps and cases work on the table alone.
 module name_table
    use kinds, only: wp
    use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, name_room, &

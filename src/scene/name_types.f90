@@ -62,8 +62,8 @@ module name_types
       type(condition_t) :: needs = condition_t()
       !> Another name of its group for the same quantity: never both in one file; the other is echoed
       character(name_room) :: instead_of = ''
-      !> What it is, as in `quantity_table`, in the units of the scene: the other gets the ratio, and a sweep may vary it
-      !> if it may the other
+      !> What it is, as in `quantity_table`, in the units of the scene: the other gets the ratio, and a sweep may vary
+      !> it if it may the other
       character(name_room) :: quantity = ''
       !> The ratio is not to one unit of its quantity, but to this quantity of the group
       character(name_room) :: over = ''

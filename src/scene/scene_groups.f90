@@ -105,15 +105,7 @@ contains
 
       select case (group)
       case ('scene')
-         call table%open(group_t('scene', program_any))
-         call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
-            range_t(1, name_length), default='name of the scene file'))
-         call table%keep(name_t('displacement_scale', unit_of_displacement, length_range, &
-            default='of a pull initial_height above the surface', is_optional=.true., is_scale=.true.))
-         call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
-            default='the name'))
-         call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
-            default='none: results are dimensionless', is_optional=.true.), system_names)
+         call list_heading(table, scene)
       case ('beam')
          call list_beam(table, scene%beam)
       case ('section')
@@ -181,6 +173,22 @@ contains
       end select
    end subroutine list_group
 
+   !> &scene
+   subroutine list_heading(table, scene)
+      class(table_t), intent(inout) :: table
+      type(scene_t), intent(inout) :: scene
+
+      call table%open(group_t('scene', program_any))
+      call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
+         range_t(1, name_length), default='name of the scene file'))
+      call table%keep(name_t('displacement_scale', unit_of_displacement, length_range, &
+         default='of a pull initial_height above the surface', is_optional=.true., is_scale=.true.))
+      call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
+         default='the name'))
+      call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
+         default='none: results are dimensionless', is_optional=.true.), system_names)
+   end subroutine list_heading
+
    subroutine list_tip_mass(table, ratio)
       class(table_t), intent(inout) :: table
       real(wp), intent(inout) :: ratio
@@ -208,7 +216,8 @@ contains
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
          //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
          without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
-         default='none: C = gamma K + alpha M', is_optional=.true., sweep=sweep_t(55, is_in_cases=.true., is_in_motion=.true.)))
+         default='none: C = gamma K + alpha M', is_optional=.true., &
+         sweep=sweep_t(55, is_in_cases=.true., is_in_motion=.true.)))
    end subroutine list_damping
 
    subroutine list_mesh(table, mesh)

@@ -23,7 +23,7 @@ module scene_input
    integer, parameter :: longest_list = 100000
 
    type :: scene_input_t
-         !> The file, and its parts
+      !> The file, and its parts
       character(:), allocatable :: file
       type(namelist_t) :: namelist
       !> Where in the text the first problem is, and what it is

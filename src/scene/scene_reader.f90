@@ -22,7 +22,7 @@ module scene_reader
 
    !> What a file gives, before it is a scene.
    type :: draft_t
-         type(scene_input_t) :: input
+      type(scene_input_t) :: input
       type(table_t) :: table
       !> Of cases: the scene, not resolved; unallocated: it is not read yet
       type(scene_t), allocatable :: scene
@@ -177,8 +177,8 @@ contains
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter
 
-   !> Give a scene the values as if they stood in its file: one in units may change the ratios of others. The first time,
-   !> and each time where some may not fit the others, it is resolved anew.
+   !> Give a scene the values as if they stood in its file: one in units may change the ratios of others. The first
+   !> time, and each time where some may not fit the others, it is resolved anew.
    subroutine set_by_file(scene, parameters, values, draft, problem)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameters(:)

@@ -50,8 +50,8 @@ contains
       end do
       do i = 1, table%entry_count
          associate (entry => table%entries(i))
-            is_echoed(i) = table%groups(entry%group)%is_wanted .and. entry%name%instead_of == '' .and. entry%name%quantity == '' &
-               .and. (entry%is_given .or. .not. entry%name%is_optional)
+            is_echoed(i) = table%groups(entry%group)%is_wanted .and. entry%name%instead_of == '' &
+               .and. .not. entry%name%is_scale .and. (entry%is_given .or. .not. entry%name%is_optional)
             if (is_echoed(i)) is_echoed(i) = table%counts(i)
          end associate
       end do
@@ -153,7 +153,9 @@ contains
             if (entry%name%instead_of /= '') then
                names(count)%meaning = names(count)%meaning//'; instead of '//trim(entry%name%instead_of)
             end if
-            if (phrase_of(table, i) /= '') names(count)%meaning = names(count)%meaning//'; goes with '//phrase_of(table, i)
+            if (phrase_of(table, i) /= '') then
+               names(count)%meaning = names(count)%meaning//'; goes with '//phrase_of(table, i)
+            end if
             if (group%repeats .and. entry%name%sweep%order > 0) then
                names(count)%meaning = names(count)%meaning &
                   //'; of the second &'//trim(group%name)//' a sweep calls it '//&

@@ -1,5 +1,5 @@
-!> What is asked of a response besides its histories: the names of &statistics, &poincare, &orbit and &frequency_response,
-!> checked and completed, and the period of the loads by which they go.
+!> What is asked of a response besides its histories: the names of &statistics, &poincare, &orbit and
+!> &frequency_response, checked and completed, and the period of the loads by which they go.
 module scene_requests
    use kinds, only: wp
    use load_periods, only: is_steady, period_of

@@ -1,5 +1,5 @@
-!> &stop and &support, of which a file may have any number: their names; from which stop the beam is released, the unit of
-!> displacement that follows; stops and supports that contradict each other.
+!> &stop and &support, of which a file may have any number: their names; from which stop the beam is released, the unit
+!> of displacement that follows; stops and supports that contradict each other.
 module scene_stops
    use kinds, only: wp
    use load_settings, only: start_pull
@@ -157,9 +157,9 @@ contains
          quantity='stiffness'))
    end subroutine list_support
 
-   !> The unit of displacement D, from the height at which the beam is released over its stop; without a pull as the file
-   !> gives it, or where anything needs it the greatest distance of a stop that is given in units, else the mean height.
-   !> The stop from which the beam is released, and the heights of all, with it. Problems go into the input.
+   !> The stop from which the beam is released, and the unit of displacement D: the height over that stop, or without a
+   !> pull what the file gives, or if anything needs one the greatest distance of a stop in units, or the mean height.
+   !> The heights of all stops must fit to it. Problems go into the input.
    subroutine find_displacement(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Its names, read
@@ -167,6 +167,7 @@ contains
       !> Lengths in; that stop and D out, 0 where there is no unit
       type(scene_t), intent(inout) :: scene
 
+      character(:), allocatable :: name
       integer :: k
 
       associate (unit => scene%scales%displacement)
@@ -174,8 +175,8 @@ contains
          if (scene%start%kind /= start_pull .and. unit <= 0.0_wp .and. &
             any(needs_displacement(table%entries(places_in_units(table))))) then
             do k = 1, merge(stop_count(scene), 0, scene%has_stop)
-               if (table%has('stop', 'surface_height', k)) unit = max(unit, abs(table%number('stop', 'surface_height', k)))
-               if (table%has('stop', 'clearance', k)) unit = max(unit, table%number('stop', 'clearance', k))
+               name = height_name(nint(table%number('stop', 'side', k)))
+               if (table%has('stop', name, k)) unit = max(unit, abs(table%number('stop', name, k)))
             end do
             if (unit <= 0.0_wp) unit = scene%scales%height_ratio*scene%scales%length
          end if
@@ -243,8 +244,8 @@ contains
             name = height_name(side)
             if (.not. table%has('stop', name, k)) then
                if (side == side_both .and. .not. table%has('stop', 'clearance_ratio', k)) then
-                  call input%complain('stop', 'side', 'needs clearance_ratio or clearance, the distance to each side; ' &
-                     //'without any it is a support: use &support', k)
+                  call input%complain('stop', 'side', 'needs clearance_ratio or clearance, the distance to each ' &
+                     //'side; without any it is a support: use &support', k)
                end if
                cycle
             end if
@@ -302,8 +303,9 @@ contains
                //to_text(given)//' in size', released)
          else if (lift < smallest_lift*scales%length) then
             if (side == side_both) name = 'the lower side, -'//name
-            call input%complain('stop', 'initial_height', 'must be '//trim(merge('below', 'above', side == side_above)) &
-               //' '//name//' = '//to_text(merge(-given, given, side == side_both)), released)
+            call input%complain('stop', 'initial_height', 'must be ' &
+               //trim(merge('below', 'above', side == side_above))//' '//name//' = ' &
+               //to_text(merge(-given, given, side == side_both)), released)
          else if (abs(given) > range%most*lift) then
             call input%complain('stop', 'initial_height', 'is too near to '//name//': preload must be ' &
                //range_text(range), released)
@@ -337,7 +339,8 @@ contains
          if (stops(k)%law == law_restitution .and. stops(k)%impulse == impulse_nodal .and. &
             (size(stops) > 1 .or. stops(k)%side /= side_below)) call input%complain('stop', 'impulse', &
             "goes with one stop below the beam and no other; else take 'momentum'", k)
-         if (scene%wants_precision .and. (k > 1 .or. stops(k)%side /= side_below .or. stops(k)%law == law_spring_damper)) then
+         if (scene%wants_precision .and. &
+            (k > 1 .or. stops(k)%side /= side_below .or. stops(k)%law == law_spring_damper)) then
             call input%complain('stop', 'side law', 'does not go with &precision, which measures one stop below the ' &
                //'beam, rigid or of three elements', k)
          end if

@@ -26,8 +26,10 @@ contains
 
       integer :: i
 
-      places = pack([(i, i=1, table%entry_count)], [(table%entries(i)%is_given .and. table%entries(i)%name%quantity /= '' &
-         .and. .not. table%entries(i)%name%is_scale, i=1, table%entry_count)])
+      associate (entries => table%entries(:table%entry_count))
+         places = pack([(i, i=1, table%entry_count)], &
+            entries%is_given .and. entries%name%quantity /= '' .and. .not. entries%name%is_scale)
+      end associate
    end function places_in_units
 
    !> Do ratios of an entry in units go by the unit of displacement?
@@ -69,7 +71,7 @@ contains
             end associate
          end if
          if (entry%name%name == 'surface_height') then
-            ! up, where a preload counts in the direction in which the stop pushes; the difference has no zero with a sign
+            ! a height is up, a preload in the direction in which the stop pushes; the difference is no zero with a sign
             if (nint(table%entries(table%find(entry%group, 'side'))%value) == side_above) ratio = 0.0_wp - ratio
          end if
          associate (range => table%entries(other)%name%range)
