@@ -1,6 +1,7 @@
-!> What to tell a user about a name that does not exist: the nearest one, or all there are.
+!> What to tell a user about a name: of one that does not exist the nearest one, or all there are; what others it needs.
 module name_hints
    use name_table, only: table_t
+   use name_types, only: name_room
    use near_names, only: edit_distance, nearest_name
    use number_text, only: to_text
    use program_identity, only: program_name
@@ -8,7 +9,7 @@ module name_hints
    use value_rules, only: one_of
    implicit none (type, external)
    private
-   public :: group_hint, item_hint, choice_hint
+   public :: group_hint, item_hint, choice_hint, phrase_of
 
    !> A line can hold no more names.
    integer, parameter :: most_listed = 40
@@ -147,6 +148,53 @@ contains
          end associate
       end do
    end function missing_group
+
+   !> What an entry needs, in words; nothing: it always counts.
+   pure function phrase_of(table, place, from_elsewhere) result(phrase)
+      type(table_t), intent(in) :: table
+      integer, intent(in) :: place
+      !> To be read in another group than the entry's
+      logical, intent(in), optional :: from_elsewhere
+      character(:), allocatable :: phrase
+
+      character(name_room) :: group
+      integer :: comma, i
+
+      associate (needs => table%entries(place)%name%needs)
+         phrase = trim(needs%phrase)
+         if (phrase == '' .and. needs%words /= '') then
+            do i = 1, len_trim(needs%words)
+               if (needs%words(i:i) /= ' ') phrase = phrase//needs%words(i:i)
+               if (needs%words(i:i) == ' ') phrase = phrase//"' or '"
+            end do
+            phrase = trim(needs%name)//" = '"//phrase//"'"
+         else if (phrase == '' .and. needs%name /= '') then
+            phrase = trim(needs%name)//' = .true.'
+         else if (phrase == '' .and. needs%group /= '') then
+            phrase = '&'//trim(needs%group)
+            return
+         end if
+         if (needs%group /= '') then
+            associate (place_of_group => table%find_group(needs%group, needs%occurrence))
+               if (table%groups(place_of_group)%repeats .and. .not. table%groups(place_of_group)%is_wanted) then
+                  phrase = '&'//trim(needs%group)
+                  return
+               end if
+            end associate
+         end if
+         group = needs%group
+         if (group /= '' .and. needs%occurrence > 1) group = trim(group)//' '//to_text(needs%occurrence)
+         if (present(from_elsewhere)) then
+            associate (own => table%groups(table%entries(place)%group))
+               group = own%name
+               if (own%occurrence > 1) group = trim(group)//' '//to_text(own%occurrence)
+            end associate
+         end if
+         if (group == '' .or. phrase == '') return
+         comma = index(phrase//',', ',')
+         phrase = phrase(:comma - 1)//' in &'//trim(group)//phrase(comma:)
+      end associate
+   end function phrase_of
 
    !> Names with a prefix and commas between them.
    pure function joined(names, prefix) result(text)

@@ -1,9 +1,9 @@
 !> The names of scene files as data: one entry a name, which says all that is known about it and holds its value.
 !>
 !> A procedure that lists names (`list_group` of `scene_groups`) opens groups and binds entries to the components of a
-!> scene. It is gone through to fill the table with the scene's values, and again to give the scene what the table has
-!> by then, so a name and its component stand together in one statement. Reading a file, the echo, the reference,
-!> sweeps and cases work on the table alone.
+!> scene; a quantity in units has none, the ratio that stands for it has. It is gone through to fill the table with the
+!> scene's values, and again to give the scene what the table has by then, so a name and its component stand together in
+!> one statement. Reading a file, the echo, the reference, sweeps and cases work on the table alone.
 module name_table
    use kinds, only: wp
    use name_types, only: entry_t, group_t, kind_logical, kind_number, kind_text, kind_whole, kind_word, name_room, &
@@ -27,6 +27,8 @@ module name_table
       logical, private :: grows = .true.
       logical, private :: takes = .true.
       logical, private :: gives = .false.
+      !> It gives only what has changed
+      logical, private :: gives_changes = .false.
       !> The only name that gets a value, and in which of several groups of a name; empty: all
       character(name_room), private :: only = ''
       integer, private :: only_in = 1
@@ -42,13 +44,19 @@ module name_table
       procedure :: give_values
       procedure :: take_values
       procedure :: give_one
+      procedure :: change
+      procedure :: give_changes
       procedure :: times
       procedure :: open
+      procedure :: open_numbered
+      procedure :: keep
       generic :: bind => bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers
       procedure :: find_group
       procedure :: find
+      procedure :: has
+      procedure :: has_either
+      procedure :: number
       procedure :: counts
-      procedure :: phrase
       procedure :: range_of
       procedure, private :: bind_real, bind_integer, bind_logical, bind_text, bind_reals, bind_integers, advance
    end type table_t
@@ -71,6 +79,7 @@ contains
       table%grows = .false.
       table%takes = .false.
       table%gives = .true.
+      table%gives_changes = .false.
       table%open_group = 0
       table%now = 0
    end subroutine give_values
@@ -99,6 +108,38 @@ contains
       table%entries%value = value
       table%entries(1)%list = [value]
    end subroutine give_one
+
+   !> Another value of an entry.
+   subroutine change(table, place, value)
+      class(table_t), intent(inout) :: table
+      integer, intent(in) :: place
+      !> One number, or those of a list
+      real(wp), intent(in) :: value(:)
+
+      associate (entry => table%entries(place))
+         if (entry%is_list) then
+            entry%list = value
+         else
+            entry%value = value(1)
+         end if
+         entry%is_changed = .true.
+         table%groups(table%find_group(table%groups(entry%group)%name))%is_changed = .true.
+      end associate
+   end subroutine change
+
+   !> The names of one group are listed again and get the values that have changed, even of a group that the scene does
+   !> not ask for.
+   subroutine give_changes(table, group)
+      class(table_t), intent(inout) :: table
+      !> Its place, of several of a name that of the first
+      integer, intent(in) :: group
+
+      call table%give_values()
+      table%gives_changes = .true.
+      table%open_group = group - 1
+      table%now = table%groups(group)%first_entry - 1
+      table%groups(group)%is_changed = .false.
+   end subroutine give_changes
 
    !> How often a group that may be given several times is to be opened: once at least, so that its names are known.
    pure function times(table, group, in_scene) result(number)
@@ -133,6 +174,7 @@ contains
          return
       end if
       table%open_group = table%open_group + 1
+      if (table%gives_changes) return
       if (table%grows) then
          if (.not. allocated(table%groups)) allocate (table%groups(16))
          if (table%open_group > size(table%groups)) then
@@ -155,6 +197,43 @@ contains
          if (.not. table%is_open) table%now = opened%last_entry
       end associate
    end subroutine open
+
+   !> One of several groups, of which even the first is called by its number.
+   subroutine open_numbered(table, group, which, is_wanted)
+      class(table_t), intent(inout) :: table
+      character(*), intent(in) :: group
+      integer, intent(in) :: which
+      !> The scene asks for one at least
+      logical, intent(inout) :: is_wanted
+
+      type(group_t) :: opened
+
+      opened = group_t(group, repeats=.true., occurrence=which, label=group//'_'//to_text(which))
+      if (which == 1) then
+         call table%open(opened, is_wanted)
+      else
+         call table%open(opened)
+      end if
+   end subroutine open_numbered
+
+   !> A name without a component: its value stays in the table.
+   subroutine keep(table, name, kind, is_list)
+      class(table_t), intent(inout) :: table
+      type(name_t), intent(in) :: name
+      !> One of the `kind_` constants; absent: a number
+      integer, intent(in), optional :: kind
+      !> Absent: it is none
+      logical, intent(in), optional :: is_list
+
+      integer :: own_kind
+      logical :: own_list
+
+      own_kind = kind_number
+      if (present(kind)) own_kind = kind
+      own_list = .false.
+      if (present(is_list)) own_list = is_list
+      call table%advance(name, own_kind, own_list)
+   end subroutine keep
 
    !> A number.
    subroutine bind_real(table, value, name)
@@ -254,6 +333,10 @@ contains
          return
       end if
       table%now = table%now + 1
+      if (table%gives_changes) then
+         table%gives = table%entries(table%now)%is_changed
+         table%entries(table%now)%is_changed = .false.
+      end if
       if (.not. table%grows) return
       if (.not. allocated(table%entries)) allocate (table%entries(160))
       if (table%now > size(table%entries)) then
@@ -306,6 +389,46 @@ contains
       place = 0
    end function find
 
+   !> Does the file give a name?
+   pure function has(table, group, name, occurrence)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of several groups; absent: the first
+      integer, intent(in), optional :: occurrence
+      logical :: has
+
+      has = table%entries(table%find(table%find_group(group, occurrence), name))%is_given
+   end function has
+
+   !> Does the file give a name, or in units what stands for it?
+   pure function has_either(table, group, name, occurrence) result(has)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of several groups; absent: the first
+      integer, intent(in), optional :: occurrence
+      logical :: has
+
+      associate (opened => table%groups(table%find_group(group, occurrence)))
+         associate (entries => table%entries(opened%first_entry:opened%last_entry))
+            has = any(entries%is_given .and. (entries%name%name == name .or. entries%name%instead_of == name))
+         end associate
+      end associate
+   end function has_either
+
+   !> The value of a name.
+   pure function number(table, group, name, occurrence)
+      class(table_t), intent(in) :: table
+      character(*), intent(in) :: group
+      character(*), intent(in) :: name
+      !> Which of several groups; absent: the first
+      integer, intent(in), optional :: occurrence
+      real(wp) :: number
+
+      number = table%entries(table%find(table%find_group(group, occurrence), name))%value
+   end function number
+
    !> Is what an entry needs there?
    pure function counts(table, place)
       class(table_t), intent(in) :: table
@@ -338,53 +461,6 @@ contains
          if (table%groups(group)%repeats) counts = counts .and. table%groups(group)%is_wanted
       end associate
    end function counts
-
-   !> What an entry needs, in words; nothing: it always counts.
-   pure function phrase(table, place, from_elsewhere)
-      class(table_t), intent(in) :: table
-      integer, intent(in) :: place
-      !> To be read in another group than the entry's
-      logical, intent(in), optional :: from_elsewhere
-      character(:), allocatable :: phrase
-
-      character(name_room) :: group
-      integer :: comma, i
-
-      associate (needs => table%entries(place)%name%needs)
-         phrase = trim(needs%phrase)
-         if (phrase == '' .and. needs%words /= '') then
-            do i = 1, len_trim(needs%words)
-               if (needs%words(i:i) /= ' ') phrase = phrase//needs%words(i:i)
-               if (needs%words(i:i) == ' ') phrase = phrase//"' or '"
-            end do
-            phrase = trim(needs%name)//" = '"//phrase//"'"
-         else if (phrase == '' .and. needs%name /= '') then
-            phrase = trim(needs%name)//' = .true.'
-         else if (phrase == '' .and. needs%group /= '') then
-            phrase = '&'//trim(needs%group)
-            return
-         end if
-         if (needs%group /= '') then
-            associate (place_of_group => table%find_group(needs%group, needs%occurrence))
-               if (table%groups(place_of_group)%repeats .and. .not. table%groups(place_of_group)%is_wanted) then
-                  phrase = '&'//trim(needs%group)
-                  return
-               end if
-            end associate
-         end if
-         group = needs%group
-         if (group /= '' .and. needs%occurrence > 1) group = trim(group)//' '//to_text(needs%occurrence)
-         if (present(from_elsewhere)) then
-            associate (own => table%groups(table%entries(place)%group))
-               group = own%name
-               if (own%occurrence > 1) group = trim(group)//' '//to_text(own%occurrence)
-            end associate
-         end if
-         if (group == '' .or. phrase == '') return
-         comma = index(phrase//',', ',')
-         phrase = phrase(:comma - 1)//' in &'//trim(group)//phrase(comma:)
-      end associate
-   end function phrase
 
    !> Is it one of some words with blanks between them?
    pure function is_among(word, words)

@@ -43,6 +43,8 @@ module name_types
       logical :: is_of_beam = .false.
       !> &cases may vary it too
       logical :: is_in_cases = .false.
+      !> It may change in a motion under way: neither modes nor where surfaces are, nor the phase of loads, go by it
+      logical :: is_in_motion = .false.
       !> Name and meaning in a sweep, where they are others; of several groups the label stands before the name
       character(name_room) :: name = ''
       character(meaning_room) :: meaning = ''
@@ -60,8 +62,13 @@ module name_types
       type(condition_t) :: needs = condition_t()
       !> Another name of its group for the same quantity: never both in one file; the other is echoed
       character(name_room) :: instead_of = ''
-      !> What it is, as in `quantity_table`, in the units of the scene: a sweep may vary it if it may the other
+      !> What it is, as in `quantity_table`, in the units of the scene: the other gets the ratio, and a sweep may vary
+      !> it if it may the other
       character(name_room) :: quantity = ''
+      !> The ratio is not to one unit of its quantity, but to this quantity of the group
+      character(name_room) :: over = ''
+      !> It says how long the unit of displacement is, and makes no ratio by itself
+      logical :: is_scale = .false.
       !> Its default in words, where that is no fixed value
       character(phrase_room) :: default = ''
       !> It counts only where it is given
@@ -88,6 +95,8 @@ module name_types
       !> Places of its entries
       integer :: first_entry = 1
       integer :: last_entry = 0
+      !> Entries of it, or of another of its name, have changed; of several the first says so
+      logical :: is_changed = .false.
    end type group_t
 
    type :: entry_t
@@ -101,6 +110,8 @@ module name_types
       character(name_length), allocatable :: words(:)
       !> The file gives it; of an echo: it has values
       logical :: is_given = .false.
+      !> It has another value than the scene
+      logical :: is_changed = .false.
       !> A number, the place of a word, 1 for .true.; or a list of these, unallocated where there is none; or a text
       real(wp) :: value = 0.0_wp
       real(wp), allocatable :: list(:)

@@ -1,25 +1,67 @@
-!> &beam checked and completed: heights from the taper, tables that fit together.
+!> &beam: its names; heights from the taper, tables that fit together.
 module scene_beam
-   use body_groups, only: physical_beam_t
    use kinds, only: wp
+   use name_table, only: table_t
+   use name_types, only: condition_t, group_t, name_t, sweep_t
    use number_text, only: rounded, to_text
+   use program_identity, only: in_motion_and_benchmark
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_section_table, shape_taper
    use section_shapes, only: area_of_shape, inertia_of_shape, mean_of_profile
+   use value_rules, only: length_range, range_t
    implicit none (type, external)
    private
-   public :: resolve_beam, check_stations, check_column, mean_section, set_taper, smallest_tip
+   public :: list_beam, resolve_beam, check_stations, check_column, mean_section, set_taper, smallest_tip
+
+   ! What more than one name needs
+   type(condition_t), parameter :: heights = condition_t(without='area inertia', &
+      phrase='heights, not with area and inertia')
+   type(condition_t), parameter :: linear_taper = condition_t(without='station height area inertia', &
+      phrase='a linear taper, not with tables')
+   type(condition_t), parameter :: sections = condition_t(phrase='area and inertia, and station where they vary')
+
+   ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
+   type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
+   ! kilograms per cubic nanometre among them
+   type(range_t), parameter :: material_range = range_t(1.0e-30_wp, 1.0e30_wp)
 
    !> A tip less high than this in terms of the root, but not 0, is neither a taper nor a wedge in rounded numbers.
    real(wp), parameter :: smallest_tip = 1.0e-9_wp
 
 contains
 
+   subroutine list_beam(table, beam)
+      class(table_t), intent(inout) :: table
+      type(beam_settings_t), intent(inout) :: beam
+
+      call table%open(group_t('beam', in_motion_and_benchmark))
+      call table%bind(beam%length, name_t('length', 'length L', length_range))
+      call table%bind(beam%width, name_t('width', 'width b', length_range, heights))
+      call table%bind(beam%youngs_modulus, name_t('youngs_modulus', "Young's modulus E", material_range))
+      call table%bind(beam%density, name_t('density', 'density rho', material_range))
+      call table%bind(beam%height_root, name_t('height_root', 'height at the clamp', length_range, linear_taper, &
+         default='0.075 length'))
+      call table%bind(beam%height_tip, name_t('height_tip', 'height at the tip; 0: a full wedge', height_range, &
+         linear_taper, default='height_root'))
+      call table%bind(beam%taper, name_t('taper', 'alpha = (height_root - height_tip) / length', &
+         range_t(-2.0_wp, 2.0_wp), linear_taper, instead_of='height_root', default='0', &
+         sweep=sweep_t(3, is_of_beam=.true., is_in_cases=.true., &
+         meaning='alpha = (height_root - height_tip) / length, mean height kept')))
+      call table%bind(beam%mean_height_ratio, name_t('mean_height_ratio', 'mean height over length', &
+         range_t(1.0e-9_wp, 1.0_wp), linear_taper, instead_of='height_root', default='0.075'))
+      call table%bind(beam%station, name_t('station', 'positions of the table, from 0 to length, ascending', &
+         height_range, condition_t(phrase='height, or with area and inertia'), is_optional=.true.))
+      call table%bind(beam%height, name_t('height', 'heights at the stations, linear between them', height_range, &
+         condition_t(without='area inertia', phrase='station, not with area and inertia'), is_optional=.true.))
+      call table%bind(beam%area, name_t('area', 'areas at the stations, linear between them', &
+         range_t(0.0_wp, 1.0e24_wp), sections, is_optional=.true.))
+      call table%bind(beam%inertia, name_t('inertia', 'second moments of area at the stations', &
+         range_t(0.0_wp, 1.0e48_wp), sections, is_optional=.true.))
+   end subroutine list_beam
+
    !> Complete the beam; problems go into the input.
-   subroutine resolve_beam(input, physical, beam)
+   subroutine resolve_beam(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> Its taper, if that is what it gives
-      type(physical_beam_t), intent(in) :: physical
       !> As read in; complete out
       type(beam_settings_t), intent(inout) :: beam
 
@@ -33,7 +75,7 @@ contains
       if (allocated(beam%area)) beam%shape = shape_section_table
       select case (beam%shape)
       case (shape_taper)
-         call resolve_taper(input, physical, beam)
+         call resolve_taper(input, beam)
       case (shape_height_table)
          call check_stations(input, 'beam', 'station', beam%length, beam%station)
          call check_column(input, 'beam', 'height', size(beam%station), beam%height, smallest_height, .true.)
@@ -53,10 +95,8 @@ contains
    end subroutine resolve_beam
 
    !> Heights at both ends from the heights or from taper and mean height.
-   subroutine resolve_taper(input, physical, beam)
+   subroutine resolve_taper(input, beam)
       type(scene_input_t), intent(inout) :: input
-      !> Its taper, if that is what it gives
-      type(physical_beam_t), intent(in) :: physical
       !> Heights out
       type(beam_settings_t), intent(inout) :: beam
 
@@ -66,13 +106,13 @@ contains
       if (has_root) then
          if (.not. input%has('beam', 'height_tip')) beam%height_tip = beam%height_root
       else
-         if (abs(physical%taper) > 2.0_wp*physical%mean_height_ratio) then
-            call input%complain('beam', 'taper', 'must be at most '//rounded(2.0_wp*physical%mean_height_ratio) &
+         if (abs(beam%taper) > 2.0_wp*beam%mean_height_ratio) then
+            call input%complain('beam', 'taper', 'must be at most '//rounded(2.0_wp*beam%mean_height_ratio) &
                //' in size, twice mean_height_ratio (a full wedge)')
             return
          end if
-         beam%height_root = beam%length*(physical%mean_height_ratio + 0.5_wp*physical%taper)
-         beam%height_tip = beam%length*(physical%mean_height_ratio - 0.5_wp*physical%taper)
+         beam%height_root = beam%length*(beam%mean_height_ratio + 0.5_wp*beam%taper)
+         beam%height_tip = beam%length*(beam%mean_height_ratio - 0.5_wp*beam%taper)
       end if
       if (beam%height_root < smallest_tip*beam%height_tip .or. beam%height_root <= 0.0_wp) then
          call input%complain('beam', trim(merge('height_root', 'taper      ', has_root)), &

@@ -1,38 +1,95 @@
-!> &root and &mass checked and completed: ratios of what is given in units, motions that nothing would hold.
+!> &root and &mass, of which a file may have any number: their names; masses that say nothing, motions that nothing
+!> would hold.
 module scene_body
-   use body_groups, only: physical_mass_t, physical_root_t
-   use body_settings, only: root_pinned
+   use body_settings, only: mass_settings_t, root_names, root_pinned
    use kinds, only: wp
    use load_settings, only: start_balance, start_pull
    use name_table, only: table_t
+   use name_types, only: condition_t, group_t, name_t, sweep_t
    use run_settings, only: method_newmark
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use unit_ratios, only: take_ratio
+   use value_rules, only: physical_range, place_range, range_t, stiffness_range
    implicit none (type, external)
    private
-   public :: resolve_root, resolve_masses
+   public :: list_root, list_masses, check_root, check_masses
+
+   ! What more than one name needs
+   type(condition_t), parameter :: springs = condition_t(name='kind', words='clamped')
+
+   type(range_t), parameter :: mass_range = range_t(0.0_wp, 1.0e6_wp)
 
 contains
 
-   !> Problems go into the input.
-   subroutine resolve_root(input, table, physical, scene)
-      type(scene_input_t), intent(inout) :: input
-      !> Its names, read
-      type(table_t), intent(in) :: table
-      !> What it gives in physical units
-      type(physical_root_t), intent(in) :: physical
-      !> Scales in; root out
+   subroutine list_root(table, scene)
+      class(table_t), intent(inout) :: table
+      !> Its root
       type(scene_t), intent(inout) :: scene
 
-      real(wp) :: unit
+      call table%open(group_t('root'), scene%has_root)
+      if (.not. table%is_open) return
+      associate (root => scene%root)
+         call table%bind(root%kind, name_t('kind', 'what holds the root: the clamp, or a pin about which it turns ' &
+            //'freely'), root_names)
+         call table%bind(root%rotation_stiffness_ratio, name_t('rotation_stiffness_ratio', &
+            'k / (3 E Ibar / L) of a spring against rotation', stiffness_range, springs, &
+            default='none: it does not turn', is_optional=.true., &
+            sweep=sweep_t(20, is_of_beam=.true., is_in_cases=.true., name='root_rotation_stiffness_ratio')))
+         call table%keep(name_t('rotation_stiffness', 'the same, moment over angle', &
+            physical_range, springs, instead_of='rotation_stiffness_ratio', &
+            quantity='rotational_stiffness', sweep=sweep_t(name='root_rotation_stiffness')))
+         call table%bind(root%translation_stiffness_ratio, name_t('translation_stiffness_ratio', &
+            'k / (3 E Ibar / L^3) of a spring against displacement', stiffness_range, springs, &
+            default='none: it does not move', is_optional=.true., sweep=sweep_t(21, is_of_beam=.true., &
+            is_in_cases=.true., name='root_translation_stiffness_ratio')))
+         call table%keep(name_t('translation_stiffness', &
+            'the same, force over length', physical_range, springs, instead_of='translation_stiffness_ratio', &
+            quantity='stiffness', sweep=sweep_t(name='root_translation_stiffness')))
+      end associate
+   end subroutine list_root
 
-      unit = 3.0_wp*scene%scales%bending_stiffness/scene%beam%length
-      call take_ratio(input, table, 'root', 'rotation_stiffness', physical%rotation_stiffness/unit, &
-         scene%root%rotation_stiffness_ratio)
-      unit = unit/scene%beam%length**2
-      call take_ratio(input, table, 'root', 'translation_stiffness', physical%translation_stiffness/unit, &
-         scene%root%translation_stiffness_ratio)
+   !> Every &mass.
+   subroutine list_masses(table, scene)
+      class(table_t), intent(inout) :: table
+      !> Its masses
+      type(scene_t), intent(inout) :: scene
+
+      type(mass_settings_t), allocatable :: masses(:)
+      integer :: number, k
+
+      number = 0
+      if (allocated(scene%masses)) number = size(scene%masses)
+      number = table%times('mass', number)
+      allocate (masses(number))
+      if (allocated(scene%masses)) masses(:) = scene%masses
+      do k = 1, number
+         call table%open_numbered('mass', k, scene%has_masses)
+         if (table%is_open) call list_mass(table, masses(k))
+      end do
+      if (scene%has_masses) call move_alloc(masses, scene%masses)
+   end subroutine list_masses
+
+   subroutine list_mass(table, mass)
+      class(table_t), intent(inout) :: table
+      type(mass_settings_t), intent(inout) :: mass
+
+      call table%bind(mass%position, name_t('position', 'position of the mass over length', place_range, &
+         sweep=sweep_t(17, is_of_beam=.true., is_in_cases=.true.)))
+      call table%bind(mass%mass_ratio, name_t('mass_ratio', 'mass over that of the beam', mass_range, &
+         sweep=sweep_t(18, is_of_beam=.true., is_in_cases=.true.)))
+      call table%keep(name_t('mass', 'mass', physical_range, instead_of='mass_ratio', quantity='mass'))
+      call table%bind(mass%rotary_inertia_ratio, name_t('rotary_inertia_ratio', &
+         'J / (rho Abar L^3), its moment of inertia about the axis of bending', mass_range, &
+         sweep=sweep_t(19, is_of_beam=.true., is_in_cases=.true.)))
+      call table%keep(name_t('rotary_inertia', 'J, mass times length squared', &
+         physical_range, instead_of='rotary_inertia_ratio', quantity='rotary_inertia'))
+   end subroutine list_mass
+
+   !> Problems go into the input.
+   subroutine check_root(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(in) :: scene
+
       if (scene%root%kind /= root_pinned .or. scene%has_supports) return
       if (.not. (scene%wants_response .or. scene%wants_precision)) return
       if (scene%start%kind == start_pull) then
@@ -42,31 +99,22 @@ contains
          call input%complain('root', 'kind', 'the balance of a beam that turns freely about its root is found by ' &
             //"method = 'exact' alone")
       end if
-   end subroutine resolve_root
+   end subroutine check_root
 
    !> Problems go into the input.
-   subroutine resolve_masses(input, table, physical, scene)
+   subroutine check_masses(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Its names, read
       type(table_t), intent(in) :: table
-      !> What they give in physical units, [masses]
-      type(physical_mass_t), intent(in) :: physical(:)
-      !> Scales in; masses out
-      type(scene_t), intent(inout) :: scene
+      type(scene_t), intent(in) :: scene
 
       integer :: k
 
-      do k = 1, size(physical)
-         associate (mass => scene%masses(k), beam_mass => scene%scales%beam_mass)
-            call take_ratio(input, table, 'mass', 'mass', physical(k)%mass/beam_mass, mass%mass_ratio, k)
-            call take_ratio(input, table, 'mass', 'rotary_inertia', &
-               physical(k)%rotary_inertia/(beam_mass*scene%beam%length**2), mass%rotary_inertia_ratio, k)
-         end associate
-         if (any([input%has('mass', 'mass_ratio', k), input%has('mass', 'mass', k), input%has('mass', &
-            'rotary_inertia_ratio', k), input%has('mass', 'rotary_inertia', k)])) cycle
-         if (scene%wants_sweep .or. scene%wants_cases) cycle
+      if (.not. scene%has_masses .or. scene%wants_sweep .or. scene%wants_cases) return
+      do k = 1, size(scene%masses)
+         if (table%has_either('mass', 'mass_ratio', k) .or. table%has_either('mass', 'rotary_inertia_ratio', k)) cycle
          call input%complain('mass', '', 'needs mass_ratio or mass, or rotary_inertia_ratio or rotary_inertia', k)
       end do
-   end subroutine resolve_masses
+   end subroutine check_masses
 
 end module scene_body

@@ -3,60 +3,29 @@
 !>
 !> What a name needs stands before it, in its own group or an earlier one.
 module scene_groups
-   use body_groups, only: list_beam, list_masses, list_root, list_section, physical_beam_t, physical_mass_t, &
-      physical_root_t
-   use frequency_response_names, only: list_frequency_response
    use history_list, only: history_count, history_table
    use kinds, only: wp
-   use load_groups, only: list_bases, list_forces, list_start, physical_base_t, physical_course_t, physical_start_t
    use measure_list, only: measure_count, measure_named, measure_status, measure_table
-   use name_parameters, only: list_parameters, parameter_of, sweep_of
    use name_table, only: table_t
-   use name_types, only: group_t, name_t, condition_t, sweep_t
-   use orbit_groups, only: list_periods
+   use name_types, only: condition_t, group_t, name_t, sweep_t
    use program_identity, only: in_motion_and_benchmark, program_any, program_benchmark, program_paper
    use quantities, only: system_names
    use run_settings, only: method_names, name_length, output_settings_t, response_settings_t
+   use scene_beam, only: list_beam
+   use scene_body, only: list_masses, list_root
+   use scene_loads, only: list_bases, list_forces
+   use scene_requests, only: list_frequency_response, list_orbit, list_poincare, list_statistics
+   use scene_section, only: list_section
+   use scene_start, only: list_start
+   use scene_stops, only: list_stops, list_supports
    use scene_types, only: contender_names, frequency_settings_t, mass_names, mesh_settings_t, output_unit_names, &
       precision_settings_t, reference_names, scene_t, solver_names, statements_settings_t
-   use statistics_groups, only: list_statistics, physical_statistics_t
-   use stop_groups, only: list_stops, list_supports, physical_stop_t, physical_support_t
-   use sweep_groups, only: list_sweep
+   use sweep_names, only: list_parameters, list_sweep, parameter_of, sweep_of
    use sweep_settings, only: best_settings_t, cases_settings_t, goal_names, parameter_t
-   use value_rules, only: length_range, physical_range, range_t
+   use value_rules, only: duration_range, length_range, physical_range, point_range, range_t
    implicit none (type, external)
    private
-   public :: physical_t, list_scene, list_group, scheme_betas
-
-   !> Quantities that a file may give instead of the ratios of a scene, in the user's units.
-   type :: physical_t
-      type(physical_beam_t) :: beam
-      type(physical_root_t) :: root
-      !> gamma of C = gamma K
-      real(wp) :: stiffness_coefficient = 0.0_wp
-      !> alpha of C = alpha M
-      real(wp) :: mass_coefficient = 0.0_wp
-      !> Tip mass
-      real(wp) :: mass = 0.0_wp
-      !> Of each &mass, each &stop and each &support
-      type(physical_mass_t), allocatable :: masses(:)
-      type(physical_stop_t), allocatable :: stops(:)
-      type(physical_support_t), allocatable :: supports(:)
-      !> Of each &force and &base, and of &start
-      type(physical_course_t), allocatable :: forces(:)
-      type(physical_base_t), allocatable :: bases(:)
-      type(physical_start_t) :: start
-      type(physical_statistics_t) :: statistics
-      !> Frequencies of &frequency_response
-      real(wp), allocatable :: frequency_range(:)
-      !> Unit of displacement; 0: not given
-      real(wp) :: displacement_scale = 0.0_wp
-      !> Duration and step of the response
-      real(wp) :: duration_time = 0.0_wp
-      real(wp) :: step_time = 0.0_wp
-      !> Place in `scheme_names`; 0: not given
-      integer :: newmark_scheme = 0
-   end type physical_t
+   public :: list_scene, list_group, give_changes
 
    character(*), parameter :: scheme_names(3) = [character(name_length) :: &
       'average_acceleration', 'linear_acceleration', 'explicit']
@@ -93,7 +62,6 @@ module scene_groups
    type(range_t), parameter :: ratio_range = range_t(0.1_wp, 10.0_wp)
    type(range_t), parameter :: hop_range = range_t(1.0e-14_wp, 0.1_wp)
    type(range_t), parameter :: mode_range = range_t(0.0_wp, 0.1_wp)
-   type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
 
    character(*), parameter :: unit_of_displacement = 'unit of displacement D, length; without a pull by default the ' &
       //'greatest distance of a stop that is given in units, else the mean height'
@@ -101,75 +69,85 @@ module scene_groups
 contains
 
    !> Every name of every group.
-   subroutine list_scene(table, scene, physical)
+   subroutine list_scene(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
-      type(physical_t), intent(inout) :: physical
 
       integer :: i
 
       do i = 1, size(group_names)
-         call list_group(trim(group_names(i)), table, scene, physical)
+         call list_group(trim(group_names(i)), table, scene)
       end do
    end subroutine list_scene
 
+   !> Give a scene what has changed in the table.
+   subroutine give_changes(table, scene)
+      class(table_t), intent(inout) :: table
+      type(scene_t), intent(inout) :: scene
+
+      integer :: i
+
+      do i = 1, table%group_count
+         if (.not. table%groups(i)%is_changed) cycle
+         call table%give_changes(i)
+         call list_group(trim(table%groups(i)%name), table, scene)
+      end do
+   end subroutine give_changes
+
    !> The names of one group.
-   subroutine list_group(group, table, scene, physical)
+   subroutine list_group(group, table, scene)
       !> One of `group_names`
       character(*), intent(in) :: group
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
-      type(physical_t), intent(inout) :: physical
 
       logical :: is_stored
 
       select case (group)
       case ('scene')
-         call table%open(group_t('scene', program_any))
-         call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
-            range_t(1, name_length), default='name of the scene file'))
-         call table%bind(physical%displacement_scale, name_t('displacement_scale', unit_of_displacement, length_range, &
-            default='of a pull initial_height above the surface', is_optional=.true.))
-         call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
-            default='the name'))
-         call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
-            default='none: results are dimensionless', is_optional=.true.), system_names)
+         call list_heading(table, scene)
       case ('beam')
-         call list_beam(table, scene%beam, physical%beam)
+         call list_beam(table, scene%beam)
       case ('section')
          call list_section(table, scene%beam)
       case ('root')
-         call list_root(table, scene, physical%root)
+         call list_root(table, scene)
       case ('mass')
-         call list_masses(table, scene, physical%masses)
+         call list_masses(table, scene)
       case ('mesh')
          call list_mesh(table, scene%mesh)
       case ('damping')
-         call list_damping(table, scene, physical)
+         call list_damping(table, scene)
       case ('tip_mass')
-         call list_tip_mass(table, scene%tip_mass_ratio, physical%mass)
+         call list_tip_mass(table, scene%tip_mass_ratio)
       case ('stop')
-         call list_stops(table, scene, physical%stops)
+         call list_stops(table, scene)
       case ('support')
-         call list_supports(table, scene, physical%supports)
+         call list_supports(table, scene)
       case ('force')
-         call list_forces(table, scene, physical%forces)
+         call list_forces(table, scene)
       case ('base')
-         call list_bases(table, scene, physical%bases)
+         call list_bases(table, scene)
       case ('start')
          call table%open(group_t('start'), scene%has_start)
-         if (table%is_open) call list_start(table, scene%start, physical%start)
+         if (table%is_open) call list_start(table, scene%start)
       case ('response')
          call table%open(group_t('response'), scene%wants_response)
-         if (table%is_open) call list_response(table, scene%response, physical)
+         if (table%is_open) call list_response(table, scene%response)
       case ('stress')
          call list_stress(table, scene)
       case ('statistics')
-         call list_statistics(table, scene, physical%statistics)
-      case ('poincare', 'orbit')
-         call list_periods(group, table, scene)
+         call table%open(group_t('statistics'), scene%wants_statistics)
+         if (table%is_open) call list_statistics(table, scene%statistics)
+      case ('poincare')
+         call table%open(group_t('poincare'), scene%wants_poincare)
+         if (table%is_open) call list_poincare(table, scene%poincare)
+      case ('orbit')
+         call table%open(group_t('orbit'), scene%wants_orbit)
+         if (table%is_open) call list_orbit(table, scene%orbit)
       case ('frequency_response')
-         call list_frequency_response(table, scene, physical%frequency_range)
+         call table%open(group_t('frequency_response'), scene%wants_frequency_response)
+         if (table%is_open) call list_frequency_response(table, scene%frequency_response)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)
@@ -195,37 +173,51 @@ contains
       end select
    end subroutine list_group
 
-   subroutine list_tip_mass(table, ratio, mass)
+   !> &scene
+   subroutine list_heading(table, scene)
+      class(table_t), intent(inout) :: table
+      type(scene_t), intent(inout) :: scene
+
+      call table%open(group_t('scene', program_any))
+      call table%bind(scene%name, name_t('name', 'name of the results file: letters, digits, . _ -', &
+         range_t(1, name_length), default='name of the scene file'))
+      call table%keep(name_t('displacement_scale', unit_of_displacement, length_range, &
+         default='of a pull initial_height above the surface', is_optional=.true., is_scale=.true.))
+      call table%bind(scene%title, name_t('title', 'heading of tables and pictures', range_t(1, 200), &
+         default='the name'))
+      call table%bind(scene%unit_system, name_t('units', 'what its values are in; its results are in them too', &
+         default='none: results are dimensionless', is_optional=.true.), system_names)
+   end subroutine list_heading
+
+   subroutine list_tip_mass(table, ratio)
       class(table_t), intent(inout) :: table
       real(wp), intent(inout) :: ratio
-      !> In the user's units
-      real(wp), intent(inout) :: mass
 
       call table%open(group_t('tip_mass', in_motion_and_benchmark))
       call table%bind(ratio, name_t('ratio', 'mu = tip mass over mass of the beam', range_t(0.0_wp, 1.0e6_wp), &
          sweep=sweep_t(4, is_of_beam=.true., is_in_cases=.true., name='tip_mass_ratio')))
-      call table%bind(mass, name_t('mass', 'tip mass', physical_range, instead_of='ratio', quantity='mass', &
+      call table%keep(name_t('mass', 'tip mass', physical_range, instead_of='ratio', quantity='mass', &
          sweep=sweep_t(name='tip_mass')))
    end subroutine list_tip_mass
 
-   subroutine list_damping(table, scene, physical)
+   subroutine list_damping(table, scene)
       class(table_t), intent(inout) :: table
       type(scene_t), intent(inout) :: scene
-      type(physical_t), intent(inout) :: physical
 
       call table%open(group_t('damping', in_motion_and_benchmark))
       call table%bind(scene%zeta, name_t('zeta', 'damping ratio gamma omega1 / 2', range_t(0.0_wp, 10.0_wp), &
-         rayleigh, sweep=sweep_t(8, is_in_cases=.true., meaning='damping ratio')))
-      call table%bind(physical%stiffness_coefficient, name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
+         rayleigh, sweep=sweep_t(8, is_in_cases=.true., is_in_motion=.true., meaning='damping ratio')))
+      call table%keep(name_t('stiffness_coefficient', 'gamma of C = gamma K, time', &
          physical_range, rayleigh, instead_of='zeta', quantity='stiffness_damping'))
       call table%bind(scene%zeta_mass, name_t('zeta_mass', 'alpha / (2 omega1) of C = alpha M', &
-         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true.)))
-      call table%bind(physical%mass_coefficient, name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
+         range_t(0.0_wp, 10.0_wp), rayleigh, sweep=sweep_t(54, is_in_cases=.true., is_in_motion=.true.)))
+      call table%keep(name_t('mass_coefficient', 'alpha of C = alpha M, per time', &
          physical_range, rayleigh, instead_of='zeta_mass', quantity='mass_damping'))
       call table%bind(scene%mode_ratios, name_t('mode_ratios', 'damping ratio of each free mode, the last of all ' &
          //'that follow', range_t(0.0_wp, 10.0_wp), condition_t( &
          without='zeta stiffness_coefficient zeta_mass mass_coefficient', phrase='damping of each mode alone'), &
-         default='none: C = gamma K + alpha M', is_optional=.true., sweep=sweep_t(55, is_in_cases=.true.)))
+         default='none: C = gamma K + alpha M', is_optional=.true., &
+         sweep=sweep_t(55, is_in_cases=.true., is_in_motion=.true.)))
    end subroutine list_damping
 
    subroutine list_mesh(table, mesh)
@@ -251,22 +243,26 @@ contains
       call table%bind(mesh%estimate, name_t('estimate', 'estimate the error of each measure from two finer meshes'))
    end subroutine list_mesh
 
-   subroutine list_response(table, response, physical)
+   subroutine list_response(table, response)
       class(table_t), intent(inout) :: table
       type(response_settings_t), intent(inout) :: response
-      type(physical_t), intent(inout) :: physical
+
+      integer :: scheme
 
       call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
          sweep=sweep_t(6, meaning='length of the run, tau')))
-      call table%bind(physical%duration_time, name_t('duration_time', 'length of the run, time', physical_range, &
+      call table%keep(name_t('duration_time', 'length of the run, time', physical_range, &
          instead_of='duration', quantity='time'))
       call table%bind(response%step, name_t('step', "distance of the samples, and Newmark's step, d tau", &
          range_t(1.0e-9_wp, 1.0e9_wp)))
-      call table%bind(physical%step_time, name_t('step_time', 'the same in time', physical_range, instead_of='step'))
+      call table%keep(name_t('step_time', 'the same in time', physical_range, instead_of='step', &
+         quantity='time'))
       call table%bind(response%method, name_t('method', 'way through time'), method_names)
       call table%bind(response%newmark_beta, name_t('newmark_beta', "Newmark's beta", range_t(0.0_wp, 1.0_wp), newmark))
-      call table%bind(physical%newmark_scheme, name_t('newmark_scheme', 'beta by name: 1/4, 1/6, 0', needs=newmark, &
+      scheme = 0
+      call table%bind(scheme, name_t('newmark_scheme', 'beta by name: 1/4, 1/6, 0', needs=newmark, &
          instead_of='newmark_beta'), scheme_names)
+      if (scheme > 0) response%newmark_beta = scheme_betas(scheme)
       call table%bind(response%newmark_gamma, name_t('newmark_gamma', "Newmark's gamma; below 1/2 no step is stable", &
          range_t(0.5_wp, 1.0_wp), newmark))
       call table%bind(response%substep, name_t('substep', 'divide a step that is too long for the scheme', &
@@ -276,7 +272,7 @@ contains
       call table%bind(response%release_tolerance, name_t('release_tolerance', 'Pbar at which contact is over', &
          range_t(0.0_wp, 1.0e3_wp, excludes_least=.true.), newmark))
       call table%bind(response%hop_tolerance, name_t('hop_tolerance', 'eta that a flight must exceed to be no rest', &
-         hop_range, sweep=sweep_t(7)))
+         hop_range, sweep=sweep_t(7, is_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))
       call table%bind(response%mode_tolerance, name_t('mode_tolerance', &
@@ -294,7 +290,7 @@ contains
       call table%open(group_t('stress'), scene%wants_stress)
       if (.not. table%is_open) return
       call table%bind(scene%stress%position, name_t('position', 'points over length where bending moment and ' &
-         //'stress at the outer fibre are asked for', range_t(0.0_wp, 1.0_wp), default='0, the root', &
+         //'stress at the outer fibre are asked for', point_range, default='0, the root', &
          sweep=sweep_t(60, is_in_cases=.true., name='stress_position', meaning='point of the stress over length')))
       if (.not. allocated(scene%stress%position)) scene%stress%position = [0.0_wp]
       call table%bind(scene%stress%history, name_t('history', 'histories of both at the sample times'))

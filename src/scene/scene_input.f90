@@ -2,18 +2,18 @@
 !> one that stands first is kept.
 module scene_input
    use kinds, only: i8, wp
-   use name_hints, only: choice_hint, group_hint, item_hint
-   use name_parameters, only: chosen_parameter
+   use name_hints, only: choice_hint, group_hint, item_hint, phrase_of
    use name_table, only: is_among, most_repeats, table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
-   use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, &
-      value_count, value_source, value_text
+   use namelist_text, only: find_group, find_item, group_name, item_name, item_text, namelist_t, value_count, &
+      value_source, value_text
    use namelist_tokens, only: line_of, lower_case, slice
    use namelist_values, only: read_integer, read_logical, read_real, read_text
    use number_text, only: to_text
    use printable_text, only: character_count, excerpt
    use program_identity, only: name_of_program, program_any
    use run_settings, only: name_length
+   use sweep_names, only: chosen_parameter
    use value_rules, only: contains_value, range_t, range_text
    implicit none (type, external)
    private
@@ -23,7 +23,6 @@ module scene_input
    integer, parameter :: longest_list = 100000
 
    type :: scene_input_t
-      private
       !> The file, and its parts
       character(:), allocatable :: file
       type(namelist_t) :: namelist
@@ -34,7 +33,6 @@ module scene_input
       character(name_length), allocatable :: added(:)
    contains
       procedure :: start
-      procedure :: announce
       procedure :: read_table
       procedure :: has_group
       procedure :: has
@@ -49,29 +47,25 @@ module scene_input
 contains
 
    !> Begin with the parts of a file.
-   subroutine start(input, file, namelist)
+   subroutine start(input, file, namelist, table)
       class(scene_input_t), intent(inout) :: input
       !> Its name, for messages
       character(*), intent(in) :: file
       type(namelist_t), intent(in) :: namelist
+      !> It is told which groups will be read, before its names are listed; absent: nothing is read
+      type(table_t), intent(inout), optional :: table
+
+      character(name_length) :: names(namelist%group_count)
+      integer :: i
 
       input%file = file
       input%namelist = namelist
-   end subroutine start
-
-   !> Tell a table which groups will be read, before its names are listed.
-   subroutine announce(input, table)
-      class(scene_input_t), intent(in) :: input
-      type(table_t), intent(inout) :: table
-
-      character(name_length) :: names(input%namelist%group_count)
-      integer :: i
-
+      if (.not. present(table)) return
       do i = 1, size(names)
-         names(i) = group_name(input%namelist, i)
+         names(i) = group_name(namelist, i)
       end do
       call table%expect_groups(names)
-   end subroutine announce
+   end subroutine start
 
    !> Put what the file gives into a table; what the file does not give, or what is a problem, stays as it is there.
    subroutine read_table(input, table, program)
@@ -131,7 +125,7 @@ contains
             end if
          end if
          if (.not. table%counts(place)) then
-            call input%reject(item, 0, 'only goes with '//table%phrase(place))
+            call input%reject(item, 0, 'only goes with '//phrase_of(table, place))
             return
          end if
          if (.not. entry%is_list .and. value_count(input%namelist, item) > 1_i8) then
@@ -443,9 +437,9 @@ contains
       has_problem = allocated(input%problem)
    end function has_problem
 
-   !> The first problem, on one line; unallocated: there is none.
+   !> The first problem, on one line; unallocated: there is none. From then on there is none.
    pure subroutine get_problem(input, problem)
-      class(scene_input_t), intent(in) :: input
+      class(scene_input_t), intent(inout) :: input
       !> What the user reads
       character(:), allocatable, intent(out) :: problem
 
@@ -454,6 +448,8 @@ contains
       if (input%problem_position > 0) then
          problem = input%file//':'//to_text(line_of(input%namelist%text, input%problem_position))//': '//input%problem
       end if
+      input%problem_position = huge(1)
+      deallocate (input%problem)
    end subroutine get_problem
 
    !> Report a problem with a value of an item, or with the item.

@@ -7,25 +7,29 @@ module scene_reader
    use number_text, only: to_text
    use program_identity, only: program_any
    use scene_beam, only: set_taper
-   use scene_echo, only: make_echo
-   use scene_groups, only: list_group, list_scene, physical_t
+   use scene_groups, only: give_changes, list_group, list_scene
    use scene_input, only: scene_input_t
-   use scene_resolve, only: resolve_scene
+   use scene_reference, only: make_echo
+   use scene_resolve, only: resolve_scene, resolve_units
+   use scene_stops, only: find_displacement
    use scene_types, only: scene_t
    use sweep_settings, only: is_swept, parameter_t, place_of, values_given
    use text_file, only: load_text
+   use unit_ratios, only: needs_displacement, places_in_units
    implicit none (type, external)
    private
    public :: read_scene, parse_scene, complain_of_scene, set_parameter, set_parameters, draft_t
 
    !> What a file gives, before it is a scene.
    type :: draft_t
-      private
       type(scene_input_t) :: input
       type(table_t) :: table
-      type(physical_t) :: physical
-      !> Of cases: the scene, not resolved, and which parameters count as given; unallocated: it is not read yet
+      !> Of cases: the scene, not resolved; unallocated: it is not read yet
       type(scene_t), allocatable :: scene
+      !> Entries of the parameters, which count as given, 0: it goes by itself; and those in units whose ratios change
+      integer, allocatable :: places(:), affected(:)
+      !> The unit of displacement changes
+      logical :: moves_displacement = .false.
    end type draft_t
 
 contains
@@ -70,8 +74,7 @@ contains
       if (present(program)) reader = program
       call read_draft(text, file, reader, draft, scene, problem)
       if (.not. allocated(problem)) then
-         if (.not. draft%input%has_problem()) call resolve_scene(draft%input, draft%table, reader, draft%physical, &
-            scene)
+         if (.not. draft%input%has_problem()) call resolve_scene(draft%input, draft%table, reader, scene)
          if (.not. allocated(scene%title)) scene%title = scene%name
          if (.not. draft%input%has_problem()) call check_extremes(draft%input, scene)
          if (.not. draft%input%has_problem()) call make_echo(draft%table, scene)
@@ -103,12 +106,11 @@ contains
          problem = file//':'//to_text(line)//': '//problem
          return
       end if
-      call draft%input%start(file, namelist)
-      call draft%input%announce(draft%table)
-      call list_scene(draft%table, scene, draft%physical)
+      call draft%input%start(file, namelist, draft%table)
+      call list_scene(draft%table, scene)
       call draft%input%read_table(draft%table, program)
       call draft%table%give_values()
-      call list_scene(draft%table, scene, draft%physical)
+      call list_scene(draft%table, scene)
    end subroutine read_draft
 
    !> A problem of a scene that was read without one, told where it stands in the file.
@@ -146,19 +148,19 @@ contains
 
       ! large, and threads have small stacks
       type(draft_t), allocatable :: own
+      logical :: goes_by_file
       integer :: k
 
-      if (any(parameters%quantity /= '') .or. scene%has_misfits) then
-         if (present(draft)) then
-            call resolve_anew(scene, parameters, values, draft, problem)
-         else
-            allocate (own)
-            call resolve_anew(scene, parameters, values, own, problem)
-         end if
+      goes_by_file = any(parameters%quantity /= '') .or. scene%has_misfits
+      if (goes_by_file .and. present(draft)) then
+         call set_by_file(scene, parameters, values, draft, problem)
+      else if (goes_by_file) then
+         allocate (own)
+         call set_by_file(scene, parameters, values, own, problem)
       end if
       if (allocated(problem)) return
       do k = 1, size(parameters)
-         if (parameters(k)%quantity == '') call set_parameter(scene, parameters(k), values(k))
+         if (keeps_others(parameters(k)) .or. .not. goes_by_file) call set_parameter(scene, parameters(k), values(k))
       end do
    end subroutine set_parameters
 
@@ -169,16 +171,15 @@ contains
       real(wp), intent(in) :: value
 
       type(table_t) :: table
-      type(physical_t) :: physical
 
       call table%give_one(parameter%occurrence, trim(parameter%name_in_group), value)
-      call list_group(trim(parameter%group), table, scene, physical)
+      call list_group(trim(parameter%group), table, scene)
       if (parameter%name == 'taper') call set_taper(scene%beam, scene%scales%height_ratio*scene%beam%length, value)
    end subroutine set_parameter
 
-   !> Resolve a scene anew as if its file gave these values: one of a quantity in units may change the ratios of all,
-   !> any may not fit the others.
-   subroutine resolve_anew(scene, parameters, values, draft, problem)
+   !> Give a scene the values as if they stood in its file: one in units may change the ratios of others. The first
+   !> time, and each time where some may not fit the others, it is resolved anew.
+   subroutine set_by_file(scene, parameters, values, draft, problem)
       type(scene_t), intent(inout) :: scene
       type(parameter_t), intent(in) :: parameters(:)
       real(wp), intent(in) :: values(:)
@@ -187,37 +188,39 @@ contains
       character(:), allocatable, intent(out) :: problem
 
       type(scene_t) :: made
-      type(table_t) :: one
+      logical :: is_anew
       integer :: k
 
+      is_anew = scene%has_misfits .or. .not. allocated(draft%scene)
       if (.not. allocated(draft%scene)) call read_for_cases(scene, parameters, draft, problem)
-      made = draft%scene
       do k = 1, size(parameters)
-         if (keeps_others(parameters(k))) cycle
-         call one%give_one(parameters(k)%occurrence, trim(parameters(k)%name_in_group), values(k))
-         call list_group(trim(parameters(k)%group), one, made, draft%physical)
-         deallocate (one%groups, one%entries)
+         if (draft%places(k) > 0) call draft%table%change(draft%places(k), [values(k)])
       end do
-      call resolve_scene(draft%input, draft%table, program_any, draft%physical, made)
+      if (is_anew) then
+         made = draft%scene
+         call give_changes(draft%table, made)
+         call resolve_scene(draft%input, draft%table, program_any, made)
+      else
+         if (draft%moves_displacement) call find_displacement(draft%input, draft%table, scene)
+         if (.not. draft%input%has_problem()) call resolve_units(draft%input, draft%table, draft%affected, scene)
+      end if
       call draft%input%get_problem(problem)
       if (allocated(problem)) then
-         ! it would be told of the next case too
-         deallocate (draft%scene)
          ! its line says nothing of a value that stands elsewhere
          problem = problem(len(scene%file) + 2:)
          k = 0
          if (problem(1:1) /= ' ') k = index(problem, ':')
          problem = problem(k + 2:)
-         return
+      else if (is_anew) then
+         made%title = scene%title
+         made%output = scene%output
+         made%wants_sweep = scene%wants_sweep
+         made%wants_cases = scene%wants_cases
+         made%has_misfits = scene%has_misfits
+         if (allocated(scene%echo)) made%echo = scene%echo
+         scene = made
       end if
-      made%title = scene%title
-      made%output = scene%output
-      made%wants_sweep = scene%wants_sweep
-      made%wants_cases = scene%wants_cases
-      made%has_misfits = scene%has_misfits
-      if (allocated(scene%echo)) made%echo = scene%echo
-      scene = made
-   end subroutine resolve_anew
+   end subroutine set_by_file
 
    !> A taper is set with the mean height kept, whatever the file gives of the section.
    pure function keeps_others(parameter) result(keeps)
@@ -235,20 +238,32 @@ contains
       character(:), allocatable, intent(out) :: problem
 
       type(scene_t) :: made
-      integer :: k, place
+      integer, allocatable :: all(:)
+      integer :: k
 
       call read_draft(scene%text, scene%file, program_any, draft, made, problem)
-      do k = 1, size(parameters)
-         if (keeps_others(parameters(k))) cycle
-         associate (parameter => parameters(k), table => draft%table)
-            call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
-            place = table%find(table%find_group(parameter%group, parameter%occurrence), parameter%name_in_group)
-            table%entries(place)%is_given = .true.
-         end associate
-      end do
       made%wants_sweep = .false.
       made%wants_cases = .false.
       allocate (draft%scene, source=made)
+      allocate (draft%places(size(parameters)), source=0)
+      associate (table => draft%table)
+         do k = 1, size(parameters)
+            if (keeps_others(parameters(k))) cycle
+            associate (parameter => parameters(k))
+               call draft%input%add(trim(parameter%group), trim(parameter%name_in_group), parameter%occurrence)
+               draft%places(k) = table%find(table%find_group(parameter%group, parameter%occurrence), &
+                  parameter%name_in_group)
+               table%entries(draft%places(k))%is_given = .true.
+            end associate
+         end do
+         all = places_in_units(table)
+         associate (entries => table%entries, places => pack(draft%places, draft%places > 0))
+            draft%moves_displacement = any(needs_displacement(entries(places)))
+            ! within a group ratios may be to each other
+            draft%affected = pack(all, [(any(entries(places)%group == entries(all(k))%group), k=1, size(all))] .or. &
+               (draft%moves_displacement .and. needs_displacement(entries(all))))
+         end associate
+      end associate
    end subroutine read_for_cases
 
    !> The least and the greatest values of a sweep or of cases make scenes. Problems of quantities in units, and of

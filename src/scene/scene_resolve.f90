@@ -1,7 +1,6 @@
 !> From what a file gives to a scene: the groups checked against each other, defaults that depend on
 !> other values filled in, quantities in the user's units made ratios.
 module scene_resolve
-   use cases_resolve, only: resolve_cases
    use kinds, only: lambda1, wp
    use name_table, only: table_t
    use number_text, only: to_text
@@ -9,28 +8,26 @@ module scene_resolve
    use program_identity, only: name_of_program, program_benchmark, program_motion, program_paper
    use run_settings, only: method_exact, response_settings_t
    use scene_beam, only: check_stations, mean_section, resolve_beam
-   use scene_body, only: resolve_masses, resolve_root
-   use scene_frequency_response, only: resolve_frequency_response
-   use scene_groups, only: physical_t, scheme_betas
+   use scene_body, only: check_masses, check_root
+   use scene_groups, only: give_changes
    use scene_input, only: scene_input_t
-   use scene_loads, only: choose_start, find_displacement_unit, resolve_loads
-   use scene_orbit, only: resolve_orbit
-   use scene_poincare, only: resolve_poincare
+   use scene_loads, only: resolve_loads
+   use scene_requests, only: resolve_frequency_response, resolve_orbit, resolve_poincare, resolve_statistics
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
-   use scene_statistics, only: resolve_statistics
-   use scene_stops, only: resolve_stops, resolve_supports
+   use scene_start, only: choose_start
+   use scene_stops, only: check_stops, check_supports, find_displacement
+   use scene_sweep, only: resolve_cases, resolve_sweep
    use scene_types, only: beam_settings_t, contender_average, contender_exact, contender_explicit, contender_linear, &
       default_mode_count, frequency_settings_t, mass_auto, mesh_settings_t, precision_settings_t, reference_exact, &
       reference_none, scales_t, scene_t, shape_section, shape_taper, solver_auto, solver_dsygv, solver_names, &
       solver_natural
    use section_shapes, only: is_uniform, profile_stepped
-   use sweep_resolve, only: resolve_sweep
-   use unit_ratios, only: check_units, take_ratio
+   use unit_ratios, only: check_units, places_in_units, take_ratio
    use value_rules, only: contains_value, largest_spread, most_numbers, range_t, range_text, spread_problem
    implicit none (type, external)
    private
-   public :: resolve_scene, trouble_with_damping
+   public :: resolve_scene, resolve_units, trouble_with_damping
 
    !> What the name of a scene begins with, and what it is made of.
    character(*), parameter :: letters_and_digits = &
@@ -53,15 +50,13 @@ module scene_resolve
 contains
 
    !> Check and complete a scene; problems go into the input, and the scene is then not meant to be used.
-   subroutine resolve_scene(input, table, program, physical, scene)
+   subroutine resolve_scene(input, table, program, scene)
       !> The file, for what it has and for its problems
       type(scene_input_t), intent(inout) :: input
-      !> Its names, read
-      type(table_t), intent(in) :: table
+      !> Its names, read; ratios of what is in units out
+      type(table_t), intent(inout) :: table
       !> One of the `program_` constants, or a sum of them
       integer, intent(in) :: program
-      !> What it gives in physical units
-      type(physical_t), intent(in) :: physical
       !> Read values in; resolved out
       type(scene_t), intent(inout) :: scene
 
@@ -72,7 +67,7 @@ contains
       if (input%has_problem()) return
       if (scene%beam%has_section) call resolve_section(input, scene%beam)
       if (input%has_problem()) return
-      call resolve_beam(input, physical%beam, scene%beam)
+      call resolve_beam(input, scene%beam)
       if (input%has_problem()) return
       call find_scales(input, scene%beam, scene%scales)
       if (input%has_problem()) return
@@ -81,22 +76,20 @@ contains
       ! The mesh serves the frequencies too: a problem is told where it stands
       call check_spread(input, 'mesh', 'ratio', scene%mesh%elements, scene%mesh%ratio, largest_spread)
       if (input%has_problem()) return
-      call take_ratio(input, table, 'damping', 'stiffness_coefficient', &
-         0.5_wp*physical%stiffness_coefficient*scene%scales%omega1, scene%zeta)
-      call take_ratio(input, table, 'damping', 'mass_coefficient', &
-         0.5_wp*physical%mass_coefficient/scene%scales%omega1, scene%zeta_mass)
-      call take_ratio(input, table, 'tip_mass', 'mass', physical%mass/scene%scales%beam_mass, scene%tip_mass_ratio)
       call resolve_mesh(input, scene)
-      call resolve_root(input, table, physical%root, scene)
-      if (scene%has_masses) call resolve_masses(input, table, physical%masses, scene)
+      call check_root(input, scene)
+      call check_masses(input, table, scene)
       call choose_start(input, table, scene)
       if (input%has_problem()) return
-      call find_displacement_unit(input, table, physical, scene)
-      if (scene%has_stop) call resolve_stops(input, table, physical%stops, scene)
-      if (scene%has_supports) call resolve_supports(input, table, physical%supports, scene)
+      call find_displacement(input, table, scene)
       if (input%has_problem()) return
-      call resolve_loads(input, table, physical, scene)
-      call resolve_motion(input, table, physical, scene)
+      call resolve_units(input, table, places_in_units(table), scene)
+      if (input%has_problem()) return
+      if (scene%has_stop) call check_stops(input, scene)
+      if (scene%has_supports) call check_supports(input, scene)
+      if (input%has_problem()) return
+      call resolve_loads(input, table, scene)
+      call resolve_motion(input, table, scene)
       if (scene%wants_frequencies) call resolve_frequencies(input, scene)
       if (scene%wants_precision .and. scene%has_stop) call resolve_precision(scene%precision)
       if (input%has_problem()) return
@@ -108,6 +101,25 @@ contains
       if (input%has_problem()) return
       call check_output(input, scene)
    end subroutine resolve_scene
+
+   !> A scene gets the ratios of what is given in units, and what else has changed in its table. Problems go into the
+   !> input, and the scene then stays as it is.
+   subroutine resolve_units(input, table, places, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read; ratios out
+      type(table_t), intent(inout) :: table
+      !> Of entries in units, ascending
+      integer, intent(in) :: places(:)
+      !> Its scales in
+      type(scene_t), intent(inout) :: scene
+
+      integer :: k
+
+      do k = 1, size(places)
+         call take_ratio(input, table, places(k), scene%scales)
+      end do
+      if (.not. input%has_problem()) call give_changes(table, scene)
+   end subroutine resolve_units
 
    !> The scene's name, which is that of its results.
    subroutine check_name(input, name)
@@ -210,24 +222,22 @@ contains
    end subroutine find_scales
 
    !> The run, and what is asked of it.
-   subroutine resolve_motion(input, table, physical, scene)
+   subroutine resolve_motion(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       type(table_t), intent(in) :: table
-      !> What it gives in physical units
-      type(physical_t), intent(in) :: physical
       !> Its loads resolved in
       type(scene_t), intent(inout) :: scene
 
       character(:), allocatable :: problem
 
-      if (scene%wants_response) call resolve_response(input, table, physical, scene%scales%omega1, scene%response)
-      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, scene)
+      if (scene%wants_response) call check_response(input, scene%response)
+      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, table, scene)
       call resolve_orbit(input, scene)
       if (scene%wants_frequency_response .and. .not. input%has_problem()) then
-         call resolve_frequency_response(input, physical%frequency_range, scene)
+         call resolve_frequency_response(input, scene)
       end if
       if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
-      if (scene%wants_statistics) call resolve_statistics(input, table, physical%statistics, scene)
+      if (scene%wants_statistics) call resolve_statistics(input, scene)
       problem = trouble_with_damping(scene)
       if (problem /= '') call input%complain('damping', 'mode_ratios', problem)
    end subroutine resolve_motion
@@ -250,20 +260,10 @@ contains
    end function trouble_with_damping
 
    !> &response
-   subroutine resolve_response(input, table, physical, omega1, response)
+   subroutine check_response(input, response)
       type(scene_input_t), intent(inout) :: input
-      type(table_t), intent(in) :: table
-      !> What it gives in physical units
-      type(physical_t), intent(in) :: physical
-      !> Reference frequency, rad per unit of time
-      real(wp), intent(in) :: omega1
-      !> As read in; resolved out
-      type(response_settings_t), intent(inout) :: response
+      type(response_settings_t), intent(in) :: response
 
-      if (physical%newmark_scheme > 0) response%newmark_beta = scheme_betas(physical%newmark_scheme)
-      call take_ratio(input, table, 'response', 'duration_time', physical%duration_time*omega1, response%duration)
-      call take_ratio(input, table, 'response', 'step_time', physical%step_time*omega1, response%step)
-      if (input%has_problem()) return
       if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
          call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
       end if
@@ -271,7 +271,7 @@ contains
          call input%complain('response', 'modes', 'is a number that is given; it does not go with mode_tolerance or ' &
             //'keep_all_modes')
       end if
-   end subroutine resolve_response
+   end subroutine check_response
 
    !> The samples of a run whose duration is known.
    subroutine check_samples(input, response)

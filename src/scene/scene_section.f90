@@ -1,16 +1,28 @@
-!> &section checked and completed: dimensions of its shape at the stations.
+!> &section: its names; dimensions of its shape at the stations.
 module scene_section
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
+   use name_table, only: table_t
+   use name_types, only: condition_t, group_t, name_t
    use number_text, only: to_text
    use scene_beam, only: check_column, check_stations
    use scene_input, only: scene_input_t
    use scene_types, only: beam_settings_t, shape_height_table, shape_section, shape_taper
-   use section_shapes, only: profile_cubic, profile_linear, profile_stepped, section_settings_t, &
+   use section_shapes, only: profile_cubic, profile_linear, profile_names, profile_stepped, section_settings_t, &
       shape_general, shape_names, shape_rectangle, shape_round, shape_tube
+   use value_rules, only: length_range, range_t
    implicit none (type, external)
    private
-   public :: resolve_section
+   public :: list_section, resolve_section
+
+   ! What more than one name needs
+   type(condition_t), parameter :: rectangle = condition_t(name='shape', words='rectangle')
+   type(condition_t), parameter :: round = condition_t(name='shape', words='round')
+   type(condition_t), parameter :: tube = condition_t(name='shape', words='tube')
+   type(condition_t), parameter :: general = condition_t(name='shape', words='general')
+
+   ! In the user's units: wide, but products and quotients of a few of them stay far from overflow
+   type(range_t), parameter :: height_range = range_t(0.0_wp, 1.0e12_wp)
 
    !> What &beam may say of a section.
    character(*), parameter :: names_of_beam(9) = [character(17) :: 'width', 'height_root', 'height_tip', 'taper', &
@@ -19,6 +31,46 @@ module scene_section
    real(wp), parameter :: smallest = 1.0e-48_wp
 
 contains
+
+   subroutine list_section(table, beam)
+      class(table_t), intent(inout) :: table
+      type(beam_settings_t), intent(inout) :: beam
+
+      call table%open(group_t('section'), beam%has_section)
+      if (.not. table%is_open) return
+      associate (section => beam%section)
+         call table%bind(section%shape, name_t('shape', 'what the section is'), shape_names)
+         call table%bind(section%profile, name_t('profile', 'dimensions between stations: linear, the same from each ' &
+            //'to the next, or a natural cubic spline'), profile_names)
+         call table%bind(section%station, name_t('station', &
+            'positions of the dimensions, ascending from 0, to length or, ' &
+            //'of steps, where each begins', height_range, default='none: uniform', is_optional=.true.))
+         call table%bind(section%width, name_t('width', 'width, one value or one a station', length_range, rectangle, &
+            default='width of &beam', is_optional=.true.))
+         call table%bind(section%height, name_t('height', 'height, one value or one a station', height_range, &
+            rectangle, &
+            default='none: give some', is_optional=.true.))
+         call table%bind(section%diameter, name_t('diameter', 'diameter, one value or one a station', height_range, &
+            round, &
+            default='none: give some', is_optional=.true.))
+         call table%bind(section%outer_diameter, name_t('outer_diameter', &
+            'outer diameter, one value or one a station', &
+            height_range, tube, default='none: give some', is_optional=.true.))
+         call table%bind(section%wall, name_t('wall', 'thickness of the wall, one value or one a station', &
+            height_range, &
+            tube, default='none: give it or inner_diameter', is_optional=.true.))
+         call table%bind(section%inner_diameter, name_t('inner_diameter', &
+            'inner diameter, one value or one a station', &
+            height_range, condition_t(name='shape', words='tube', without='wall'), default='that of wall', &
+            is_optional=.true.))
+         call table%bind(section%area, name_t('area', 'area, one value or one a station', range_t(0.0_wp, 1.0e24_wp), &
+            general, default='none: give some', is_optional=.true.))
+         call table%bind(section%inertia, name_t('inertia', 'second moment of area, one value or one a station', &
+            range_t(0.0_wp, 1.0e48_wp), general, default='none: give some', is_optional=.true.))
+         call table%bind(section%outer_fibre, name_t('outer_fibre', 'distance of the outer fibre from the axis, for ' &
+            //'stresses', length_range, general, default='not known', is_optional=.true.))
+      end associate
+   end subroutine list_section
 
    !> Problems go into the input. A rectangle that is one of &beam becomes that: uniform, a taper, a table of heights.
    subroutine resolve_section(input, beam)

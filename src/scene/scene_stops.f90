@@ -1,55 +1,197 @@
-!> &stop and &support checked and completed: from which stop the beam is released, ratios of what is given in units,
-!> stops that contradict each other.
+!> &stop and &support, of which a file may have any number: their names; from which stop the beam is released, the unit
+!> of displacement that follows; stops and supports that contradict each other.
 module scene_stops
    use kinds, only: wp
+   use load_settings, only: start_pull
    use name_table, only: table_t
+   use name_types, only: condition_t, group_t, name_t, sweep_t
    use number_text, only: rounded, to_text
-   use run_settings, only: impulse_nodal, law_restitution, law_spring_damper, law_three_element, side_above, &
-      side_below, side_both, stop_settings_t
+   use program_identity, only: in_motion_and_benchmark
+   use run_settings, only: impulse_names, impulse_nodal, law_names, law_restitution, law_spring_damper, side_above, &
+      side_below, side_both, side_names, stop_settings_t
    use scene_input, only: scene_input_t
-   use scene_types, only: scales_t, scene_t, support_rotation
-   use stop_groups, only: physical_stop_t, physical_support_t
+   use scene_types, only: scales_t, scene_t, support_motion_names, support_settings_t
    use stop_pairs, only: are_at_one_point, conflict_of_stops, conflict_of_supports, conflict_with_support
-   use unit_ratios, only: take_ratio
-   use value_rules, only: range_t, range_text
+   use unit_ratios, only: needs_displacement, places_in_units
+   use value_rules, only: physical_range, place_range, range_t, range_text, stiffness_range
    implicit none (type, external)
    private
-   public :: resolve_stops, resolve_supports
+   public :: list_stops, list_supports, find_displacement, check_stops, check_supports
+
+   ! What more than one name needs
+   type(condition_t), parameter :: one_side = condition_t(name='side', words='below above')
+   type(condition_t), parameter :: both_sides = condition_t(name='side', words='both')
+   type(condition_t), parameter :: restitution = condition_t(name='law', words='restitution')
+   type(condition_t), parameter :: three_element = condition_t(name='law', words='three_element')
+   type(condition_t), parameter :: yielding = condition_t(name='law', words='three_element spring_damper')
+
+   ! Of more than one name
+   type(range_t), parameter :: height_range = range_t(-1.0e12_wp, 1.0e12_wp)
 
    !> Any of these says where a surface is; the first that the file gives is told.
    character(*), parameter :: names_of_place = 'position side preload surface_height clearance_ratio clearance'
 
 contains
 
-   !> Problems go into the input.
-   subroutine resolve_stops(input, table, physical, scene)
+   !> Every &stop.
+   subroutine list_stops(table, scene)
+      class(table_t), intent(inout) :: table
+      !> Its stops
+      type(scene_t), intent(inout) :: scene
+
+      integer :: number, k
+
+      number = 1
+      if (allocated(scene%more_stops)) number = 1 + size(scene%more_stops)
+      number = table%times('stop', number)
+      if (number > 1 .and. .not. allocated(scene%more_stops)) allocate (scene%more_stops(number - 1))
+      call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true.), scene%has_stop)
+      if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%pulled)
+      do k = 2, number
+         call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true., occurrence=k, &
+            label='stop_'//to_text(k)))
+         if (table%is_open) call list_stop(table, k, number, scene%more_stops(k - 1), scene%pulled)
+      end do
+   end subroutine list_stops
+
+   subroutine list_stop(table, which, number, stop, pulled)
+      class(table_t), intent(inout) :: table
+      !> Which of so many it is
+      integer, intent(in) :: which
+      integer, intent(in) :: number
+      type(stop_settings_t), intent(inout) :: stop
+      !> The one from which the beam is released
+      integer, intent(inout) :: pulled
+
+      real(wp) :: clearance
+      logical :: is_pulled
+
+      call table%bind(stop%position, name_t('position', &
+         'position of the stop Lc over length; ' &
+         //'the tip where the element beyond would be under 1/100 of its neighbour', place_range, &
+         sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
+      call table%bind(stop%side, name_t('side', 'where the stop is: below the beam, above it, or on both sides'), &
+         side_names)
+      is_pulled = pulled == which .and. number > 1
+      call table%bind(is_pulled, name_t('pulled', 'the beam is released from this stop', default='that with ' &
+         //'initial_height, or the one nearest the tip', is_optional=.true.))
+      if (is_pulled) pulled = which
+      call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
+         range_t(-1.0e6_wp, 1.0e6_wp), one_side, &
+         sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
+      clearance = 0.0_wp - stop%preload
+      call table%bind(clearance, name_t('clearance_ratio', 'distance of the unstressed beam to each side over ' &
+         //'|y_c(0) - d|', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), both_sides, default='none: give one', &
+         sweep=sweep_t(14, is_in_cases=.true.)))
+      if (stop%side == side_both) stop%preload = -clearance
+      call table%keep(name_t('surface_height', &
+         'd, the stop above the unstressed beam, length', height_range, one_side, instead_of='preload', &
+         quantity='displacement'))
+      call table%keep(name_t('clearance', 'distance of the unstressed beam to each side, length', &
+         range_t(0.0_wp, 1.0e12_wp, excludes_least=.true.), both_sides, instead_of='clearance_ratio', &
+         quantity='displacement'))
+      call table%keep(name_t('initial_height', &
+         'y_c(0) above the unstressed beam, at the stop from which it is released, length', height_range, &
+         instead_of='preload', quantity='displacement', is_scale=.true.))
+      call table%bind(stop%law, name_t('law', 'model of the stop'), law_names)
+      call list_law(table, stop)
+   end subroutine list_stop
+
+   !> What the laws of stops need.
+   subroutine list_law(table, stop)
+      class(table_t), intent(inout) :: table
+      type(stop_settings_t), intent(inout) :: stop
+
+      call table%bind(stop%restitution, name_t('restitution', 'coefficient of restitution eps', &
+         range_t(0.0_wp, 1.0_wp), restitution, sweep=sweep_t(10, is_in_cases=.true., is_in_motion=.true.)))
+      call table%bind(stop%impulse, name_t('impulse', 'what an impact acts on: the whole beam, or one velocity', &
+         needs=restitution), impulse_names)
+      call table%bind(stop%stiffness_ratio, name_t('stiffness_ratio', 'kappa = k / (3 E Ibar / L^3)', &
+         stiffness_range, yielding, sweep=sweep_t(11, is_in_cases=.true., is_in_motion=.true.)))
+      call table%keep(name_t('stiffness', 'spring k, force over length', physical_range, &
+         yielding, instead_of='stiffness_ratio', quantity='stiffness'))
+      call table%bind(stop%branch_ratio, name_t('branch_ratio', 'beta = spring of the Maxwell branch over k', &
+         range_t(0.0_wp, 1.0e6_wp), three_element, sweep=sweep_t(12, is_in_cases=.true., is_in_motion=.true.)))
+      call table%keep(name_t('branch_stiffness', 'spring beta k, force over length', &
+         physical_range, three_element, instead_of='branch_ratio', quantity='stiffness', over='stiffness'))
+      call table%bind(stop%damper_ratio, name_t('damper_ratio', 'c* = c omega1 / (3 E Ibar / L^3), in the branch or ' &
+         //'beside the spring; 0: none', range_t(0.0_wp, 1.0e9_wp), yielding, &
+         sweep=sweep_t(13, is_in_cases=.true., is_in_motion=.true., meaning='c* = c omega1 / (3 E Ibar / L^3)')))
+      call table%keep(name_t('damper', 'damper c, force over velocity', physical_range, yielding, &
+         instead_of='damper_ratio', quantity='damper'))
+   end subroutine list_law
+
+   !> Every &support.
+   subroutine list_supports(table, scene)
+      class(table_t), intent(inout) :: table
+      !> Its supports
+      type(scene_t), intent(inout) :: scene
+
+      type(support_settings_t), allocatable :: supports(:)
+      integer :: number, k
+
+      number = 0
+      if (allocated(scene%supports)) number = size(scene%supports)
+      number = table%times('support', number)
+      allocate (supports(number))
+      if (allocated(scene%supports)) supports(:) = scene%supports
+      do k = 1, number
+         call table%open_numbered('support', k, scene%has_supports)
+         if (table%is_open) call list_support(table, supports(k))
+      end do
+      if (scene%has_supports) call move_alloc(supports, scene%supports)
+   end subroutine list_supports
+
+   subroutine list_support(table, support)
+      class(table_t), intent(inout) :: table
+      type(support_settings_t), intent(inout) :: support
+
+      call table%bind(support%position, name_t('position', 'position of the support over length', place_range, &
+         sweep=sweep_t(15, is_of_beam=.true., is_in_cases=.true.)))
+      call table%bind(support%motion, name_t('motion', 'what it holds, at zero'), support_motion_names)
+      call table%bind(support%stiffness_ratio, name_t('stiffness_ratio', &
+         'k / (3 E Ibar / L^3) of its spring, against rotation k / (3 E Ibar / L)', stiffness_range, &
+         default='none: rigid', is_optional=.true., sweep=sweep_t(16, is_of_beam=.true., is_in_cases=.true.)))
+      call table%keep(name_t('stiffness', &
+         'spring, force over length, or moment over angle', physical_range, instead_of='stiffness_ratio', &
+         quantity='stiffness'))
+   end subroutine list_support
+
+   !> The stop from which the beam is released, and the unit of displacement D: the height over that stop, or without a
+   !> pull what the file gives, or if anything needs one the greatest distance of a stop in units, or the mean height.
+   !> The heights of all stops must fit to it. Problems go into the input.
+   subroutine find_displacement(input, table, scene)
       type(scene_input_t), intent(inout) :: input
       !> Its names, read
       type(table_t), intent(in) :: table
-      !> What they give in physical units, [stops]
-      type(physical_stop_t), intent(in) :: physical(:)
-      !> Scales in; stops, the one from which the beam is released and the scale of displacements out
+      !> Lengths in; that stop and D out, 0 where there is no unit
       type(scene_t), intent(inout) :: scene
 
-      type(stop_settings_t) :: stops(size(physical))
-      real(wp) :: unit_stiffness
+      character(:), allocatable :: name
       integer :: k
 
-      stops(1) = scene%stop
-      if (size(stops) > 1) stops(2:) = scene%more_stops
-      call find_released(input, table, size(stops), scene%pulled)
-      if (input%has_problem()) return
-      call resolve_heights(input, table%range_of('stop', 'preload'), physical, scene%pulled, stops, scene%scales)
-      unit_stiffness = 3.0_wp*scene%scales%bending_stiffness/scene%beam%length**3
-      do k = 1, size(stops)
-         if (stops(k)%law == law_restitution) cycle
-         call resolve_law(input, table, k, physical(k), unit_stiffness, scene%scales%omega1, stops(k))
-      end do
-      if (input%has_problem()) return
-      call check_pairs(input, scene%wants_precision, stops)
-      scene%stop = stops(1)
-      if (size(stops) > 1) scene%more_stops(:) = stops(2:)
-   end subroutine resolve_stops
+      associate (unit => scene%scales%displacement)
+         unit = table%number('scene', 'displacement_scale')
+         if (scene%start%kind /= start_pull .and. unit <= 0.0_wp .and. &
+            any(needs_displacement(table%entries(places_in_units(table))))) then
+            do k = 1, merge(stop_count(scene), 0, scene%has_stop)
+               name = height_name(nint(table%number('stop', 'side', k)))
+               if (table%has('stop', name, k)) unit = max(unit, abs(table%number('stop', name, k)))
+            end do
+            if (unit <= 0.0_wp) unit = scene%scales%height_ratio*scene%scales%length
+         end if
+      end associate
+      if (.not. scene%has_stop) return
+      call find_released(input, table, stop_count(scene), scene%pulled)
+      if (.not. input%has_problem()) call check_heights(input, table, scene)
+   end subroutine find_displacement
+
+   pure integer function stop_count(scene)
+      type(scene_t), intent(in) :: scene
+
+      stop_count = 1
+      if (allocated(scene%more_stops)) stop_count = 1 + size(scene%more_stops)
+   end function stop_count
 
    !> The stop that gives the height of the start, or says that it is the one.
    subroutine find_released(input, table, stops, released)
@@ -64,9 +206,7 @@ contains
 
       released = 0
       do k = 1, stops
-         associate (pulled => table%entries(table%find(table%find_group('stop', k), 'pulled')))
-            if (.not. (input%has('stop', 'initial_height', k) .or. nint(pulled%value) == 1)) cycle
-         end associate
+         if (.not. (table%has('stop', 'initial_height', k) .or. nint(table%number('stop', 'pulled', k)) == 1)) cycle
          if (released > 0) then
             call input%complain('stop', 'initial_height pulled', 'the beam is released from one stop, which is &stop ' &
                //'number '//to_text(released)//'; keep one of them', k)
@@ -76,172 +216,131 @@ contains
       end do
    end subroutine find_released
 
-   !> The preloads from the heights of the stops and of the start.
-   subroutine resolve_heights(input, preload_range, physical, released, stops, scales)
+   !> The heights of the stops against the unit of displacement, which that of the start makes.
+   subroutine check_heights(input, table, scene)
       type(scene_input_t), intent(inout) :: input
-      type(range_t), intent(in) :: preload_range
-      !> What they give in physical units, [stops]
-      type(physical_stop_t), intent(in) :: physical(:)
-      !> The one with the height of the start, if there is one
-      integer, intent(in) :: released
-      !> Preloads out, [stops]
-      type(stop_settings_t), intent(inout) :: stops(:)
-      !> Length in, and that of displacements where it is known; that of displacements out
-      type(scales_t), intent(inout) :: scales
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> Stops in, and D where it is known; D out
+      type(scene_t), intent(inout) :: scene
 
+      character(:), allocatable :: name
       real(wp) :: height
-      logical :: has_unit, has_height
-      integer :: k
+      logical :: has_height
+      integer :: k, side
 
-      has_unit = scales%displacement > 0.0_wp
-      has_height = .false.
-      if (released > 0) has_height = input%has('stop', 'initial_height', released)
-      if (has_height .and. has_unit) then
-         call input%complain('stop', 'initial_height', 'does not go with &scene displacement_scale: both say what ' &
-            //'the unit of displacement is', released)
-      else if (has_height) then
-         has_unit = .true.
-         call find_unit(input, preload_range, physical(released), released, stops(released), scales)
-      end if
-      if (input%has_problem()) return
-      do k = 1, size(stops)
-         if (.not. input%has('stop', height_name(stops(k)), k)) then
-            if (stops(k)%side == side_both .and. .not. input%has('stop', 'clearance_ratio', k)) then
-               call input%complain('stop', 'side', 'needs clearance_ratio or clearance, the distance to each side; ' &
-                  //'without any it is a support: use &support', k)
+      associate (unit => scene%scales%displacement, most => table%range_of('stop', 'preload'))
+         has_height = .false.
+         if (scene%pulled > 0) has_height = table%has('stop', 'initial_height', scene%pulled)
+         if (has_height .and. unit > 0.0_wp) then
+            call input%complain('stop', 'initial_height', 'does not go with &scene displacement_scale: both say what ' &
+               //'the unit of displacement is', scene%pulled)
+         else if (has_height) then
+            call find_unit(input, table, scene%pulled, scene%scales)
+         end if
+         if (input%has_problem()) return
+         do k = 1, stop_count(scene)
+            side = nint(table%number('stop', 'side', k))
+            name = height_name(side)
+            if (.not. table%has('stop', name, k)) then
+               if (side == side_both .and. .not. table%has('stop', 'clearance_ratio', k)) then
+                  call input%complain('stop', 'side', 'needs clearance_ratio or clearance, the distance to each ' &
+                     //'side; without any it is a support: use &support', k)
+               end if
+               cycle
             end if
-            cycle
-         end if
-         height = height_of(stops(k), physical(k))
-         if (.not. has_unit) then
-            call input%complain('stop', height_name(stops(k)), 'needs initial_height too'//trim(merge( &
-               ', here or at the stop from which the beam is released', &
-               '                                                     ', size(stops) > 1)), k)
-         else if (abs(height) > scales%length) then
-            call input%complain('stop', height_name(stops(k)), "must be smaller in size than the beam's length, " &
-               //to_text(scales%length), k)
-         else if (abs(height) > preload_range%most*scales%displacement) then
-            call input%complain('stop', height_name(stops(k)), 'must be at most '//to_text(preload_range%most) &
-               //' times the unit of displacement, '//rounded(scales%displacement)//', in size', k)
-         else if (abs(height) > 0.0_wp) then
-            stops(k)%preload = height/scales%displacement
-         else
-            stops(k)%preload = 0.0_wp
-         end if
-      end do
-   end subroutine resolve_heights
+            height = abs(table%number('stop', name, k))
+            if (unit <= 0.0_wp) then
+               call input%complain('stop', name, 'needs initial_height too'//trim(merge( &
+                  ', here or at the stop from which the beam is released', &
+                  '                                                     ', stop_count(scene) > 1)), k)
+            else if (height > scene%scales%length) then
+               call input%complain('stop', name, "must be smaller in size than the beam's length, " &
+                  //to_text(scene%scales%length), k)
+            else if (height > most%most*unit) then
+               call input%complain('stop', name, 'must be at most '//to_text(most%most) &
+                  //' times the unit of displacement, '//rounded(unit)//', in size', k)
+            end if
+         end do
+      end associate
+   end subroutine check_heights
 
    !> The unit of displacements, the height from which the beam is released over the surface.
-   subroutine find_unit(input, preload_range, physical, released, stop, scales)
+   subroutine find_unit(input, table, released, scales)
       type(scene_input_t), intent(inout) :: input
-      type(range_t), intent(in) :: preload_range
-      !> The stop from which the beam is released: its heights, which it is, and its side
-      type(physical_stop_t), intent(in) :: physical
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> The stop from which the beam is released
       integer, intent(in) :: released
-      type(stop_settings_t), intent(in) :: stop
       !> Length in; that of displacements out
       type(scales_t), intent(inout) :: scales
 
       ! Share of the length: heights below it cannot be told from none
       real(wp), parameter :: smallest_lift = 1.0e-15_wp
-      real(wp) :: lift, height
+      character(*), parameter :: too_long = "must be smaller in size than the beam's length, "
+      character(:), allocatable :: name
+      real(wp) :: given, start, lift
+      integer :: side
 
-      if (.not. input%has('stop', height_name(stop), released)) then
-         call input%complain('stop', 'initial_height', 'needs '//height_name(stop)//' too', released)
+      side = nint(table%number('stop', 'side', released))
+      name = height_name(side)
+      if (.not. table%has('stop', name, released)) then
+         call input%complain('stop', 'initial_height', 'needs '//name//' too', released)
          return
       end if
-      height = height_of(stop, physical)
-      lift = merge(-1.0_wp, 1.0_wp, stop%side == side_above)*physical%initial_height - height
-      if (abs(height) > scales%length) then
-         call input%complain('stop', height_name(stop), "must be smaller in size than the beam's length, " &
-            //to_text(scales%length), released)
-      else if (abs(physical%initial_height) > scales%length) then
-         call input%complain('stop', 'initial_height', "must be smaller in size than the beam's length, " &
-            //to_text(scales%length), released)
-      else if (stop%side == side_both .and. abs(physical%initial_height) > physical%clearance) then
-         call input%complain('stop', 'initial_height', 'must be between both sides, at most clearance = ' &
-            //to_text(physical%clearance)//' in size', released)
-      else if (lift < smallest_lift*scales%length) then
-         call input%complain('stop', 'initial_height', 'must be '//trim(merge('below', 'above', &
-            stop%side == side_above))//' '//surface_in_words(stop, physical), released)
-      else if (abs(height) > preload_range%most*lift) then
-         call input%complain('stop', 'initial_height', 'is too near to '//height_name(stop)//': preload must be ' &
-            //range_text(preload_range), released)
-      else
-         scales%displacement = lift
-      end if
+      given = table%number('stop', name, released)
+      start = table%number('stop', 'initial_height', released)
+      lift = start - given
+      if (side == side_above) lift = given - start
+      if (side == side_both) lift = start + given
+      associate (range => table%range_of('stop', 'preload'))
+         if (abs(given) > scales%length) then
+            call input%complain('stop', name, too_long//to_text(scales%length), released)
+         else if (abs(start) > scales%length) then
+            call input%complain('stop', 'initial_height', too_long//to_text(scales%length), released)
+         else if (side == side_both .and. abs(start) > given) then
+            call input%complain('stop', 'initial_height', 'must be between both sides, at most clearance = ' &
+               //to_text(given)//' in size', released)
+         else if (lift < smallest_lift*scales%length) then
+            if (side == side_both) name = 'the lower side, -'//name
+            call input%complain('stop', 'initial_height', 'must be ' &
+               //trim(merge('below', 'above', side == side_above))//' '//name//' = ' &
+               //to_text(merge(-given, given, side == side_both)), released)
+         else if (abs(given) > range%most*lift) then
+            call input%complain('stop', 'initial_height', 'is too near to '//name//': preload must be ' &
+               //range_text(range), released)
+         else
+            scales%displacement = lift
+         end if
+      end associate
    end subroutine find_unit
 
    !> The name of the height of a stop's surface.
-   pure function height_name(stop) result(name)
-      type(stop_settings_t), intent(in) :: stop
+   pure function height_name(side) result(name)
+      !> One of the `side_` constants
+      integer, intent(in) :: side
       character(:), allocatable :: name
 
-      name = trim(merge('clearance     ', 'surface_height', stop%side == side_both))
+      name = trim(merge('clearance     ', 'surface_height', side == side_both))
    end function height_name
 
-   !> The height of a surface in the direction in which the stop pushes; on both sides that below.
-   pure function height_of(stop, physical) result(height)
-      type(stop_settings_t), intent(in) :: stop
-      type(physical_stop_t), intent(in) :: physical
-      real(wp) :: height
-
-      height = physical%surface_height
-      if (stop%side == side_above) height = -physical%surface_height
-      if (stop%side == side_both) height = -physical%clearance
-   end function height_of
-
-   !> Such as 'surface_height = 0.1'.
-   pure function surface_in_words(stop, physical) result(words)
-      type(stop_settings_t), intent(in) :: stop
-      type(physical_stop_t), intent(in) :: physical
-      character(:), allocatable :: words
-
-      words = height_name(stop)//' = '//to_text(physical%surface_height)
-      if (stop%side == side_both) words = 'the lower side, -'//height_name(stop)//' = '//to_text(-physical%clearance)
-   end function surface_in_words
-
-   !> Ratios of a law from springs and damper.
-   subroutine resolve_law(input, table, which, physical, unit_stiffness, omega1, stop)
-      type(scene_input_t), intent(inout) :: input
-      type(table_t), intent(in) :: table
-      !> Which &stop
-      integer, intent(in) :: which
-      !> What it gives in physical units
-      type(physical_stop_t), intent(in) :: physical
-      !> 3 E Ibar / L^3
-      real(wp), intent(in) :: unit_stiffness
-      !> Reference frequency, rad per unit of time
-      real(wp), intent(in) :: omega1
-      type(stop_settings_t), intent(inout) :: stop
-
-      real(wp) :: spring
-
-      call take_ratio(input, table, 'stop', 'stiffness', physical%stiffness/unit_stiffness, stop%stiffness_ratio, which)
-      if (input%has_problem()) return
-      call take_ratio(input, table, 'stop', 'damper', physical%damper*omega1/unit_stiffness, stop%damper_ratio, which)
-      if (stop%law /= law_three_element) return
-      spring = stop%stiffness_ratio*unit_stiffness
-      if (input%has('stop', 'stiffness', which)) spring = physical%stiffness
-      call take_ratio(input, table, 'stop', 'branch_stiffness', physical%branch_stiffness/spring, stop%branch_ratio, &
-         which)
-   end subroutine resolve_law
-
    !> Stops that contradict each other, or what is computed with one stop below the beam alone.
-   subroutine check_pairs(input, has_precision, stops)
+   subroutine check_stops(input, scene)
       type(scene_input_t), intent(inout) :: input
-      !> The scene measures precision
-      logical, intent(in) :: has_precision
-      type(stop_settings_t), intent(in) :: stops(:)
+      type(scene_t), intent(in) :: scene
 
+      type(stop_settings_t) :: stops(stop_count(scene))
       character(:), allocatable :: conflict
       integer :: i, k
 
+      stops(1) = scene%stop
+      if (allocated(scene%more_stops)) stops(2:) = scene%more_stops
       do k = 1, size(stops)
          if (stops(k)%law == law_restitution .and. stops(k)%impulse == impulse_nodal .and. &
             (size(stops) > 1 .or. stops(k)%side /= side_below)) call input%complain('stop', 'impulse', &
             "goes with one stop below the beam and no other; else take 'momentum'", k)
-         if (has_precision .and. (k > 1 .or. stops(k)%side /= side_below .or. stops(k)%law == law_spring_damper)) then
+         if (scene%wants_precision .and. &
+            (k > 1 .or. stops(k)%side /= side_below .or. stops(k)%law == law_spring_damper)) then
             call input%complain('stop', 'side law', 'does not go with &precision, which measures one stop below the ' &
                //'beam, rigid or of three elements', k)
          end if
@@ -253,59 +352,35 @@ contains
                //conflict, k)
          end do
       end do
-   end subroutine check_pairs
+   end subroutine check_stops
 
-   !> Problems go into the input.
-   subroutine resolve_supports(input, table, physical, scene)
-      type(scene_input_t), intent(inout) :: input
-      !> Its names, read
-      type(table_t), intent(in) :: table
-      !> What they give in physical units, [supports]
-      type(physical_support_t), intent(in) :: physical(:)
-      !> Scales in; supports out
-      type(scene_t), intent(inout) :: scene
-
-      real(wp) :: unit
-      integer :: k
-
-      do k = 1, size(physical)
-         unit = 3.0_wp*scene%scales%bending_stiffness/scene%beam%length**3
-         if (scene%supports(k)%motion == support_rotation) unit = unit*scene%beam%length**2
-         call take_ratio(input, table, 'support', 'stiffness', physical(k)%stiffness/unit, &
-            scene%supports(k)%stiffness_ratio, k)
-      end do
-      if (input%has_problem()) return
-      do k = 1, size(physical)
-         call check_support(input, scene, k)
-      end do
-   end subroutine resolve_supports
-
-   !> A support that contradicts a stop or one before it.
-   subroutine check_support(input, scene, which)
+   !> Supports that contradict a stop or one before.
+   subroutine check_supports(input, scene)
       type(scene_input_t), intent(inout) :: input
       type(scene_t), intent(in) :: scene
-      integer, intent(in) :: which
 
       character(*), parameter :: names = 'position motion stiffness_ratio stiffness'
       character(:), allocatable :: conflict
-      integer :: i
+      integer :: i, k
 
-      associate (support => scene%supports(which))
-         conflict = ''
-         if (scene%has_stop) then
-            if (are_at_one_point(scene%stop%position, support%position)) conflict = conflict_with_support(support)
-            if (allocated(scene%more_stops)) then
-               if (any(are_at_one_point(scene%more_stops%position, support%position))) then
-                  conflict = conflict_with_support(support)
+      do k = 1, size(scene%supports)
+         associate (support => scene%supports(k))
+            conflict = ''
+            if (scene%has_stop) then
+               if (are_at_one_point(scene%stop%position, support%position)) conflict = conflict_with_support(support)
+               if (allocated(scene%more_stops)) then
+                  if (any(are_at_one_point(scene%more_stops%position, support%position))) then
+                     conflict = conflict_with_support(support)
+                  end if
                end if
             end if
-         end if
-         do i = 1, which - 1
-            if (conflict /= '' .or. .not. are_at_one_point(scene%supports(i)%position, support%position)) cycle
-            conflict = conflict_of_supports(scene%supports(i), support)
-         end do
-      end associate
-      if (conflict /= '') call input%complain('support', names, conflict, which)
-   end subroutine check_support
+            do i = 1, k - 1
+               if (conflict /= '' .or. .not. are_at_one_point(scene%supports(i)%position, support%position)) cycle
+               conflict = conflict_of_supports(scene%supports(i), support)
+            end do
+         end associate
+         if (conflict /= '') call input%complain('support', names, conflict, k)
+      end do
+   end subroutine check_supports
 
 end module scene_stops

@@ -1,47 +1,88 @@
-!> Quantities in the user's units: ratios that a file gives by them, and what results in them need.
+!> Quantities in the user's units: the ratios that stand for them, and what results in them need.
 module unit_ratios
    use kinds, only: wp
    use name_table, only: table_t
+   use name_types, only: entry_t
    use number_text, only: to_text
-   use quantities, only: system_none
+   use quantities, only: is_of_displacement, quantity_named, ratio_of, system_none
+   use run_settings, only: side_above
    use scene_input, only: scene_input_t
-   use scene_types, only: output_dimensionless, output_scene, scene_t
-   use value_rules, only: contains_value, range_t, range_text
+   use scene_types, only: output_dimensionless, output_scene, scales_t, scene_t
+   use sweep_names, only: quantity_of
+   use value_rules, only: contains_value, range_text
    implicit none (type, external)
    private
-   public :: take_ratio, check_units
+   public :: places_in_units, needs_displacement, take_ratio, check_units
 
    character(*), parameter :: unknown_displacement = 'needs displacements in units: give initial_height, and the ' &
       //"height of the surface, at the &stop from which the beam is released; or &output units = 'dimensionless'"
 
 contains
 
-   !> A ratio, if the file gives its quantity.
-   subroutine take_ratio(input, table, group, name, value, ratio, occurrence)
-      type(scene_input_t), intent(inout) :: input
+   !> Places of the entries that the file gives in units for ratios.
+   pure function places_in_units(table) result(places)
       type(table_t), intent(in) :: table
-      !> Group and name of the quantity
-      character(*), intent(in) :: group
-      character(*), intent(in) :: name
-      !> The quantity as a ratio
-      real(wp), intent(in) :: value
-      !> Replaced by the value if the file has the quantity
-      real(wp), intent(inout) :: ratio
-      !> Which of the groups of this name; absent: the first
-      integer, intent(in), optional :: occurrence
+      integer, allocatable :: places(:)
 
-      character(:), allocatable :: ratio_name
-      type(range_t) :: range
+      integer :: i
 
-      if (.not. input%has(group, name, occurrence)) return
-      ratio_name = trim(table%entries(table%find(table%find_group(group), name))%name%instead_of)
-      range = table%range_of(group, ratio_name)
-      if (contains_value(range, value)) then
-         ratio = value
-      else
-         call input%complain(group, name, ratio_name//' would be '//to_text(value)//': must be ' &
-            //range_text(range), occurrence)
-      end if
+      associate (entries => table%entries(:table%entry_count))
+         places = pack([(i, i=1, table%entry_count)], &
+            entries%is_given .and. entries%name%quantity /= '' .and. .not. entries%name%is_scale)
+      end associate
+   end function places_in_units
+
+   !> Do ratios of an entry in units go by the unit of displacement?
+   elemental function needs_displacement(entry) result(needs)
+      type(entry_t), intent(in) :: entry
+      logical :: needs
+
+      needs = entry%name%quantity /= ''
+      if (needs) needs = is_of_displacement(quantity_named(entry%name%quantity))
+   end function needs_displacement
+
+   !> The ratio of an entry in units becomes the value of the entry that stands for it. Problems go into the input.
+   subroutine take_ratio(input, table, place, scales)
+      type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(inout) :: table
+      integer, intent(in) :: place
+      type(scales_t), intent(in) :: scales
+
+      real(wp) :: ratio
+      integer :: other, quantity
+
+      associate (entry => table%entries(place), group => table%groups(table%entries(place)%group))
+         other = table%find(entry%group, entry%name%instead_of)
+         quantity = quantity_named(quantity_of(table, place))
+         if (scales%displacement <= 0.0_wp .and. is_of_displacement(quantity)) then
+            call input%complain(trim(group%name), trim(entry%name%name), 'needs a length to go by: ' &
+               //'give &stop surface_height and initial_height, or &scene displacement_scale', group%occurrence)
+            return
+         end if
+         if (entry%is_list) then
+            call table%change(other, ratio_of(quantity, entry%list, scales))
+            return
+         end if
+         ratio = ratio_of(quantity, entry%value, scales)
+         if (entry%name%over /= '') then
+            associate (unit => table%entries(table%find(entry%group, entry%name%over)))
+               ratio = ratio/table%entries(table%find(entry%group, unit%name%instead_of))%value
+               if (unit%is_given) ratio = entry%value/unit%value
+            end associate
+         end if
+         if (entry%name%name == 'surface_height') then
+            ! a height is up, a preload in the direction in which the stop pushes; the difference is no zero with a sign
+            if (nint(table%entries(table%find(entry%group, 'side'))%value) == side_above) ratio = 0.0_wp - ratio
+         end if
+         associate (range => table%entries(other)%name%range)
+            if (contains_value(range, ratio)) then
+               call table%change(other, [ratio])
+            else
+               call input%complain(trim(group%name), trim(entry%name%name), trim(entry%name%instead_of)//' would be ' &
+                  //to_text(ratio)//': must be '//range_text(range), group%occurrence)
+            end if
+         end associate
+      end associate
    end subroutine take_ratio
 
    !> Results in units need a beam in units, and displacements; problems go into the input.

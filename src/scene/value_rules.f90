@@ -5,7 +5,8 @@ module value_rules
    implicit none (type, external)
    private
    public :: range_t, contains_value, range_text, one_of, spread_problem, largest_spread, most_numbers
-   public :: physical_range, length_range, place_range, stiffness_range
+   public :: physical_range, signed_range, length_range, place_range, point_range, stiffness_range
+   public :: load_range, positive_range, instant_range, duration_range
 
    !> Longest element over shortest: beyond this the nodes of the short ones coincide in rounding.
    real(wp), parameter :: largest_spread = 1.0e12_wp
@@ -21,10 +22,17 @@ module value_rules
 
    !> In the user's units: wide, but products and quotients of a few of them stay far from overflow.
    type(range_t), parameter :: physical_range = range_t(0.0_wp, 1.0e20_wp)
+   type(range_t), parameter :: signed_range = range_t(-1.0e20_wp, 1.0e20_wp)
    type(range_t), parameter :: length_range = range_t(1.0e-12_wp, 1.0e12_wp)
-   !> x/L of what stands on the beam, and springs in ratio to it.
+   !> x/L of what stands on the beam, of any point, and springs in ratio to it.
    type(range_t), parameter :: place_range = range_t(1.0e-3_wp, 1.0_wp)
+   type(range_t), parameter :: point_range = range_t(0.0_wp, 1.0_wp)
    type(range_t), parameter :: stiffness_range = range_t(1.0e-6_wp, 1.0e12_wp)
+   !> Loads and displacements in ratio, of either sign or above 0; instants, and lengths of time, tau.
+   type(range_t), parameter :: load_range = range_t(-1.0e12_wp, 1.0e12_wp)
+   type(range_t), parameter :: positive_range = range_t(0.0_wp, 1.0e12_wp, excludes_least=.true.)
+   type(range_t), parameter :: instant_range = range_t(0.0_wp, 1.0e9_wp)
+   type(range_t), parameter :: duration_range = range_t(0.0_wp, 1.0e9_wp, excludes_least=.true.)
 
    interface range_t
       module procedure range_of_integers

@@ -6,7 +6,7 @@ module quantities
    implicit none (type, external)
    private
    public :: quantity_table, quantity_named, system_names, system_none
-   public :: units_t, units_of, ratio_of, unit_of, name_in, words_in
+   public :: units_t, units_of, ratio_of, is_of_displacement, unit_of, name_in, words_in
 
    !> Systems of units, as scenes name them; the last: the scene's, of which only the dimensions are known.
    character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
@@ -22,10 +22,11 @@ module quantities
    integer, parameter :: mass = 7
    !> Of Pbar
    integer, parameter :: force = 8
-   !> 3 E Ibar / L^3
+   !> 3 E Ibar / L^3, and 3 E Ibar D / L^3
    integer, parameter :: stiffness = 9
-   integer, parameter :: bending_stiffness = 10
-   integer, parameter :: youngs_modulus = 11
+   integer, parameter :: load = 10
+   integer, parameter :: bending_stiffness = 11
+   integer, parameter :: youngs_modulus = 12
 
    type :: quantity_t
       character(24) :: name
@@ -33,7 +34,7 @@ module quantities
       character(8) :: symbol
       !> Its unit in each of the systems
       character(18) :: unit(size(system_names))
-      !> One dimensionless unit is the constant times two scales to these powers
+      !> One dimensionless unit is two scales to these powers over the constant
       integer :: first = none
       integer :: power = 1
       integer :: second = none
@@ -45,24 +46,24 @@ module quantities
       quantity_t('number', '1', [character(18) :: '1', '1', '1']), &
       quantity_t('time', 'tau', [character(18) :: 's', 's', 'time'], omega1, -1), &
       quantity_t('frequency', 'omega', [character(18) :: 'Hz', 'Hz', '1/time'], omega1, 1, &
-      constant=1.0_wp/(2.0_wp*pi)), &
+      constant=2.0_wp*pi), &
       quantity_t('rate', '1/tau', [character(18) :: '1/s', '1/s', '1/time'], omega1, 1), &
       quantity_t('circular_frequency', 'omega', [character(18) :: 'rad/s', 'rad/s', 'rad/time'], omega1, 1), &
-      quantity_t('stiffness_damping', 'zeta', [character(18) :: 's', 's', 'time'], omega1, -1, constant=2.0_wp), &
-      quantity_t('mass_damping', 'zeta', [character(18) :: '1/s', '1/s', '1/time'], omega1, 1, constant=2.0_wp), &
+      quantity_t('stiffness_damping', 'zeta', [character(18) :: 's', 's', 'time'], omega1, -1, constant=0.5_wp), &
+      quantity_t('mass_damping', 'zeta', [character(18) :: '1/s', '1/s', '1/time'], omega1, 1, constant=0.5_wp), &
       quantity_t('length', 'x/L', [character(18) :: 'm', 'mm', 'length'], length), &
       quantity_t('per_length', 'L/x', [character(18) :: '1/m', '1/mm', '1/length'], length, -1), &
       quantity_t('displacement', 'eta', [character(18) :: 'm', 'mm', 'length'], displacement), &
       quantity_t('slope', 'slope', [character(18) :: 'rad', 'rad', 'rad'], slope), &
       quantity_t('velocity', 'eta/tau', [character(18) :: 'm/s', 'mm/s', 'length/time'], velocity), &
       quantity_t('slope_velocity', 'slope_t', [character(18) :: 'rad/s', 'rad/s', 'rad/time'], omega1, 1, slope), &
-      quantity_t('acceleration', 'eta/tau2', [character(18) :: 'm/s^2', 'mm/s^2', 'length/time^2'], velocity, 1, &
-      omega1), &
+      quantity_t('acceleration', 'eta/tau2', [character(18) :: 'm/s^2', 'mm/s^2', 'length/time^2'], omega1, 2, &
+      displacement), &
       quantity_t('mass', 'mu', [character(18) :: 'kg', 't', 'mass'], mass), &
       quantity_t('rotary_inertia', 'mu', [character(18) :: 'kg m^2', 't mm^2', 'mass length^2'], mass, 1, length, 2), &
       quantity_t('force', 'Pbar', [character(18) :: 'N', 'N', 'force'], force), &
-      quantity_t('load', 'load', [character(18) :: 'N', 'N', 'force'], stiffness, 1, displacement), &
-      quantity_t('line_load', 'load', [character(18) :: 'N/m', 'N/mm', 'force/length'], stiffness, 1, slope), &
+      quantity_t('load', 'load', [character(18) :: 'N', 'N', 'force'], load), &
+      quantity_t('line_load', 'load', [character(18) :: 'N/m', 'N/mm', 'force/length'], load, 1, length, -1), &
       quantity_t('impulse', 'impulse', [character(18) :: 'N s', 'N s', 'force time'], mass, 1, velocity), &
       quantity_t('energy', 'energy', [character(18) :: 'J', 'mJ', 'force length'], mass, 1, velocity, 2), &
       quantity_t('moment', 'Pbar L', [character(18) :: 'N m', 'N mm', 'force length'], force, 1, length), &
@@ -120,7 +121,7 @@ contains
    end function factor_of
 
    !> What a quantity in the units of the scene is without.
-   pure function ratio_of(quantity, value, scales) result(ratio)
+   elemental function ratio_of(quantity, value, scales) result(ratio)
       !> Its place in the table
       integer, intent(in) :: quantity
       real(wp), intent(in) :: value
@@ -132,23 +133,35 @@ contains
       end associate
    end function ratio_of
 
-   !> The scales with a positive power, and the constant.
+   !> Does it take the unit of displacement to make a ratio of a quantity?
+   pure function is_of_displacement(quantity) result(is)
+      !> Its place in the table
+      integer, intent(in) :: quantity
+      logical :: is
+
+      integer, parameter :: scales_of_displacement(5) = [displacement, velocity, slope, force, load]
+
+      is = any(scales_of_displacement == quantity_table(quantity)%first) .or. &
+         any(scales_of_displacement == quantity_table(quantity)%second)
+   end function is_of_displacement
+
+   !> The scales with a positive power.
    pure function above(entry, scales) result(product)
       type(quantity_t), intent(in) :: entry
       type(scales_t), intent(in) :: scales
       real(wp) :: product
 
-      product = entry%constant*scale_of(entry%first, scales)**max(entry%power, 0) &
+      product = scale_of(entry%first, scales)**max(entry%power, 0) &
          *scale_of(entry%second, scales)**max(entry%second_power, 0)
    end function above
 
-   !> Those with a negative one.
+   !> Those with a negative one, and the constant.
    pure function below(entry, scales) result(product)
       type(quantity_t), intent(in) :: entry
       type(scales_t), intent(in) :: scales
       real(wp) :: product
 
-      product = scale_of(entry%first, scales)**max(-entry%power, 0) &
+      product = entry%constant*scale_of(entry%first, scales)**max(-entry%power, 0) &
          *scale_of(entry%second, scales)**max(-entry%second_power, 0)
    end function below
 
@@ -175,6 +188,8 @@ contains
          scale = lambda1_power4*scales%displacement*scales%bending_stiffness/(scales%height_ratio*scales%length**3)
       case (stiffness)
          scale = 3.0_wp*scales%bending_stiffness/scales%length**3
+      case (load)
+         scale = 3.0_wp*scales%bending_stiffness*scales%displacement/scales%length**3
       case (bending_stiffness)
          scale = scales%bending_stiffness
       case (youngs_modulus)

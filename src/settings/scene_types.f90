@@ -94,6 +94,9 @@ module scene_types
       !> Height at the clamp and at the tip, for `shape_taper`; a tip height of 0 is a full wedge
       real(wp) :: height_root = 0.075_wp
       real(wp) :: height_tip = 0.075_wp
+      !> What the file may give instead: (h0 - h1) / L and (h0 + h1) / (2 L)
+      real(wp) :: taper = 0.0_wp
+      real(wp) :: mean_height_ratio = 0.075_wp
       !> Stations from 0 to L, ascending, for the tables
       real(wp), allocatable :: station(:)
       !> Height at the stations, for `shape_height_table`

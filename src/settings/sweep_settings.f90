@@ -24,6 +24,8 @@ module sweep_settings
       integer :: order = 0
       !> Another value makes another beam or mesh
       logical :: is_of_beam = .false.
+      !> It may change in a motion under way
+      logical :: is_in_motion = .false.
       logical :: is_whole = .false.
       !> What it is, as in `quantity_table`, in the units of the scene; empty: a ratio, or a number
       character(name_room) :: quantity = ''

@@ -9,7 +9,7 @@ module case_runs
    use number_text, only: to_text
    use response_types, only: response_t
    use scene_beam_model, only: run_of
-   use scene_reader, only: set_parameters
+   use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
    implicit none (type, external)
    private
@@ -39,19 +39,24 @@ contains
       character(:), allocatable :: problem
       type(set_store_t) :: sets
       type(scene_t), allocatable :: extremes(:)
+      ! large
+      type(draft_t), allocatable :: draft
       integer :: i
 
+      allocate (draft)
       if (scene%mesh%tolerance > 0.0_wp) then
          allocate (extremes(2), source=scene)
-         call set_parameters(extremes(1), [scene%cases%parameter], [minval(scene%cases%values)], problem)
-         call set_parameters(extremes(2), [scene%cases%parameter], [maxval(scene%cases%values)], problem)
+         call set_parameters(extremes(1), [scene%cases%parameter], [minval(scene%cases%values)], problem, &
+            draft)
+         call set_parameters(extremes(2), [scene%cases%parameter], [maxval(scene%cases%values)], problem, &
+            draft)
       end if
       allocate (cases(size(scene%cases%values)))
       do i = 1, size(cases)
          cases(i)%scene = scene
          cases(i)%value = scene%cases%values(i)
          cases(i)%scene%output%measures = .true.
-         call set_parameters(cases(i)%scene, [scene%cases%parameter], [cases(i)%value], problem)
+         call set_parameters(cases(i)%scene, [scene%cases%parameter], [cases(i)%value], problem, draft)
          if (allocated(problem)) then
             call fail(error, status_run_failed, trim(scene%cases%parameter%name)//' = '//to_text(cases(i)%value)//': ' &
                //problem)

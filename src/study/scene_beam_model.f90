@@ -11,7 +11,7 @@ module scene_beam_model
    use mass_choice, only: errs_less_redistributed
    use number_text, only: to_text
    use run_settings, only: run_settings_t, stop_released_from
-   use scene_poincare, only: set_period
+   use scene_requests, only: set_period
    use scene_types, only: beam_settings_t, mass_auto, mass_redistributed, scene_t, shape_height_table, &
       shape_section, shape_section_table, support_displacement
    use section_shapes, only: is_uniform, profile_stepped

@@ -284,9 +284,9 @@ contains
       if (allocated(runner%extremes) .and. .not. allocated(reason)) then
          associate (parameters => plan%axes%parameter)
             call set_parameters(runner%extremes(1), parameters, merge(values, plan%axes%least, parameters%is_of_beam), &
-               reason)
+               reason, runner%draft)
             if (.not. allocated(reason)) call set_parameters(runner%extremes(2), parameters, merge(values, &
-               plan%axes%most, parameters%is_of_beam), reason)
+               plan%axes%most, parameters%is_of_beam), reason, runner%draft)
          end associate
       end if
       !$omp end critical (case_scenes)

@@ -1,9 +1,9 @@
 !> Scenes as short texts, for the tests.
 module scene_texts
    use failures, only: failure_t
-   use name_parameters, only: list_parameters, parameter_of
+   use sweep_names, only: list_parameters, parameter_of
    use name_table, only: table_t
-   use scene_groups, only: list_scene, physical_t
+   use scene_groups, only: list_scene
    use scene_reader, only: parse_scene
    use scene_types, only: scene_t
    use sweep_settings, only: parameter_t
@@ -63,12 +63,11 @@ contains
 
       type(table_t) :: table
       type(scene_t) :: scene
-      type(physical_t) :: physical
       integer, allocatable :: places(:)
       integer :: i
 
       if (present(of)) scene = of
-      call list_scene(table, scene, physical)
+      call list_scene(table, scene)
       call list_parameters(table, places)
       do i = 1, size(places)
          parameter = parameter_of(table, places(i))

@@ -1,21 +1,25 @@
-!> What must fit together in the group &sweep of a scene file.
-module sweep_resolve
+!> What must fit together in &sweep and &cases, and in a sweep whose cases go on one from the other.
+module scene_sweep
    use kinds, only: i8, wp
-   use lost_units, only: refuse_lost_units
+   use load_periods, only: is_steady
    use measure_list, only: measure_table
+   use name_hints, only: phrase_of
    use name_table, only: is_among, table_t
-   use number_text, only: to_text
+   use number_text, only: rounded, to_text
    use scene_beam, only: smallest_tip
    use scene_input, only: scene_input_t
    use scene_types, only: scene_t
-   use sweep_chains, only: check_chains
-   use sweep_groups, only: most_cases
+   use sweep_names, only: chosen_parameter, most_cases
    use sweep_settings, only: design_grid, design_latin_hypercube, design_paired, is_swept, parameter_t, place_of, &
       swept_t, values_given
    use value_rules, only: largest_spread, most_numbers, spread_problem
    implicit none (type, external)
    private
-   public :: resolve_sweep
+   public :: resolve_sweep, resolve_cases
+
+   !> Ratios that are varied, and quantities that would no longer be what the file gives.
+   character(*), parameter :: spoilt(2, 2) = reshape([character(32) :: 'stiffness_ratio', 'branch_stiffness', &
+      'stiffness_ratio', 'damper'], [2, 2])
 
 contains
 
@@ -249,4 +253,175 @@ contains
       end if
    end function given_name
 
-end module sweep_resolve
+   !> Problems go into the input.
+   subroutine check_chains(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Read and resolved
+      type(scene_t), intent(in) :: scene
+
+      integer :: k
+
+      associate (sweep => scene%sweep)
+         if (sweep%carry == 0) then
+            if (sweep%carries_back) call input%complain('sweep', 'carry_back', &
+               'needs carry, the parameter along whose values cases go on')
+            return
+         end if
+         if (.not. is_swept(sweep%swept(sweep%carry))) then
+            call input%complain('sweep', 'carry', 'must be swept: give it a list or a range')
+         else if (sweep%design == design_latin_hypercube) then
+            call input%complain('sweep', 'carry', "does not go with design = 'latin_hypercube', which has no order")
+         else if (.not. scene%wants_poincare) then
+            call input%complain('sweep', 'carry', 'needs &poincare: cases last whole periods of the load')
+         end if
+         if (input%has_problem()) return
+         do k = 1, size(sweep%swept)
+            if (.not. is_swept(sweep%swept(k)) .or. (k /= sweep%carry .and. sweep%design == design_grid)) cycle
+            if (sweep%swept(k)%parameter%is_in_motion) cycle
+            call input%complain('sweep', 'carry', trim(sweep%swept(k)%parameter%name)//' cannot change in a motion ' &
+               //'under way: '//reason(sweep%swept(k)%parameter))
+            return
+         end do
+      end associate
+      call check_course(input, scene)
+   end subroutine check_chains
+
+   !> Whole periods of loads that go on for ever, and nothing that runs cases by themselves.
+   subroutine check_course(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(in) :: scene
+
+      character(*), parameter :: cannot = 'does not go with carry of &sweep'
+      integer :: k
+
+      if (.not. scene%poincare%sets_duration) then
+         call input%complain('response', 'duration duration_time', &
+            cannot//', whose cases last skip + keep periods of the load')
+      else if (scene%poincare%load > 0) then
+         call input%complain('poincare', 'load', cannot//': a case ends with a period of all loads')
+      else if (scene%wants_best .and. scene%best%refine) then
+         call input%complain('best', 'refine', cannot//': its cases would begin by themselves')
+      else if (scene%mesh%estimate) then
+         call input%complain('mesh', 'estimate', cannot//': its cases would begin by themselves')
+      end if
+      if (scene%has_forces) then
+         do k = 1, size(scene%forces)
+            if (.not. is_steady(scene%forces(k)%course)) call complain_of('force')
+         end do
+      end if
+      if (scene%has_bases) then
+         do k = 1, size(scene%bases)
+            if (.not. is_steady(scene%bases(k)%course)) call complain_of('base')
+         end do
+      end if
+
+   contains
+
+      subroutine complain_of(group)
+         character(*), intent(in) :: group
+
+         if (input%has_problem()) return
+         call input%complain(group, '', 'carry of &sweep takes loads that go on for ever: ' &
+            //"kind = 'harmonic' or 'step' without start and end; this is "//group//' '//to_text(k), k)
+      end subroutine complain_of
+   end subroutine check_course
+
+   !> Why not?
+   pure function reason(parameter) result(words)
+      type(parameter_t), intent(in) :: parameter
+      character(:), allocatable :: words
+
+      if (parameter%is_of_beam) then
+         words = 'another beam or mesh has other modes'
+      else if (parameter%group == 'stop') then
+         words = 'a surface elsewhere would be in the beam, or away from it'
+      else if (any(parameter%group == [character(5) :: 'force', 'base'])) then
+         words = 'loads go on in phase and in place, only amplitude and frequency change'
+      else
+         words = 'it says how a case begins or ends, or what is kept of it'
+      end if
+   end function reason
+
+   !> The cases must fit the scene; problems go into the input.
+   subroutine resolve_cases(input, table, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> Resolved but for the cases
+      type(scene_t), intent(in) :: scene
+
+      if (.not. scene%wants_cases) return
+      if (scene%cases%parameter%name == '') then
+         call input%complain('cases', '', 'needs a parameter: what differs from case to case')
+      else if (.not. allocated(scene%cases%values)) then
+         call input%complain('cases', '', 'needs values, one for each case')
+      else
+         call check_parameter(input, table, trim(scene%cases%parameter%name))
+         if (scene%cases%parameter%name == 'taper' .and. .not. input%has_problem()) call check_taper(input, scene)
+      end if
+   end subroutine resolve_cases
+
+   !> The parameter must count in the scene, and must not be given in physical units, which would be lost. As in a
+   !> sweep, a value given in its own group gives way.
+   subroutine check_parameter(input, table, parameter)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> As &cases calls it
+      character(*), intent(in) :: parameter
+
+      integer :: place
+
+      place = chosen_parameter(table, table%find_group('cases'), 'parameter')
+      associate (group => table%groups(table%entries(place)%group))
+         if ((group%repeats .or. group%name == 'stress') .and. .not. group%is_wanted) call input%complain('cases', &
+            'parameter', parameter//' goes with &'//trim(group%name))
+      end associate
+      if (.not. table%counts(place)) call input%complain('cases', 'parameter', &
+         parameter//' goes with '//phrase_of(table, place, from_elsewhere=.true.))
+      call refuse_lost_units(input, table, place, "&cases parameter = '"//parameter//"'")
+   end subroutine check_parameter
+
+   !> No height may be less than 0.
+   subroutine check_taper(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(in) :: scene
+
+      if (scene%beam%has_section) then
+         call input%complain('section', '', 'says all of the section: a taper of &beam is not varied beside it')
+      else if (any(abs(scene%cases%values) > 2.0_wp*scene%scales%height_ratio*(1.0_wp + epsilon(1.0_wp)))) then
+         call input%complain('cases', 'values', 'a taper must be at most '//rounded(2.0_wp*scene%scales%height_ratio) &
+            //' in size, twice the mean height over the length (a full wedge)')
+      end if
+   end subroutine check_taper
+
+   !> Problems go into the input.
+   subroutine refuse_lost_units(input, table, place, by)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> Of the entry that is varied
+      integer, intent(in) :: place
+      !> Who varies it, for the user
+      character(*), intent(in) :: by
+
+      integer :: i, k
+      logical :: is_lost
+
+      associate (varied => table%entries(place))
+         do i = table%groups(varied%group)%first_entry, table%groups(varied%group)%last_entry
+            associate (other => table%entries(i))
+               if (.not. other%is_given) cycle
+               is_lost = other%name%instead_of == varied%name%name .or. &
+                  (varied%name%quantity /= '' .and. varied%name%instead_of == other%name%name)
+               do k = 1, size(spoilt, 2)
+                  is_lost = is_lost .or. (spoilt(1, k) == varied%name%name .and. spoilt(2, k) == other%name%name)
+               end do
+               if (is_lost) call input%complain(trim(table%groups(other%group)%name), trim(other%name%name), &
+                  'does not go with '//by, table%groups(other%group)%occurrence)
+            end associate
+         end do
+      end associate
+   end subroutine refuse_lost_units
+
+end module scene_sweep

@@ -1,0 +1,294 @@
+!> What is asked of a response besides its histories: the names of &statistics, &poincare, &orbit and
+!> &frequency_response, checked and completed, and the period of the loads by which they go.
+module scene_requests
+   use kinds, only: wp
+   use load_periods, only: is_steady, period_of
+   use load_settings, only: course_harmonic
+   use name_table, only: table_t
+   use name_types, only: condition_t, name_t
+   use number_text, only: to_text
+   use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
+   use run_settings, only: end_of_run, frequency_response_settings_t, method_exact, method_newmark, &
+      poincare_settings_t, response_settings_t, statistics_settings_t
+   use scene_input, only: scene_input_t
+   use scene_types, only: scene_t
+   use sweep_settings, only: is_swept
+   use value_rules, only: duration_range, instant_range, physical_range, range_t
+   implicit none (type, external)
+   private
+   public :: list_statistics, list_poincare, list_orbit, list_frequency_response, resolve_statistics, &
+      resolve_poincare, resolve_orbit, resolve_frequency_response, set_period
+
+contains
+
+   subroutine list_statistics(table, statistics)
+      class(table_t), intent(inout) :: table
+      type(statistics_settings_t), intent(inout) :: statistics
+
+      real(wp) :: last
+
+      call table%bind(statistics%start, name_t('start', 'instant from which on the run counts, tau', instant_range))
+      call table%keep(name_t('start_time', 'the same in time', physical_range, &
+         instead_of='start', quantity='time'))
+      last = 0.0_wp
+      if (statistics%end < huge(statistics%end)) last = statistics%end
+      call table%bind(last, name_t('end', 'instant up to which it counts, tau', &
+         duration_range, default='that of the run', is_optional=.true.))
+      if (last > 0.0_wp) statistics%end = last
+      call table%keep(name_t('end_time', 'the same in time', physical_range, instead_of='end', &
+         quantity='time'))
+      call table%bind(statistics%blocks, name_t('blocks', 'blocks of equal length, from whose differences the error ' &
+         //'bars follow; 1: there are none', range_t(1, 10000)))
+      call table%bind(statistics%rest, name_t('rest', 'a meeting is an impact of its own if since the end of the one ' &
+         //'before more than this has passed, tau, and the beam has risen above hop_tolerance', instant_range))
+      call table%keep(name_t('rest_time', 'the same in time', physical_range, &
+         instead_of='rest', quantity='time'))
+      call table%bind(statistics%threshold, name_t('threshold_ratio', 'Pbar that a meeting with a stop that yields ' &
+         //'must reach to be an impact', range_t(0.0_wp, 1.0e12_wp)))
+      call table%keep(name_t('force_threshold', 'the same as a force', physical_range, &
+         instead_of='threshold_ratio', quantity='force'))
+      call table%bind(statistics%classes, name_t('classes', 'classes of the histogram of impacts', range_t(1, 10000)))
+   end subroutine list_statistics
+
+   !> What goes together; problems go into the input.
+   subroutine resolve_statistics(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its duration in
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: group = 'statistics'
+      real(wp) :: end
+
+      associate (statistics => scene%statistics)
+         end = end_of_run(scene%response)
+         if (statistics%end < huge(statistics%end)) then
+            if (statistics%end > end) call input%complain(group, 'end end_time', &
+               'must be at most the end of the run, ' &
+               //to_text(end)//' (tau)')
+            end = statistics%end
+         end if
+         if (statistics%start >= end) call input%complain(group, 'start start_time', &
+            'nothing is left to count: it must be before the end, '//to_text(end)//' (tau)')
+      end associate
+   end subroutine resolve_statistics
+
+   subroutine list_poincare(table, poincare)
+      class(table_t), intent(inout) :: table
+      type(poincare_settings_t), intent(inout) :: poincare
+
+      type(condition_t), parameter :: exact = condition_t(group='response', name='method', words='exact')
+      real(wp) :: degrees, before
+
+      degrees = 360.0_wp*poincare%phase
+      before = degrees
+      call table%bind(degrees, name_t('phase', 'where in the period of the load, degrees from tau = 0', &
+         range_t(0.0_wp, 360.0_wp)))
+      ! else a phase that nothing changes keeps its last digit
+      if (abs(degrees - before) > 0.0_wp) poincare%phase = degrees/360.0_wp
+      call table%bind(poincare%skip, name_t('skip', 'sections that are passed over', range_t(0, 10000000)))
+      call table%bind(poincare%keep, name_t('keep', 'sections after them that are kept; without a duration ' &
+         //'the run ends with the period of the last', range_t(1, 100000)))
+      call table%bind(poincare%load, name_t('load', 'whose period counts: a number among the harmonic loads, ' &
+         //'&force before &base; 0: that of all together', range_t(0, 1000)))
+      call table%bind(poincare%most_periods, name_t('most_periods', 'longest period of the motion that is looked ' &
+         //'for, in those of the load; half of what is kept at most', range_t(1, 10000)))
+      call table%bind(poincare%tolerance, name_t('tolerance', 'how near a state must return to be the same, as a ' &
+         //'share of the greatest', range_t(1.0e-14_wp, 0.1_wp)))
+      call table%bind(poincare%wants_exponent, name_t('exponent', 'follow how motions that begin side by side part: ' &
+         //'the greatest Lyapunov exponent', needs=exact))
+      call table%bind(poincare%keeps_modes, name_t('modes', 'keep the state of all free modes too', needs=exact))
+   end subroutine list_poincare
+
+   !> A period, and sections within the run; problems go into the input.
+   subroutine resolve_poincare(input, table, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its names, read
+      type(table_t), intent(in) :: table
+      !> Its loads resolved in; the duration out, where it follows
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: group = 'poincare'
+      integer :: loads
+
+      loads = size(harmonic_frequencies(scene))
+      associate (poincare => scene%poincare, response => scene%response)
+         if (loads == 0) then
+            call input%complain(group, '', "goes by the period of a load: needs &force or &base of kind = 'harmonic'")
+         else if (poincare%load > loads) then
+            call input%complain(group, 'load', 'the scene has '//to_text(loads)//' harmonic loads')
+         end if
+         if (input%has_problem()) return
+         poincare%sets_duration = .not. table%has_either('response', 'duration')
+         if (scene%wants_sweep) poincare%sets_duration = poincare%sets_duration .and. .not. any(is_swept( &
+            scene%sweep%swept) .and. scene%sweep%swept%parameter%group == 'response' .and. &
+            (scene%sweep%swept%parameter%name_in_group == 'duration' .or. &
+            scene%sweep%swept%parameter%name_in_group == 'duration_time'))
+         call set_period(scene, poincare, response)
+         if (poincare%period <= 0.0_wp) then
+            call input%complain(group, 'load', 'the harmonic loads have no period in common within 64 periods of the ' &
+               //'slowest: give load, the one whose period counts')
+         else if (response%duration < poincare%period*(real(poincare%skip, wp) + first_part(poincare))) then
+            call input%complain(group, 'skip', 'no section is left: the run of '//to_text(response%duration) &
+               //' (tau) has '//to_text(int(response%duration/poincare%period))//' periods of the load')
+         end if
+      end associate
+   end subroutine resolve_poincare
+
+   !> When in its period the first section is: at tau = 0 there is none.
+   pure function first_part(poincare) result(part)
+      type(poincare_settings_t), intent(in) :: poincare
+      real(wp) :: part
+
+      part = modulo(poincare%phase, 1.0_wp)
+      if (part <= 0.0_wp) part = 1.0_wp
+   end function first_part
+
+   !> The period of a scene's loads, and the duration that follows from it; Newmark's steps then divide it evenly.
+   pure subroutine set_period(scene, poincare, response)
+      type(scene_t), intent(in) :: scene
+      type(poincare_settings_t), intent(inout) :: poincare
+      type(response_settings_t), intent(inout) :: response
+
+      poincare%period = period_of(harmonic_frequencies(scene), poincare%load)
+      if (.not. poincare%sets_duration .or. poincare%period <= 0.0_wp) return
+      response%duration = real(poincare%skip + poincare%keep, wp)*poincare%period
+      if (response%method /= method_newmark .and. response%step <= poincare%period) return
+      response%step = poincare%period/anint(max(1.0_wp, poincare%period/response%step + 0.4999_wp))
+   end subroutine set_period
+
+   !> Of all its harmonic loads, &force before &base.
+   pure function harmonic_frequencies(scene) result(frequencies)
+      type(scene_t), intent(in) :: scene
+      real(wp), allocatable :: frequencies(:)
+
+      allocate (frequencies(0))
+      if (scene%has_forces) frequencies = pack(scene%forces%course%frequency, &
+         scene%forces%course%kind == course_harmonic)
+      ! a &base of gravity alone does not swing
+      if (scene%has_bases) frequencies = [frequencies, pack(scene%bases%course%frequency, &
+         scene%bases%course%kind == course_harmonic .and. .not. (scene%bases%gravity_ratio > 0.0_wp .and. &
+         abs(scene%bases%course%amplitude) <= 0.0_wp))]
+   end function harmonic_frequencies
+
+   subroutine list_orbit(table, orbit)
+      class(table_t), intent(inout) :: table
+      type(orbit_settings_t), intent(inout) :: orbit
+
+      type(condition_t), parameter :: varied = condition_t(name='parameter', words='amplitude frequency')
+      type(range_t), parameter :: step_range = range_t(0.0_wp, 1.0_wp, excludes_least=.true.)
+
+      call table%bind(orbit%periods, name_t('periods', 'periods of the loads after which the motion returns; 0: ' &
+         //'those that are found, 16 at most', range_t(0, 64)))
+      call table%bind(orbit%skip, name_t('skip', 'periods that run before', range_t(1, 1000000)))
+      call table%bind(orbit%tolerance, name_t('tolerance', 'by how much the motion may miss its start, as a share of ' &
+         //'its size', range_t(1.0e-13_wp, 1.0e-3_wp)))
+      call table%bind(orbit%most_steps, name_t('most_steps', "steps of Newton's method after which it fails", &
+         range_t(1, 1000)))
+      call table%bind(orbit%varied, name_t('parameter', 'what of a load varies along a branch of motions; with ' &
+         //'frequency those of all loads in proportion'), varied_names)
+      call table%bind(orbit%load, name_t('load', 'of which: a number among the harmonic loads, &force before &base', &
+         range_t(1, 1000), needs=varied))
+      call table%bind(orbit%lowest_ratio, name_t('lowest_ratio', 'least of it over what the load has', &
+         range_t(1.0e-6_wp, 1.0_wp), needs=varied))
+      call table%bind(orbit%greatest_ratio, name_t('greatest_ratio', 'greatest of it over what the load has', &
+         range_t(1.0_wp, 1.0e6_wp), needs=varied))
+      call table%bind(orbit%step, name_t('step', 'first step along a branch, as a share of the range and of the size ' &
+         //'of the motion', step_range, needs=varied))
+      call table%bind(orbit%greatest_step, name_t('greatest_step', 'the greatest', step_range, needs=varied))
+      call table%bind(orbit%most_points, name_t('most_points', 'points of a branch to either side', &
+         range_t(1, 100000), needs=varied))
+      call table%bind(orbit%doublings, name_t('doublings', 'how often branches of twice the period leave others', &
+         range_t(0, 6), needs=varied))
+   end subroutine list_orbit
+
+   !> Loads that go on for ever, with a period; problems go into the input.
+   subroutine resolve_orbit(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      !> Its loads resolved in
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: group = 'orbit'
+      integer :: loads
+      logical :: are_steady
+
+      if (.not. scene%wants_orbit .or. input%has_problem()) return
+      loads = size(harmonic_frequencies(scene))
+      are_steady = .true.
+      if (scene%has_forces) are_steady = all(is_steady(scene%forces%course))
+      if (scene%has_bases) are_steady = are_steady .and. all(is_steady(scene%bases%course) .or. &
+         abs(scene%bases%course%amplitude) <= 0.0_wp)
+      associate (orbit => scene%orbit)
+         if (scene%response%method /= method_exact) then
+            call input%complain(group, '', "needs method = 'exact', which tells the derivative of a motion")
+         else if (loads == 0) then
+            call input%complain(group, '', "goes by the period of a load: needs &force or &base of kind = 'harmonic'")
+         else if (.not. are_steady) then
+            call input%complain(group, '', "needs loads that go on as they begin: of kind = 'harmonic' or 'step', " &
+               //'from tau = 0 to the end')
+         else if (orbit%varied /= vary_nothing .and. orbit%load > loads) then
+            call input%complain(group, 'load', 'the scene has '//to_text(loads)//' harmonic loads')
+         else if (orbit%varied /= vary_nothing .and. .not. orbit%lowest_ratio < orbit%greatest_ratio) then
+            call input%complain(group, 'lowest_ratio greatest_ratio', 'nothing lies between them')
+         else if (orbit%step > orbit%greatest_step) then
+            call input%complain(group, 'step greatest_step', 'the first step must be at most the greatest')
+         else if (orbit%varied /= vary_nothing) then
+            if (vanishes(scene, orbit%load)) call input%complain(group, 'load', &
+               'the load that is to vary has no amplitude')
+         end if
+         if (input%has_problem()) return
+         orbit%period = period_of(harmonic_frequencies(scene), 0)
+         if (orbit%period <= 0.0_wp) call input%complain(group, '', 'the harmonic loads have no period in common ' &
+            //'within 64 periods of the slowest')
+      end associate
+   end subroutine resolve_orbit
+
+   !> Is the amplitude of a harmonic load zero?
+   pure function vanishes(scene, load) result(answer)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: load
+      logical :: answer
+
+      real(wp), allocatable :: amplitude(:)
+
+      allocate (amplitude(0))
+      if (scene%has_forces) amplitude = pack(scene%forces%course%amplitude, scene%forces%course%kind == course_harmonic)
+      if (scene%has_bases) amplitude = [amplitude, pack(scene%bases%course%amplitude, &
+         scene%bases%course%kind == course_harmonic .and. abs(scene%bases%course%amplitude) > 0.0_wp)]
+      answer = .true.
+      if (load <= size(amplitude)) answer = abs(amplitude(load)) <= 0.0_wp
+   end function vanishes
+
+   subroutine list_frequency_response(table, response)
+      class(table_t), intent(inout) :: table
+      type(frequency_response_settings_t), intent(inout) :: response
+
+      call table%bind(response%range, name_t('frequency_ratio_range', 'least and greatest frequency of the ' &
+         //'harmonic loads, over that of omega1', range_t(0.0_wp, 1.0e6_wp, excludes_least=.true.), &
+         default='none: give one'))
+      call table%keep(name_t('frequency_range', 'the same in periods over time', physical_range, &
+         instead_of='frequency_ratio_range', quantity='frequency'), is_list=.true.)
+      call table%bind(response%points, name_t('points', 'frequencies in it', range_t(2, 1000000)))
+      call table%bind(response%is_logarithmic, name_t('logarithmic', 'divide it evenly in the logarithm'))
+   end subroutine list_frequency_response
+
+   !> A range, and what shakes the beam; problems go into the input.
+   subroutine resolve_frequency_response(input, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(scene_t), intent(inout) :: scene
+
+      character(*), parameter :: group = 'frequency_response', name = 'frequency_ratio_range frequency_range'
+
+      associate (response => scene%frequency_response)
+         if (size(harmonic_frequencies(scene)) == 0) then
+            call input%complain(group, '', "needs what shakes the beam: &force or &base of kind = 'harmonic'")
+         else if (.not. allocated(response%range)) then
+            call input%complain(group, '', 'needs frequency_ratio_range or frequency_range')
+         else if (size(response%range) /= 2) then
+            call input%complain(group, name, 'takes two values, the least and the greatest')
+         else if (.not. (response%range(1) > 0.0_wp .and. response%range(2) > response%range(1))) then
+            call input%complain(group, name, 'the first value must be above 0 and less than the second')
+         end if
+      end associate
+   end subroutine resolve_frequency_response
+
+end module scene_requests
