@@ -1,13 +1,13 @@
 !> What the mesh does to the measures of some runs: estimates from three meshes, each twice as fine as the one before.
 module mesh_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
-   use kinds, only: i8, wp
+   use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use number_text, only: to_text
-   use printable_text, only: character_count
-   use quantities, only: name_in, quantity_named, unit_of, units_t
+   use quantities, only: name_in, units_t
    use quantity_groups, only: quantity_group_t
-   use reader_units, only: find_prefix
+   use reader_units, only: find_prefix, unit_in
+   use table_columns, only: print_table, table_t, with_exponent
    implicit none (type, external)
    private
    public :: mesh_errors_t, judge, write_mesh_errors, print_mesh_errors
@@ -23,9 +23,6 @@ module mesh_errors
       real(wp), allocatable :: error(:, :)
       real(wp), allocatable :: order(:, :)
    end type mesh_errors_t
-
-   !> Width of names with their units.
-   integer, parameter :: label_width = 28
 
 contains
 
@@ -93,69 +90,45 @@ contains
       !> What they are in
       type(units_t), intent(in) :: units
 
-      character(label_width), parameter :: heading = 'measure'
-      character(12) :: last
-      character(:), allocatable :: label
-      real(wp) :: factor
-      integer :: cases, i, settled
+      type(table_t) :: table
+      character(64) :: labels(measure_count)
+      character(24) :: settled(measure_count)
+      character(:), allocatable :: own_unit
+      real(wp), dimension(measure_count) :: factors, greatest
+      integer, allocatable :: places(:)
+      integer :: cases, i
 
       cases = size(errors%case)
-      write (unit, '()')
-      if (cases == 1) then
-         write (unit, '(2x, a)') 'Error of the mesh, from '//to_text(errors%elements(1))//', '// &
-            to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
-         write (unit, '(2x, a, a14, a12, a8)') heading, 'value', 'error', 'order'
-      else
-         write (unit, '(2x, a)') 'Error of the mesh in '//to_text(cases)// &
-            ' of the cases, each from its mesh and two finer'
-         write (unit, '(2x, a, a14, a12)') heading, 'greatest error', 'settled'
-      end if
+      ! but what happened nowhere
+      places = pack([(i, i=1, measure_count)], [(is_shown(i) .and. .not. all(ieee_is_nan(errors%row(i, :))), &
+         i=1, measure_count)])
+      factors = 1.0_wp
       do i = 1, measure_count
-         if (.not. is_shown(i)) cycle
-         ! what happened nowhere
-         if (all(ieee_is_nan(errors%row(i, :)))) cycle
-         call find_label(i, errors%row(i, :), units, label, factor)
-         settled = count(.not. ieee_is_nan(errors%error(i, :)))
-         if (cases > 1) then
-            last = 'none'
-            if (settled > 0) last = short(factor*maxval(errors%error(i, :), &
-               mask=.not. ieee_is_nan(errors%error(i, :))))
-            write (unit, '(2x, a, a14, a12)') label, trim(last), &
-               to_text(settled)//' of '//to_text(cases)
-         else if (settled == 0) then
-            write (unit, '(2x, a, f14.6, 4x, a)') label, factor*errors%row(i, 1), 'does not settle'
-         else
-            last = '-'
-            if (.not. ieee_is_nan(errors%order(i, 1))) write (last, '(f8.1)') errors%order(i, 1)
-            write (unit, '(2x, a, f14.6, a12, a8)') label, factor*errors%row(i, 1), &
-               short(factor*errors%error(i, 1)), trim(adjustl(last))
-         end if
-      end do
-   end subroutine print_mesh_errors
-
-   !> What stands before the numbers of a measure, and what makes them of its values.
-   pure subroutine find_label(measure, values, units, label, factor)
-      !> Its place in the table
-      integer, intent(in) :: measure
-      real(wp), intent(in) :: values(:)
-      !> What they are in
-      type(units_t), intent(in) :: units
-      character(:), allocatable, intent(out) :: label
-      real(wp), intent(out) :: factor
-
-      character(:), allocatable :: unit
-
-      factor = 1.0_wp
-      associate (quantity => measure_table(measure)%quantity)
-         label = name_in(units, trim(measure_table(measure)%name))
-         if (units%are_of_scene .and. quantity /= 'number') then
+         associate (values => errors%row(i, :), known => .not. ieee_is_nan(errors%error(i, :)))
+            labels(i) = name_in(units, measure_table(i)%name)
             call find_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
-               unit_of(quantity_named(quantity), units), factor, unit)
-            label = label//', '//unit
-         end if
-         label = label//repeat(' ', int(max(0, label_width - character_count(label)), i8))
-      end associate
-   end subroutine find_label
+               unit_in(units, measure_table(i)%quantity), factors(i), own_unit)
+            if (own_unit /= '') labels(i) = trim(labels(i))//', '//own_unit
+            greatest(i) = ieee_value(1.0_wp, ieee_quiet_nan)
+            if (any(known)) greatest(i) = factors(i)*maxval(errors%error(i, :), mask=known)
+            settled(i) = to_text(count(known))//' of '//to_text(cases)
+         end associate
+      end do
+      call table%add_texts('measure', labels(places))
+      if (cases == 1) then
+         write (unit, '(/, 2x, a)') 'Error of the mesh, from '//to_text(errors%elements(1))//', '// &
+            to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
+         call table%add_numbers('value', factors(places)*errors%row(places, 1), 6)
+         call table%add_numbers('error', greatest(places), with_exponent, none='does not settle')
+         call table%add_numbers('order', errors%order(places, 1), 1)
+      else
+         write (unit, '(/, 2x, a)') 'Error of the mesh in '//to_text(cases)// &
+            ' of the cases, each from its mesh and two finer'
+         call table%add_numbers('greatest error', greatest(places), with_exponent, none='none')
+         call table%add_texts('settled', settled(places))
+      end if
+      call print_table(unit, table)
+   end subroutine print_mesh_errors
 
    !> Does an error of this measure mean anything?
    pure function is_shown(measure) result(answer)
@@ -165,16 +138,5 @@ contains
 
       answer = all(measure_table(measure)%name /= [character(24) :: 'status', 'mesh_elements'])
    end function is_shown
-
-   !> Such as 3.1e-06.
-   pure function short(value) result(text)
-      real(wp), intent(in) :: value
-      character(:), allocatable :: text
-
-      character(12) :: buffer
-
-      write (buffer, '(es9.1e2)') value
-      text = trim(adjustl(buffer))
-   end function short
 
 end module mesh_errors

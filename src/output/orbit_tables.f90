@@ -7,14 +7,13 @@ module orbit_tables
       orbit_point_t, orbit_study_t
    use quantities, only: units_t, words_in
    use quantity_groups, only: quantity_group_t
-   use reader_units, only: reading_in
-   use text_columns, only: fixed
+   use reader_units, only: fixed, reading_in
    implicit none (type, external)
    private
    public :: write_orbits, print_orbits
 
-   !> Multipliers that the console shows.
-   integer, parameter :: most_shown = 4
+   !> Multipliers that the console shows, and decimals of these, times and parameters.
+   integer, parameter :: most_shown = 4, decimals = 8
 
 contains
 
@@ -122,7 +121,7 @@ contains
       associate (orbit => study%orbit)
          write (unit, '(/, 2x, a)') trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
             orbit%is_stable()))//', of '//counted(orbit%periods, 'load period')//words_in(units, ', {tau~t} = ') &
-            //in_words('time', orbit%period, units)//', with '//counted(orbit%impacts, 'impact')
+            //reading_in(units, 'time', orbit%period, decimals)//', with '//counted(orbit%impacts, 'impact')
          write (unit, '(2x, a)') 'returns to '//rounded(orbit%residual)//' of its size after '// &
             counted(orbit%iterations, 'step')//" of Newton's method"
          do i = 1, min(most_shown, size(orbit%multiplier))
@@ -152,7 +151,7 @@ contains
          type(orbit_point_t), intent(in) :: point
          character(:), allocatable :: words
 
-         words = in_words(trim(study%quantity), point%value, units)
+         words = reading_in(units, trim(study%quantity), point%value, decimals)
       end function value_of
    end subroutine print_orbits
 
@@ -165,25 +164,12 @@ contains
       if (parent > 0) words = ', leaves branch '//to_text(parent)
    end function from_branch
 
-   function in_words(quantity, value, units) result(words)
-      character(*), intent(in) :: quantity
-      real(wp), intent(in) :: value
-      type(units_t), intent(in) :: units
-      character(:), allocatable :: words
-
-      if (units%are_of_scene) then
-         words = reading_in(units, quantity, value)
-      else
-         words = fixed(value, 8)
-      end if
-   end function in_words
-
    pure function multiplier_in_words(multiplier) result(words)
       complex(wp), intent(in) :: multiplier
       character(:), allocatable :: words
 
-      words = fixed(real(multiplier, wp), 8)
-      if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//fixed(abs(aimag(multiplier)), 8)//' i'
+      words = fixed(real(multiplier, wp), decimals)
+      if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//fixed(abs(aimag(multiplier)), decimals)//' i'
    end function multiplier_in_words
 
    !> '1 impact', '2 impacts'.

@@ -6,7 +6,7 @@ module reader_units
    use quantities, only: quantity_named, unit_of, units_t
    implicit none (type, external)
    private
-   public :: find_prefix, reading, reading_in
+   public :: find_prefix, fixed, reading, reading_in, unit_given, unit_in
 
    type :: prefix_t
       character(2) :: text
@@ -77,7 +77,7 @@ contains
       end do
    end function symbol_named
 
-   !> A number with its unit.
+   !> A number with its unit, if it has one.
    pure function reading(value, unit) result(words)
       real(wp), intent(in) :: value
       character(*), intent(in) :: unit
@@ -91,25 +91,66 @@ contains
          return
       end if
       call find_prefix(abs(value), unit, factor, read_unit)
-      words = rounded(value*factor)//' '//read_unit
+      words = trim(rounded(value*factor)//' '//read_unit)
    end function reading
 
    !> A dimensionless number as results have it: with its unit, or without where they are dimensionless.
-   pure function reading_in(units, quantity, value) result(words)
+   pure function reading_in(units, quantity, value, decimals) result(words)
       type(units_t), intent(in) :: units
       !> As in `quantity_table`
       character(*), intent(in) :: quantity
       real(wp), intent(in) :: value
+      !> Digits behind the point of what has no unit; absent: six digits at most
+      integer, intent(in), optional :: decimals
       character(:), allocatable :: words
 
-      integer :: place
+      character(:), allocatable :: unit
 
-      place = quantity_named(quantity)
-      if (units%are_of_scene .and. quantity /= 'number') then
-         words = reading(value*units%factor(place), unit_of(place, units))
+      unit = unit_in(units, quantity)
+      if (unit /= '') then
+         words = reading(value*units%factor(quantity_named(quantity)), unit)
+      else if (present(decimals) .and. .not. units%are_of_scene) then
+         words = fixed(value, decimals)
       else
          words = rounded(value)
       end if
    end function reading_in
+
+   !> What results have a quantity in; empty: it has no unit there.
+   pure function unit_in(units, quantity) result(unit)
+      type(units_t), intent(in) :: units
+      !> As in `quantity_table`
+      character(*), intent(in) :: quantity
+      character(:), allocatable :: unit
+
+      unit = ''
+      if (units%are_of_scene .and. quantity /= 'number') unit = unit_of(quantity_named(quantity), units)
+   end function unit_in
+
+   !> What a parameter is in, whatever results are in; empty: a ratio, or a number.
+   pure function unit_given(units, quantity) result(unit)
+      type(units_t), intent(in) :: units
+      !> As in `quantity_table`, or empty
+      character(*), intent(in) :: quantity
+      character(:), allocatable :: unit
+
+      unit = ''
+      if (quantity /= '') unit = unit_of(quantity_named(quantity), units)
+   end function unit_given
+
+   !> A number with so many decimals; with an exponent if it is too large for that.
+   pure function fixed(value, decimals) result(text)
+      real(wp), intent(in) :: value
+      !> Digits behind the point
+      integer, intent(in) :: decimals
+      character(:), allocatable :: text
+
+      real(wp), parameter :: largest = 1.0e6_wp
+      character(32) :: buffer, layout
+
+      write (layout, '(a, i0, a)') trim(merge('(f24. ', '(es24.', abs(value) < largest)), decimals, ')'
+      write (buffer, layout) value
+      text = trim(adjustl(buffer))
+   end function fixed
 
 end module reader_units

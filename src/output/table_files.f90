@@ -10,7 +10,8 @@ module table_files
    use kinds, only: i8, wp
    use number_text, only: to_text
    use results_claim, only: refuse_foreign
-   use table_texts, only: beginning_of, column_t, growing_t, table_formats, table_t, values_of, write_csv, write_json
+   use table_columns, only: column_t, six_digits, table_t, whole
+   use table_texts, only: beginning_of, growing_t, table_formats, values_of, write_csv, write_json
    implicit none (type, external)
    private
    public :: write_table_files
@@ -226,7 +227,7 @@ contains
 
       path = group//'/'//trim(member%name)
       column%name = trim(member%name)
-      column%is_integer = member%is_integer
+      if (member%is_integer) column%digits = whole
       column%units = file%text_attribute('units', path)
       if (len(column%units) == 0 .or. column%units == 'none') column%units = '1'
       if (member%is_text) then
@@ -252,9 +253,9 @@ contains
       rows = count(cases%name(:5) == 'case_')
       table%name = 'measures'
       allocate (table%columns(0))
-      call find_column(table, 'case', '1', .true., rows, place)
+      call find_column(table, 'case', '1', whole, rows, place)
       group = file%text_attribute('parameter', 'cases')
-      call find_column(table, group, '1', .false., rows, place)
+      call find_column(table, group, '1', six_digits, rows, place)
       do i = 1, rows
          group = 'cases/case_'//to_text(i)
          table%columns(1)%numbers(i) = real(i, wp)
@@ -262,33 +263,27 @@ contains
          call read_flat(file, group//'/measures', 1, row)
          do k = 1, size(row%columns)
             if (.not. allocated(row%columns(k)%numbers)) cycle
-            call find_column(table, row%columns(k)%name, row%columns(k)%units, row%columns(k)%is_integer, rows, place)
+            call find_column(table, row%columns(k)%name, row%columns(k)%units, row%columns(k)%digits, rows, place)
             table%columns(place)%numbers(i) = row%columns(k)%numbers(1)
          end do
       end do
    end subroutine read_cases
 
    !> Where a column of numbers is; where there is none yet, it is added and holds none.
-   subroutine find_column(table, name, units, is_integer, rows, place)
+   subroutine find_column(table, name, units, digits, rows, place)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: name
       character(*), intent(in) :: units
-      logical, intent(in) :: is_integer
+      !> As in `column_t`
+      integer, intent(in) :: digits
       integer, intent(in) :: rows
       integer, intent(out) :: place
-
-      type(column_t), allocatable :: longer(:)
 
       do place = 1, size(table%columns)
          if (table%columns(place)%name == name) return
       end do
-      allocate (longer(place))
-      longer(:place - 1) = table%columns
-      longer(place)%name = name
-      longer(place)%units = units
-      longer(place)%is_integer = is_integer
-      allocate (longer(place)%numbers(rows), source=ieee_value(1.0_wp, ieee_quiet_nan))
-      call move_alloc(longer, table%columns)
+      call table%add_numbers(name, spread(ieee_value(1.0_wp, ieee_quiet_nan), 1, rows), digits)
+      table%columns(place)%units = units
    end subroutine find_column
 
    !> A row for each mode on each mesh.

@@ -4,28 +4,13 @@ module table_texts
    use kinds, only: i8, wp
    use number_text, only: to_text
    use program_identity, only: program_name, program_version
+   use table_columns, only: column_t, rows_of, table_t, whole
    implicit none (type, external)
    private
-   public :: column_t, growing_t, table_t, table_formats, beginning_of, values_of, write_csv, write_json
+   public :: growing_t, table_formats, beginning_of, values_of, write_csv, write_json
 
    character(*), parameter :: table_formats(2) = [character(4) :: 'csv', 'json']
    character, parameter :: next = new_line('a')
-   integer, parameter :: longest_text = 200
-
-   type :: column_t
-      character(:), allocatable :: name
-      !> '1' for a number without
-      character(:), allocatable :: units
-      logical :: is_integer = .false.
-      real(wp), allocatable :: numbers(:)
-      !> Instead of numbers
-      character(longest_text), allocatable :: texts(:)
-   end type column_t
-
-   type :: table_t
-      character(:), allocatable :: name
-      type(column_t), allocatable :: columns(:)
-   end type table_t
 
    !> Text that grows.
    type :: growing_t
@@ -86,7 +71,7 @@ contains
       do k = 1, size(table%columns)
          call add(text, quoted(heading(table%columns(k)), '""')//merge(next, ',', k == size(table%columns)))
       end do
-      do i = 1, rows_of(table)
+      do i = 1, rows_of(table%columns(1))
          do k = 1, size(table%columns)
             call add(text, value_text(table%columns(k), i, '""', '')//merge(next, ',', k == size(table%columns)))
          end do
@@ -109,7 +94,7 @@ contains
             associate (column => tables(t)%columns(k))
                call add(text, trim(merge(',', ' ', k > 1))//next//'    "'//column%name//'": {"units": "'// &
                   column%units//'", "values": [')
-               do i = 1, rows_of(tables(t))
+               do i = 1, rows_of(tables(t)%columns(1))
                   if (i > 1) call add(text, ', ')
                   call add(text, value_text(column, i, '\"', 'null'))
                end do
@@ -126,20 +111,8 @@ contains
       type(table_t), intent(in) :: table
       integer(i8) :: count
 
-      count = int(rows_of(table), i8)*size(table%columns, kind=i8)
+      count = int(rows_of(table%columns(1)), i8)*size(table%columns, kind=i8)
    end function values_of
-
-   pure integer function rows_of(table)
-      type(table_t), intent(in) :: table
-
-      associate (first => table%columns(1))
-         if (allocated(first%texts)) then
-            rows_of = size(first%texts)
-         else
-            rows_of = size(first%numbers)
-         end if
-      end associate
-   end function rows_of
 
    !> One value as it stands in a file.
    pure function value_text(column, row, quote, none) result(text)
@@ -155,7 +128,7 @@ contains
          text = '"'//escaped(trim(column%texts(row)), quote)//'"'
       else if (.not. ieee_is_finite(column%numbers(row))) then
          text = none
-      else if (column%is_integer) then
+      else if (column%digits == whole) then
          text = to_text(nint(column%numbers(row)))
       else
          text = to_text(column%numbers(row))

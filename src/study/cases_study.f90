@@ -4,32 +4,37 @@ module cases_study
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
    use case_runs, only: case_t, run_cases
-   use console_tables, only: fill_column, print_model
    use failures, only: failure_t
    use file_system, only: make_folder
    use kinds, only: wp
-   use measure_list, only: measure_count, measure_named, measure_table
+   use measure_list, only: measure_count, measure_table
    use measure_rows, only: row_in, write_measures_of_cases
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
-   use quantities, only: quantity_named, unit_of, units_t, words_in
+   use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
+   use reader_units, only: unit_given
    use results_file, only: begin_results, finish_results, write_groups
    use run_measures, only: row_of
+   use run_tables, only: add_measures, shown_t
    use scene_types, only: scene_t
    use scene_units, only: units_in
+   use scene_words, only: print_model
    use study_job, only: job_t
-   use text_columns, only: print_columns
+   use table_columns, only: print_table, six_digits, table_t
    implicit none (type, external)
    private
    public :: run_cases_of_scene, write_cases
 
-   integer, parameter :: width = 40
    !> Measures that cases are compared by
-   character(*), parameter :: shown(*) = [character(24) :: &
-      'impacts', 'first_impact_tau', 'first_impact_velocity', 'quiet_tau', 'spent_tau']
+   type(shown_t), parameter :: compared(*) = [ &
+      shown_t('impacts'), &
+      shown_t('first_impact_tau'), &
+      shown_t('first_impact_velocity'), &
+      shown_t('quiet_tau'), &
+      shown_t('spent_tau')]
 
 contains
 
@@ -107,17 +112,12 @@ contains
       type(scene_t), intent(in) :: scene
       type(case_t), intent(in) :: cases(:)
 
-      character(width) :: headings(size(shown) + 2), cells(size(shown) + 2, size(cases))
+      type(table_t) :: table
       real(wp) :: rows(measure_count, size(cases)), highest(measure_count, size(cases))
       type(units_t) :: units
-      integer :: i, k
+      integer :: i
 
       units = units_in(scene)
-      write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
-         trim(scene%cases%parameter%name)
-      headings(1) = scene%cases%parameter%name(:width)
-      if (scene%cases%parameter%quantity /= '') headings(1) = trim(headings(1))//', ' &
-         //unit_of(quantity_named(scene%cases%parameter%quantity), units)
       highest = ieee_value(1.0_wp, ieee_quiet_nan)
       do i = 1, size(cases)
          associate (own => units_in(cases(i)%scene), measures => cases(i)%response%measures)
@@ -125,17 +125,15 @@ contains
             if (size(measures%peak_eta) > 0) highest(:, i) = maxval(measures%peak_eta)
             highest(:, i) = row_in(own, highest(:, i))
          end associate
-         cells(1, i) = to_text(cases(i)%value)
       end do
-      do k = 1, size(shown)
-         associate (measure => measure_named(shown(k)))
-            call fill_column(measure, rows, words_in(units, trim(measure_table(measure)%label)), units, &
-               headings(k + 1), cells(k + 1, :))
-         end associate
-      end do
-      call fill_column(measure_named('peak_1'), highest, 'highest rebound', units, headings(size(headings)), &
-         cells(size(headings), :))
-      call print_columns(unit, headings, cells)
+      associate (parameter => scene%cases%parameter)
+         write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
+            trim(parameter%name)
+         call table%add_numbers(trim(parameter%name), cases%value, six_digits, unit_given(units, parameter%quantity))
+      end associate
+      call add_measures(table, compared, rows, units)
+      call add_measures(table, [shown_t('peak_1', 'highest rebound')], highest, units)
+      call print_table(unit, table)
    end subroutine print_cases
 
 end module cases_study

@@ -2,7 +2,6 @@
 module single_study
    use beam_model, only: beam_model_t
    use case_beam, only: case_beam_t
-   use console_tables, only: print_measures, print_mesh, print_model, print_modes, print_surfaces
    use failures, only: failure_t
    use frequency_response, only: find_frequency_response
    use frequency_study, only: frequency_table
@@ -20,11 +19,11 @@ module single_study
    use results_file, only: write_results
    use run_reach, only: forget_reach, watch_reach
    use run_settings, only: run_settings_t
+   use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_surfaces
    use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use statistic_tables, only: print_statistics
-   use stop_words, only: released_stop
+   use scene_words, only: print_model, released_stop
    use study_job, only: job_t
    implicit none (type, external)
    private

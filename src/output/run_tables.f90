@@ -1,0 +1,242 @@
+!> What people read of a run: lines of its measures, and tables of those of each surface, of cases, of statistics.
+module run_tables
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+   use kinds, only: wp
+   use measure_list, only: first_statistic, measure_count, measure_named, measure_table
+   use measure_rows, only: row_in
+   use number_text, only: rounded, to_text
+   use quantities, only: units_t, words_in
+   use reader_units, only: reading_in, unit_in
+   use response_types, only: mesh_check_t, mode_check_t, run_measures_t, surface_record_t
+   use run_measures, only: row_of
+   use signal_peaks, only: peak_tolerance
+   use statistic_types, only: run_statistics_t
+   use table_columns, only: print_line, print_table, table_t, whole
+   implicit none (type, external)
+   private
+   public :: shown_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, print_surfaces
+
+   !> A column of a table of measures.
+   type :: shown_t
+      !> As in `measure_table`, which has its quantity
+      character(24) :: measure
+      !> Its heading, as `words_in` takes it; empty: its label
+      character(24) :: text = ''
+   end type shown_t
+
+   !> Decimals of measures
+   integer, parameter :: decimals = 6
+   !> So many rebounds are listed; of more only the number is said.
+   integer, parameter :: most_peaks = 12
+
+   type(shown_t), parameter :: of_surfaces(*) = [ &
+      shown_t('impacts', 'impacts'), &
+      shown_t('contacts', 'lasting contacts'), &
+      shown_t('first_impact_tau', 'first at {tau =~t}'), &
+      shown_t('total_contact', 'time in contact'), &
+      shown_t('greatest_force', 'greatest force'), &
+      shown_t('greatest_impulse', 'greatest impulse')]
+
+   type(shown_t), parameter :: of_statistics(*) = [ &
+      shown_t('mean_force', 'mean force'), &
+      shown_t('rms_force', 'RMS force'), &
+      shown_t('maximum_force', 'greatest force'), &
+      shown_t('contact_share', 'share in contact'), &
+      shown_t('impact_rate', 'impact rate'), &
+      shown_t('mean_impact_velocity', 'mean velocity'), &
+      shown_t('mean_impulse', 'mean impulse'), &
+      shown_t('rms_displacement', 'RMS displacement')]
+
+contains
+
+   !> What a finer mesh does, and where the inertia of the stop's node is; nothing, if nothing is to be said.
+   subroutine print_mesh(unit, check, units)
+      !> Where to
+      integer, intent(in) :: unit
+      type(mesh_check_t), intent(in) :: check
+      !> What results are in
+      type(units_t), intent(in) :: units
+
+      if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
+      if (check%adds_mass) call print_line(unit, '', &
+         "the mesh adds to the mass that is struck: mass = 'auto' errs less")
+      if (check%compared == 0) return
+      call print_line(unit, '', 'with '//to_text(check%compared)//' elements the motion differs by '// &
+         reading_in(units, 'displacement', check%difference)//words_in(units, ', until {tau~t} = ') &
+         //reading_in(units, 'time', check%horizon))
+      if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
+   end subroutine print_mesh
+
+   !> What leaving out modes does; nothing, if none was left out.
+   subroutine print_modes(unit, check, units)
+      integer, intent(in) :: unit
+      !> The modes kept, and those compared
+      type(mode_check_t), intent(in) :: check
+      !> What results are in
+      type(units_t), intent(in) :: units
+
+      if (check%compared == 0) return
+      call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)// &
+         words_in(units, ' {eta~the displacement} differs by ')//reading_in(units, 'displacement', check%difference) &
+         //words_in(units, ' until {tau~t} = ')//reading_in(units, 'time', check%horizon))
+   end subroutine print_modes
+
+   !> The measures of a run, a line each, and the highest points of its rebounds.
+   subroutine print_measures(unit, measures, units, released)
+      integer, intent(in) :: unit
+      type(run_measures_t), intent(in) :: measures
+      !> What results are in
+      type(units_t), intent(in) :: units
+      !> The stop of the rebounds, if that must be said; 0: it need not
+      integer, intent(in), optional :: released
+
+      character(:), allocatable :: heading
+      real(wp) :: row(measure_count)
+      integer :: i
+
+      heading = 'rebound peaks'
+      if (present(released)) then
+         if (released > 0) heading = 'peaks at stop '//to_text(released)
+      end if
+      row = row_of(measures)
+      write (unit, '()')
+      do i = 1, measure_count
+         if (measure_table(i)%group /= '' .and. ieee_is_nan(row(i))) cycle
+         if (measure_table(i)%label /= '') call print_line(unit, words_in(units, trim(measure_table(i)%label)), &
+            measure_in_words(i, row(i), measures%duration, units))
+      end do
+      if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
+         'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
+      if (measures%rebounds == 0) call print_line(unit, heading, 'none')
+      do i = 1, min(measures%rebounds, most_peaks)
+         if (i == 2) heading = ''
+         call print_line(unit, heading, words_in(units, '{eta~y - d} = ') &
+            //reading_in(units, 'displacement', measures%peak_eta(i), decimals)//words_in(units, ' at {tau~t} = ') &
+            //reading_in(units, 'time', measures%peak_tau(i), decimals))
+      end do
+      if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)// &
+         ' more')
+   end subroutine print_measures
+
+   !> Such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
+   pure function measure_in_words(measure, value, duration, units) result(words)
+      !> Its place in the table
+      integer, intent(in) :: measure
+      !> Dimensionless; NaN: it did not happen
+      real(wp), intent(in) :: value
+      !> Length of the run, tau
+      real(wp), intent(in) :: duration
+      !> What results are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      associate (entry => measure_table(measure))
+         if (ieee_is_nan(value)) then
+            words = 'none'
+            if (entry%lead /= '') words = words_in(units, 'not until {tau~t} = ')//reading_in(units, 'time', duration)
+         else if (entry%is_whole .and. entry%lead /= '' .and. nint(value) == 0) then
+            words = 'none found'
+         else
+            words = trim(words_in(units, trim(entry%lead)))
+            if (words /= '') words = words//' '
+            if (entry%is_whole) then
+               words = words//to_text(nint(value))
+            else
+               words = words//reading_in(units, entry%quantity, value, decimals)
+            end if
+         end if
+      end associate
+   end function measure_in_words
+
+   !> Columns of measures; '-': it did not happen.
+   subroutine add_measures(table, shown, rows, units)
+      type(table_t), intent(inout) :: table
+      type(shown_t), intent(in) :: shown(:)
+      !> As results have them, [measure_count, lines]
+      real(wp), intent(in) :: rows(:, :)
+      !> What results are in
+      type(units_t), intent(in) :: units
+
+      integer :: k, place
+
+      do k = 1, size(shown)
+         place = measure_named(shown(k)%measure)
+         associate (measure => measure_table(place))
+            call table%add_numbers(words_in(units, trim(merge(measure%label, shown(k)%text, shown(k)%text == ''))), &
+               rows(place, :), merge(whole, decimals, measure%is_whole), unit_in(units, measure%quantity))
+         end associate
+      end do
+   end subroutine add_measures
+
+   !> What happened at each of several surfaces, a line each.
+   subroutine print_surfaces(unit, surfaces, units)
+      integer, intent(in) :: unit
+      !> With measures
+      type(surface_record_t), intent(in) :: surfaces(:)
+      !> What results are in
+      type(units_t), intent(in) :: units
+
+      type(table_t) :: table
+      real(wp) :: rows(measure_count, size(surfaces))
+      integer :: i
+
+      do i = 1, size(surfaces)
+         rows(:, i) = row_in(units, row_of(surfaces(i)%measures))
+      end do
+      call add_surfaces(table, surfaces)
+      call add_measures(table, of_surfaces, rows, units)
+      write (unit, '()')
+      call print_table(unit, table)
+   end subroutine print_surfaces
+
+   !> What &statistics says: a line for each surface.
+   subroutine print_statistics(unit, statistics, surfaces, units)
+      integer, intent(in) :: unit
+      type(run_statistics_t), intent(in) :: statistics
+      type(surface_record_t), intent(in) :: surfaces(:)
+      !> What results are in
+      type(units_t), intent(in) :: units
+
+      type(table_t) :: table
+      real(wp) :: rows(measure_count, size(surfaces))
+      integer :: blocks, i
+
+      blocks = ubound(statistics%edge, 1)
+      write (unit, '(/, 2x, a)') 'statistics from '//instant(0)//' to '//instant(blocks)//' in '//to_text(blocks) &
+         //' blocks'
+      if (size(surfaces) == 0) return
+      rows = ieee_value(1.0_wp, ieee_quiet_nan)
+      do i = 1, size(surfaces)
+         rows(first_statistic:, i) = statistics%value(:, i)
+         rows(:, i) = row_in(units, rows(:, i))
+      end do
+      call add_surfaces(table, surfaces)
+      call add_measures(table, of_statistics, rows, units)
+      call print_table(unit, table)
+
+   contains
+
+      pure function instant(edge) result(words)
+         integer, intent(in) :: edge
+         character(:), allocatable :: words
+
+         words = words_in(units, '{tau~t} = ')//reading_in(units, 'time', statistics%edge(edge), decimals)
+      end function instant
+
+   end subroutine print_statistics
+
+   !> The first column of their tables, such as '2 above'.
+   subroutine add_surfaces(table, surfaces)
+      type(table_t), intent(inout) :: table
+      type(surface_record_t), intent(in) :: surfaces(:)
+
+      character(20) :: labels(size(surfaces))
+      integer :: i
+
+      do i = 1, size(surfaces)
+         labels(i) = to_text(surfaces(i)%stop)//' '//merge('below', 'above', surfaces(i)%sign > 0)
+      end do
+      call table%add_texts('stop', labels)
+   end subroutine add_surfaces
+
+end module run_tables

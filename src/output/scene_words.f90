@@ -1,0 +1,313 @@
+!> A scene in words: what is computed, its beam, its mesh, its stops.
+module scene_words
+   use body_settings, only: mass_settings_t, root_pinned, root_settings_t
+   use kinds, only: wp
+   use load_settings, only: start_pull
+   use number_text, only: rounded, to_text
+   use quantities, only: units_t, words_in
+   use reader_units, only: reading_in
+   use run_settings, only: impulse_names, law_names, law_restitution, law_spring_damper, method_names, method_newmark, &
+      side_above, side_below, side_both, stop_released_from, stop_settings_t
+   use scene_types, only: beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, support_settings_t
+   use scene_units, only: units_in
+   use section_shapes, only: is_uniform, profile_names, profile_stepped, shape_names
+   use table_columns, only: print_line
+   implicit none (type, external)
+   private
+   public :: print_model, law_in_words, mass_in_words, mesh_in_words, place_in_words, released_stop, root_in_words, &
+      stops_in_scene, support_in_words
+
+contains
+
+   !> What is computed: name, title, beam, mesh, stop, method.
+   subroutine print_model(unit, scene, node_position)
+      integer, intent(in) :: unit
+      type(scene_t), intent(in) :: scene
+      !> x/L of the nodes, [0:n]; not there if no motion is computed
+      real(wp), intent(in), optional :: node_position(0:)
+
+      character(:), allocatable :: heading
+      integer :: i
+
+      heading = scene%name
+      if (allocated(scene%title)) then
+         if (scene%title /= '') heading = heading//': '//scene%title
+      end if
+      write (unit, '(a)') heading
+      call print_line(unit, 'beam', beam_in_words(scene))
+      if (scene%has_root) call print_line(unit, 'root', root_in_words(scene%root, units_in(scene)))
+      if (allocated(scene%masses)) then
+         do i = 1, size(scene%masses)
+            call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i), units_in(scene)))
+         end do
+      end if
+      if (scene%wants_response) then
+         if (scene%mesh%tolerance > 0.0_wp .and. present(node_position)) then
+            call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &
+               //rounded(scene%mesh%tolerance))
+         else
+            call print_line(unit, 'mesh', mesh_in_words(scene%mesh%elements, merge(0.0_wp, scene%mesh%ratio, &
+               allocated(scene%mesh%nodes))))
+         end if
+         call print_stops(unit, scene, node_position)
+         call print_line(unit, 'motion', motion_in_words(scene))
+      end if
+   end subroutine print_model
+
+   !> Section, damping and tip mass.
+   function beam_in_words(scene) result(words)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      type(units_t) :: units
+
+      associate (beam => scene%beam)
+         if (beam%shape /= shape_taper) then
+            words = section_in_words(beam)
+         else if (abs(beam%height_root - beam%height_tip) <= 0.0_wp) then
+            words = 'uniform'
+         else if (beam%height_tip <= 0.0_wp) then
+            words = 'full wedge'
+         else
+            words = 'taper, h1/h0 = '//rounded(beam%height_tip/beam%height_root)
+         end if
+         if (beam%shape == shape_taper .and. beam%height_root > beam%height_tip) then
+            words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
+         end if
+      end associate
+      units = units_in(scene)
+      if (units%are_of_scene) then
+         words = words//', L = '//reading_in(units, 'length', 1.0_wp)//', hbar = ' &
+            //reading_in(units, 'length', scene%scales%height_ratio)
+      else
+         words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
+      end if
+      words = words//damping_in_words(scene)
+      if (units%are_of_scene) then
+         if (scene%tip_mass_ratio > 0.0_wp) words = words//', tip mass ' &
+            //reading_in(units, 'mass', scene%tip_mass_ratio)
+      else
+         words = words//', mu = '//rounded(scene%tip_mass_ratio)
+      end if
+   end function beam_in_words
+
+   !> What damps it.
+   pure function damping_in_words(scene) result(words)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      integer, parameter :: most = 4
+      integer :: i
+
+      words = ''
+      if (allocated(scene%mode_ratios)) then
+         words = ', mode ratios'
+         do i = 1, min(size(scene%mode_ratios), most)
+            words = words//' '//rounded(scene%mode_ratios(i))
+         end do
+         if (size(scene%mode_ratios) > most) words = words//' ...'
+         return
+      end if
+      if (scene%zeta > 0.0_wp .or. scene%wants_response) words = ', zeta = '//rounded(scene%zeta)
+      if (scene%zeta_mass > 0.0_wp) words = words//', zeta_mass = '//rounded(scene%zeta_mass)
+   end function damping_in_words
+
+   !> Where each stop is and its law: of the paper's one in a line, of others in two.
+   subroutine print_stops(unit, scene, node_position)
+      integer, intent(in) :: unit
+      type(scene_t), intent(in) :: scene
+      !> x/L of the nodes, [0:n]
+      real(wp), intent(in), optional :: node_position(0:)
+
+      type(stop_settings_t), allocatable :: stops(:)
+      character(:), allocatable :: label, words
+      type(units_t) :: units
+      integer :: k
+
+      units = units_in(scene)
+      if (.not. scene%has_stop) then
+         call print_line(unit, 'stop', 'none')
+      else
+         allocate (stops, source=stops_in_scene(scene))
+         do k = 1, size(stops)
+            label = 'stop'
+            if (size(stops) > 1) label = label//' '//to_text(k)
+            words = place_in_words(stops(k), node_position, units)
+            if (size(stops) == 1 .and. stops(k)%side == side_below) then
+               call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
+               cycle
+            end if
+            if (scene%start%kind == start_pull .and. k == released_stop(scene)) words = words//'; released from it'
+            if (stops(k)%side == side_below) words = 'below, '//words
+            call print_line(unit, label, words)
+            call print_line(unit, '', law_in_words(stops(k), units))
+         end do
+      end if
+      if (.not. allocated(scene%supports)) return
+      do k = 1, size(scene%supports)
+         call print_line(unit, 'support '//to_text(k), support_in_words(scene%supports(k), units))
+      end do
+   end subroutine print_stops
+
+   !> Method and length of the run.
+   function motion_in_words(scene) result(words)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable :: words
+
+      type(units_t) :: units
+
+      associate (response => scene%response)
+         words = trim(method_names(response%method))
+         if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)// &
+            ', gamma = '//rounded(response%newmark_gamma)
+         units = units_in(scene)
+         words = words//words_in(units, ', {d tau~dt} = ')//reading_in(units, 'time', response%step) &
+            //words_in(units, ', to {tau~t} = ')//reading_in(units, 'time', response%duration)
+      end associate
+   end function motion_in_words
+
+   !> A section that is neither uniform nor a taper by &beam alone.
+   pure function section_in_words(beam) result(words)
+      type(beam_settings_t), intent(in) :: beam
+      character(:), allocatable :: words
+
+      words = 'section given by a table'
+      if (beam%shape /= shape_section) return
+      words = trim(shape_names(beam%section%shape))//' section, '
+      if (is_uniform(beam%section)) then
+         words = words//'uniform'
+      else if (beam%section%profile == profile_stepped) then
+         words = words//'in steps'
+      else
+         words = words//trim(profile_names(beam%section%profile))//' between stations'
+      end if
+   end function section_in_words
+
+   !> What holds the root.
+   pure function root_in_words(root, units) result(words)
+      type(root_settings_t), intent(in) :: root
+      !> What results are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      words = ''
+      if (root%rotation_stiffness_ratio > 0.0_wp) words = ', spring against rotation of ' &
+         //reading_in(units, 'rotational_stiffness', root%rotation_stiffness_ratio)
+      if (root%translation_stiffness_ratio > 0.0_wp) words = words//', spring against displacement of ' &
+         //reading_in(units, 'stiffness', root%translation_stiffness_ratio)
+      if (words == '') words = ', clamped'
+      if (root%kind == root_pinned) words = ', pinned'
+      words = words(3:)
+   end function root_in_words
+
+   !> A mass on the beam.
+   pure function mass_in_words(mass, units) result(words)
+      type(mass_settings_t), intent(in) :: mass
+      !> What results are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      words = reading_in(units, 'mass', mass%mass_ratio)//words_in(units, '{ of the beam~}')
+      if (mass%rotary_inertia_ratio > 0.0_wp) words = words//', J = ' &
+         //reading_in(units, 'rotary_inertia', mass%rotary_inertia_ratio)
+      words = words//words_in(units, ', at {x/L~x} = ')//reading_in(units, 'length', mass%position)
+   end function mass_in_words
+
+   !> Elements and their lengths.
+   pure function mesh_in_words(elements, ratio) result(words)
+      integer, intent(in) :: elements
+      !> l_i/l_(i+1); 0: the nodes are given
+      real(wp), intent(in) :: ratio
+      character(:), allocatable :: words
+
+      words = to_text(elements)//' elements'
+      if (ratio > 0.0_wp) then
+         words = words//', l_i/l_(i+1) = '//rounded(ratio)
+      else
+         words = words//' between nodes that are given'
+      end if
+   end function mesh_in_words
+
+   !> All stops of a scene in its order.
+   pure function stops_in_scene(scene) result(stops)
+      type(scene_t), intent(in) :: scene
+      type(stop_settings_t), allocatable :: stops(:)
+
+      stops = [scene%stop]
+      if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
+   end function stops_in_scene
+
+   !> The stop from which the beam is released, where there are several; 0: there is one.
+   pure function released_stop(scene) result(place)
+      type(scene_t), intent(in) :: scene
+      integer :: place
+
+      place = 0
+      if (allocated(scene%more_stops)) place = stop_released_from(stops_in_scene(scene), scene%pulled)
+   end function released_stop
+
+   !> The law of a stop with its numbers.
+   pure function law_in_words(stop, units) result(words)
+      type(stop_settings_t), intent(in) :: stop
+      !> What results are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      select case (stop%law)
+      case (law_restitution)
+         words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('//trim(impulse_names(stop%impulse))//')'
+      case (law_spring_damper)
+         words = 'spring and damper, '//words_in(units, '{kappa~k} = ') &
+            //reading_in(units, 'stiffness', stop%stiffness_ratio)//words_in(units, ', {c*~c} = ') &
+            //reading_in(units, 'damper', stop%damper_ratio)
+      case default
+         words = 'three elements, '//words_in(units, '{kappa~k} = ') &
+            //reading_in(units, 'stiffness', stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
+            //words_in(units, ', {c*~c} = ')//reading_in(units, 'damper', stop%damper_ratio)
+      end select
+   end function law_in_words
+
+   !> Where a stop is, of one that is not below the beam on which side too.
+   pure function place_in_words(stop, node_position, units) result(words)
+      type(stop_settings_t), intent(in) :: stop
+      !> x/L of the nodes, [0:n]
+      real(wp), intent(in), optional :: node_position(0:)
+      !> What results are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words, preload
+
+      words = words_in(units, 'at {x/L~x} = ')//reading_in(units, 'length', stop%position)
+      preload = words_in(units, ', {delta~d} = ')//reading_in(units, 'displacement', &
+         merge(-stop%preload, stop%preload, units%are_of_scene .and. stop%side == side_above))
+      if (present(node_position)) then
+         if (all(abs(node_position - stop%position) > 0.0_wp)) words = words// &
+            ' (so near to the tip that it is put there)'
+      end if
+      select case (stop%side)
+      case (side_below)
+         words = words//preload
+      case (side_above)
+         words = 'above, '//words//preload
+      case (side_both)
+         words = 'on both sides, '//words//', clearance '//reading_in(units, 'displacement', -stop%preload)
+      end select
+   end function place_in_words
+
+   !> What a support holds, and where.
+   pure function support_in_words(support, units) result(words)
+      type(support_settings_t), intent(in) :: support
+      !> What results are in
+      type(units_t), intent(in) :: units
+      character(:), allocatable :: words
+
+      words = trim(merge('displacement', 'rotation    ', support%motion == support_displacement))
+      if (support%stiffness_ratio > 0.0_wp) then
+         words = 'spring against '//words//' of '//reading_in(units, trim(merge('stiffness           ', &
+            'rotational_stiffness', support%motion == support_displacement)), support%stiffness_ratio)
+      else
+         words = 'holds the '//words
+      end if
+      words = words//words_in(units, ', at {x/L~x} = ')//reading_in(units, 'length', support%position)
+   end function support_in_words
+
+end module scene_words

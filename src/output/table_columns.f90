@@ -1,0 +1,332 @@
+!> Tables, and lines and columns on a terminal. A column has all that is needed to write it there or, by `table_texts`, in
+!> a file.
+module table_columns
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use kinds, only: i8, wp
+   use number_text, only: rounded, to_text
+   use printable_text, only: character_count
+   use reader_units, only: find_prefix, fixed
+   implicit none (type, external)
+   private
+   public :: column_t, table_t, print_line, print_table, rows_of, whole, six_digits, with_exponent, percent
+
+   character, parameter :: next = new_line('a')
+   integer, parameter :: longest_text = 200
+   !> Width of the labels at the left of lines, of all on a terminal, and of headings that stay in one line
+   integer, parameter :: label_width = 20, page_width = 80, short_heading = 8
+   !> Digits on a terminal that are no number of decimals: a whole number; six at most in all; two and an exponent; those
+   !> of an error in percent, four decimals or, where these would hide it, two digits and an exponent
+   integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3
+   !> Errors in percent below this have an exponent.
+   real(wp), parameter :: smallest_plain_error = 0.001_wp
+
+   type :: column_t
+      !> What it is called in files; on a terminal its heading, whose lines new_line('a') ends or the writer chooses
+      character(:), allocatable :: name
+      !> '1' for a number without
+      character(:), allocatable :: units
+      !> Behind the point on a terminal, or one of `whole`, `six_digits`, `with_exponent` and `percent`
+      integer :: digits = six_digits
+      !> What stands on a terminal for no number
+      character(:), allocatable :: none
+      real(wp), allocatable :: numbers(:)
+      !> Instead of numbers
+      character(longest_text), allocatable :: texts(:)
+   end type column_t
+
+   type :: table_t
+      character(:), allocatable :: name
+      type(column_t), allocatable :: columns(:)
+   contains
+      procedure :: add
+      procedure :: add_texts
+      procedure :: add_numbers
+   end type table_t
+
+contains
+
+   !> One more column.
+   subroutine add(table, column)
+      class(table_t), intent(inout) :: table
+      type(column_t), intent(in) :: column
+
+      type(column_t), allocatable :: longer(:)
+      integer :: count
+
+      count = 0
+      if (allocated(table%columns)) count = size(table%columns)
+      allocate (longer(count + 1))
+      if (count > 0) longer(:count) = table%columns
+      longer(count + 1) = column
+      call move_alloc(longer, table%columns)
+   end subroutine add
+
+   !> A column of texts.
+   subroutine add_texts(table, name, texts)
+      class(table_t), intent(inout) :: table
+      character(*), intent(in) :: name
+      character(*), intent(in) :: texts(:)
+
+      type(column_t) :: column
+
+      column%name = name
+      column%units = '1'
+      allocate (column%texts(size(texts)))
+      column%texts(:) = texts
+      call table%add(column)
+   end subroutine add_texts
+
+   !> A column of numbers, those with a unit in one that leaves few digits before the point; the name then says which.
+   subroutine add_numbers(table, name, numbers, digits, unit, none)
+      class(table_t), intent(inout) :: table
+      character(*), intent(in) :: name
+      !> NaN: there is none
+      real(wp), intent(in) :: numbers(:)
+      !> As in `column_t`
+      integer, intent(in) :: digits
+      !> Of the numbers as they are; empty: they have none
+      character(*), intent(in), optional :: unit
+      !> What stands for no number, if that is not a dash
+      character(*), intent(in), optional :: none
+
+      type(column_t) :: column
+      real(wp) :: factor
+
+      column%name = name
+      column%units = '1'
+      column%digits = digits
+      column%none = '-'
+      if (present(none)) column%none = none
+      allocate (column%numbers(size(numbers)))
+      column%numbers(:) = numbers
+      if (present(unit)) then
+         if (unit /= '') then
+            call find_prefix(maxval(abs(numbers), mask=.not. ieee_is_nan(numbers)), unit, factor, column%units)
+            column%numbers(:) = factor*numbers
+            column%name = name//', '//column%units
+         end if
+      end if
+      call table%add(column)
+   end subroutine add_numbers
+
+   !> A label and what belongs to it, in as many lines as it takes.
+   subroutine print_line(unit, label, words, width)
+      integer, intent(in) :: unit
+      character(*), intent(in) :: label
+      !> What belongs to it
+      character(*), intent(in) :: words
+      !> Of the label, if not the usual
+      integer, intent(in), optional :: width
+
+      character(:), allocatable :: padded
+      integer :: first, last
+
+      last = label_width
+      if (present(width)) last = width
+      padded = at_left(label, max(last, len_trim(label) + 1))
+      first = 1
+      do
+         last = first - 1 + end_of_line(words(first:), page_width - 2 - len(padded))
+         write (unit, '(2x, a, a)') padded, trim(words(first:last))
+         if (last >= len(words)) exit
+         first = last + 1
+         padded = repeat(' ', len(padded, kind=i8))
+      end do
+   end subroutine print_line
+
+   !> Where a text is to be broken: behind the last comma or colon that fits, else at the last blank, else at the first.
+   pure function end_of_line(words, width) result(last)
+      character(*), intent(in) :: words
+      !> Characters that a line has
+      integer, intent(in) :: width
+      integer :: last
+
+      integer :: i
+      logical :: is_at_comma
+
+      last = len(words)
+      if (character_count(words) <= width) return
+      is_at_comma = .false.
+      do i = 2, len(words) - 1
+         if (words(i:i) /= ' ') cycle
+         if (last < len(words) .and. character_count(words(:i - 1)) > width) return
+         if (is_at_comma .and. scan(words(i - 1:i - 1), ',:;') == 0) cycle
+         is_at_comma = scan(words(i - 1:i - 1), ',:;') > 0
+         last = i
+      end do
+   end function end_of_line
+
+   !> A table of two columns or more on a terminal: columns as wide as what stands in them under their headings, texts at
+   !> the left, numbers at the right; what is wider than a page in parts, of which each begins with the first column.
+   subroutine print_table(unit, table)
+      integer, intent(in) :: unit
+      type(table_t), intent(in) :: table
+
+      integer :: first, height, i, k, last, widths(size(table%columns))
+
+      do k = 1, size(widths)
+         widths(k) = width_of(table%columns(k))
+      end do
+      height = maxval([(lines_in(heading_of(table%columns(k))), k=1, size(widths))])
+      last = 1
+      do while (last < size(widths))
+         if (last > 1) write (unit, '()')
+         first = last + 1
+         last = first
+         do while (last < size(widths))
+            if (sum(widths(first:last + 1) + 2) + widths(1) + 2 > page_width) exit
+            last = last + 1
+         end do
+         do i = 1 - height, rows_of(table%columns(1))
+            call print_row(i, [1, (k, k=first, last)])
+         end do
+      end do
+
+   contains
+
+      subroutine print_row(row, columns)
+         !> 0, -1 ...: lines of the headings from the last one up
+         integer, intent(in) :: row
+         integer, intent(in) :: columns(:)
+
+         character(:), allocatable :: cell, line
+         integer :: place
+
+         line = ''
+         do place = 1, size(columns)
+            associate (column => table%columns(columns(place)), width => widths(columns(place)))
+               if (row > 0) then
+                  cell = cell_of(column, row)
+               else
+                  cell = line_of(heading_of(column), lines_in(heading_of(column)) + row)
+               end if
+               if (allocated(column%texts)) then
+                  line = line//'  '//at_left(cell, width)
+               else
+                  line = line//'  '//repeat(' ', int(max(0, width - character_count(cell)), i8))//cell
+               end if
+            end associate
+         end do
+         write (unit, '(a)') trim(line)
+      end subroutine print_row
+
+   end subroutine print_table
+
+   pure integer function rows_of(column)
+      type(column_t), intent(in) :: column
+
+      if (allocated(column%texts)) then
+         rows_of = size(column%texts)
+      else
+         rows_of = size(column%numbers)
+      end if
+   end function rows_of
+
+   !> Characters of the widest text in a column.
+   pure function width_of(column) result(width)
+      type(column_t), intent(in) :: column
+      integer :: width
+
+      character(:), allocatable :: heading
+      integer :: i
+
+      width = width_of_cells(column)
+      heading = heading_of(column)
+      do i = 1, lines_in(heading)
+         width = max(width, character_count(line_of(heading, i)))
+      end do
+   end function width_of
+
+   pure function width_of_cells(column) result(width)
+      type(column_t), intent(in) :: column
+      integer :: width
+
+      integer :: i
+
+      width = 0
+      do i = 1, rows_of(column)
+         width = max(width, character_count(cell_of(column, i)))
+      end do
+   end function width_of_cells
+
+   !> The name of a column in lines; where it has one, which is long, in two, at the blank that makes the longer shortest.
+   pure function heading_of(column) result(heading)
+      type(column_t), intent(in) :: column
+      character(:), allocatable :: heading
+
+      integer :: i, place
+
+      heading = column%name
+      if (index(heading, next) > 0 .or. character_count(heading) <= max(short_heading, width_of_cells(column))) return
+      place = 0
+      do i = 1, len(heading)
+         if (heading(i:i) == ' ' .and. max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
+      end do
+      if (place > 0) heading(place:place) = next
+   end function heading_of
+
+   pure integer function lines_in(text)
+      character(*), intent(in) :: text
+
+      integer :: i
+
+      lines_in = 1 + count([(text(i:i) == next, i=1, len(text))])
+   end function lines_in
+
+   !> A line of a text; before its first there is nothing.
+   pure function line_of(text, number) result(line)
+      character(*), intent(in) :: text
+      integer, intent(in) :: number
+      character(:), allocatable :: line
+
+      integer :: i, first
+
+      line = ''
+      if (number < 1) return
+      first = 1
+      do i = 2, number
+         first = first + index(text(first:), next)
+      end do
+      line = text(first:first - 2 + index(text(first:)//next, next))
+   end function line_of
+
+   !> One value as it stands on a terminal.
+   pure function cell_of(column, row) result(text)
+      type(column_t), intent(in) :: column
+      integer, intent(in) :: row
+      character(:), allocatable :: text
+
+      character(9) :: buffer
+
+      if (allocated(column%texts)) then
+         text = trim(column%texts(row))
+         return
+      end if
+      associate (number => column%numbers(row), digits => column%digits)
+         if (ieee_is_nan(number)) then
+            text = column%none
+         else if (digits == whole) then
+            text = to_text(nint(number))
+         else if (digits == six_digits) then
+            text = rounded(number)
+         else if (digits == percent .and. (abs(number) >= smallest_plain_error .or. abs(number) <= 0.0_wp)) then
+            text = fixed(number, 4)
+         else if (digits < 0) then
+            write (buffer, '(es9.1e2)') number
+            text = trim(adjustl(buffer))
+         else
+            text = fixed(number, digits)
+         end if
+      end associate
+   end function cell_of
+
+   !> A text at the left of a column.
+   pure function at_left(text, width) result(cell)
+      character(*), intent(in) :: text
+      integer, intent(in) :: width
+      character(:), allocatable :: cell
+
+      cell = trim(text)//repeat(' ', int(max(0, width - character_count(trim(text))), i8))
+   end function at_left
+
+end module table_columns
