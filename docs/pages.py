@@ -39,8 +39,8 @@ print_creation_date: false
 
 def reference(program):
     """The table of names, as the program prints it."""
-    said = subprocess.run([program, "--names"], check=True, capture_output=True, text=True).stdout
-    return "# Every name of a scene\n\nAs `impactbeam --names` prints it.\n\n" + said
+    said = subprocess.run([program, "--names", "--markdown"], check=True, capture_output=True, text=True).stdout
+    return "# Every name of a scene\n\nAs `impactbeam --names` prints them, all or those of one group (`impactbeam --names stop`).\n\n" + said
 
 
 def with_title(text):

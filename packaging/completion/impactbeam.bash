@@ -9,7 +9,7 @@ _impactbeam() {
     --new) COMPREPLY=($(compgen -W $'beam\nrelay\ntube\nreed' -- "$word")); return ;;
   esac
   if [[ $word == -* ]]; then
-    COMPREPLY=($(compgen -W $'--out\n--check\n--estimate\n--format\n--threads\n--quiet\n--new\n--names\n--version\n--help' -- "$word"))
+    COMPREPLY=($(compgen -W $'--out\n--check\n--estimate\n--format\n--threads\n--quiet\n--new\n--names\n--markdown\n--version\n--help' -- "$word"))
   else
     COMPREPLY=($(compgen -d -- "$word") $(compgen -f -X '!*.nml' -- "$word"))
   fi

@@ -32,8 +32,9 @@ module command_line
       !> Print the version, or the help, and nothing else
       logical :: wants_version = .false.
       logical :: wants_help = .false.
-      !> Print every name that a scene can hold
-      logical :: wants_names = .false.
+      !> Print the names that a scene can hold: of this group, empty: of all, unallocated: none; in Markdown
+      character(:), allocatable :: names
+      logical :: wants_markdown = .false.
       !> Tables for other programs: one of `table_formats`; unallocated: none
       character(:), allocatable :: format
       !> Print a scene of this kind to begin from
@@ -68,16 +69,20 @@ contains
 
       !> Options with a value so far, each between blanks
       character(:), allocatable :: options
+      !> The option that prints and runs nothing to which each word belongs
+      character(7) :: owner(size(arguments))
       logical :: is_scene(size(arguments)), only_files
-      integer :: i
+      integer :: first, i
 
       command%folder = 'results'
       options = ' '
+      owner = ''
       is_scene = .false.
       only_files = .false.
       i = 0
       do while (i < size(arguments))
          i = i + 1
+         first = i
          associate (word => arguments(i)%text)
             if (only_files .or. index(word, '-') /= 1 .or. len(word) == 1) then
                is_scene(i) = .true.
@@ -91,16 +96,22 @@ contains
                command%quiet = .true.
             else if (word == '--version') then
                command%wants_version = .true.
-            else if (word == '--names') then
-               command%wants_names = .true.
+            else if (word == '--markdown') then
+               command%wants_markdown = .true.
+               owner(i) = '--names'
+            else if (word == '--names' .or. index(word, '--names=') == 1) then
+               call take_group(arguments, i, command, error)
+               owner(first:i) = '--names'
             else if (word == '--help' .or. word == '-h') then
                command%wants_help = .true.
             else if (any(with_value == word(:scan(word//'=', '=') - 1))) then
                call take_value(arguments, i, options, command, error)
                if (allocated(error)) return
+               if (index(word, '--new') == 1) owner(first:i) = '--new'
             else
                call fail(error, status_bad_input, 'unknown option '//word//': allowed are --out DIR, --check, &
-               &--estimate, --format csv or json, --threads N, --quiet, --new KIND, --names, --version, --help')
+               &--estimate, --format csv or json, --threads N, --quiet, --new KIND, --names, --markdown, --version, &
+               &--help')
                return
             end if
          end associate
@@ -112,36 +123,52 @@ contains
       allocate (command%scenes(count(is_scene)))
       command%scenes(:) = pack(arguments, is_scene)
       if (command%wants_help .or. command%wants_version) return
-      if (command%wants_names .or. allocated(command%template)) then
-         call refuse_company(arguments, command, error)
+      if (command%wants_markdown .and. .not. allocated(command%names)) then
+         call fail(error, status_bad_input, '--markdown goes with --names')
+      else if (allocated(command%names) .or. allocated(command%template)) then
+         call refuse_company(arguments, owner, command, error)
       else if (size(command%scenes) == 0) then
          call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
       end if
    end subroutine parse_arguments
 
    !> An option that prints a list or a scene runs nothing: words that it would ignore are refused.
-   pure subroutine refuse_company(arguments, command, error)
+   pure subroutine refuse_company(arguments, owner, command, error)
       !> The words
       type(argument_t), intent(in) :: arguments(:)
+      !> The option to which each belongs
+      character(*), intent(in) :: owner(:)
       !> What they mean
       type(command_line_t), intent(in) :: command
       !> Set when there are other words
       type(failure_t), allocatable, intent(inout) :: error
 
-      character(:), allocatable :: option
+      character(7) :: option
       integer :: i
-      logical :: is_value
 
-      option = trim(merge('--new  ', '--names', allocated(command%template)))
-      is_value = .false.
+      option = merge('--new  ', '--names', allocated(command%template))
       do i = 1, size(arguments)
-         associate (word => arguments(i)%text)
-            if (.not. is_value .and. word /= option .and. index(word, option//'=') /= 1) call fail(error, &
-               status_bad_input, option//" prints and runs nothing: '"//word//"' has no place beside it")
-            is_value = word == '--new' .and. .not. is_value
-         end associate
+         if (owner(i) /= option) call fail(error, status_bad_input, trim(option)//" prints and runs nothing: '" &
+            //arguments(i)%text//"' has no place beside it")
       end do
    end subroutine refuse_company
+
+   !> '--names', '--names GROUP' or '--names=GROUP'.
+   pure subroutine take_group(arguments, i, command, error)
+      !> The words, and the place of the option, then of the group
+      type(argument_t), intent(in) :: arguments(:)
+      integer, intent(inout) :: i
+      type(command_line_t), intent(inout) :: command
+      !> Set when the option was given before
+      type(failure_t), allocatable, intent(inout) :: error
+
+      if (allocated(command%names)) call fail(error, status_bad_input, '--names is given twice')
+      command%names = arguments(i)%text(len('--names=') + 1:)
+      if (arguments(i)%text /= '--names' .or. i == size(arguments)) return
+      if (arguments(i + 1)%text == '' .or. index(arguments(i + 1)%text, '-') == 1) return
+      i = i + 1
+      command%names = arguments(i)%text
+   end subroutine take_group
 
    !> An option with its value, as '--out DIR' or '--out=DIR'.
    pure subroutine take_value(arguments, i, options, command, error)
@@ -261,7 +288,8 @@ contains
          '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
          '  --quiet     no tables'//next// &
          '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//next// &
-         '  --names     print every name of a scene: what it means and may be, its default'//next// &
+         '  --names [G] print every name of a scene, or of its group G: what it may be,'//next// &
+         '              its default, what it means; with --markdown for pages'//next// &
          '  --version   print the version'//next// &
          '  --help      print this'//next// &
          next

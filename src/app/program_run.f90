@@ -8,13 +8,13 @@ module program_run
    use failures, only: fail, failure_t, status_bad_input
    use file_system, only: make_folder
    use memory_needs, only: check_need, need_t
+   use name_list, only: write_names
    use process, only: open_text, prepare_process, print_text, text_of, work_on_usual_stack
    use program_identity, only: name_of_program, program_motion, program_version
    use results_claim, only: claim_results, claim_t, release_results
    use results_file, only: results_name
    use scene_checks, only: check_scene, misfits_of
    use scene_reader, only: complain_of_scene, read_scene
-   use scene_reference, only: reference_table
    use scene_resolve, only: trouble_with_damping
    use scene_templates, only: template_text
    use scene_types, only: scene_t
@@ -125,7 +125,8 @@ contains
          call report(program, error%message, error%status, status)
          return
       end if
-      if (command%wants_version .or. command%wants_help .or. command%wants_names .or. allocated(command%template)) then
+      if (command%wants_version .or. command%wants_help .or. allocated(command%names) &
+         .or. allocated(command%template)) then
          call print_answers(program, command, error)
          if (allocated(error)) call report(program, error%message, error%status, status)
          return
@@ -281,12 +282,12 @@ contains
       text = ''
       if (command%wants_version) text = text//name_of_program(program%number)//' '//program_version//next
       if (command%wants_help) text = text//usage(name_of_program(program%number), program%purpose, program%example)
-      if (command%wants_names) then
-         call reference_table(names, program%number)
-         text = text//names//next
+      if (allocated(command%names)) then
+         call write_names(program%number, command%names, command%wants_markdown, names, error)
+         text = text//names
       end if
       if (allocated(command%template)) text = text//template_text(command%template)
-      call print_text(text, error)
+      if (.not. allocated(error)) call print_text(text, error)
    end subroutine print_answers
 
    !> Say that a scene is good.

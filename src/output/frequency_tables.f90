@@ -54,14 +54,7 @@ contains
          end if
          if (units%are_of_scene) call print_meshes('frequency, '//frequency_unit, hertz*lambda**2, decimals)
       end if
-      if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
-         table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
-      do i = 1, size(table%columns)
-         associate (column => table%columns(i))
-            if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for ' &
-               //mesh_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure
-         end associate
-      end do
+      call print_notes(unit, table)
 
    contains
 
@@ -108,6 +101,23 @@ contains
       end subroutine print_meshes
 
    end subroutine print_frequency_table
+
+   !> How good the mode shapes are, and why a solver has failed.
+   subroutine print_notes(unit, table)
+      integer, intent(in) :: unit
+      type(frequency_table_t), intent(in) :: table
+
+      integer :: i
+
+      if (allocated(table%shape)) write (unit, '(/, 2x, 2(a, es7.1))') 'mode shapes: orthogonal in M to ', &
+         table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
+      do i = 1, size(table%columns)
+         associate (column => table%columns(i))
+            if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for ' &
+               //mesh_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure
+         end associate
+      end do
+   end subroutine print_notes
 
    !> 'mode 1', 'mode 2' ...
    pure function modes(count) result(names)

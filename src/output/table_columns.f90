@@ -1,5 +1,5 @@
-!> Tables, and lines and columns on a terminal. A column has all that is needed to write it there or, by `table_texts`, in
-!> a file.
+!> Tables, and lines and columns on a terminal. A column has all that is needed to write it there or, by
+!> `table_texts`, in a file.
 module table_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: i8, wp
@@ -14,8 +14,8 @@ module table_columns
    integer, parameter :: longest_text = 200
    !> Width of the labels at the left of lines, of all on a terminal, and of headings that stay in one line
    integer, parameter :: label_width = 20, page_width = 80, short_heading = 8
-   !> Digits on a terminal that are no number of decimals: a whole number; six at most in all; two and an exponent; those
-   !> of an error in percent, four decimals or, where these would hide it, two digits and an exponent
+   !> Digits on a terminal that are no number of decimals: a whole number; six at most in all; two and an exponent;
+   !> those of an error in percent, four decimals or, where these would hide it, two digits and an exponent
    integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3
    !> Errors in percent below this have an exponent.
    real(wp), parameter :: smallest_plain_error = 0.001_wp
@@ -156,8 +156,8 @@ contains
       end do
    end function end_of_line
 
-   !> A table of two columns or more on a terminal: columns as wide as what stands in them under their headings, texts at
-   !> the left, numbers at the right; what is wider than a page in parts, of which each begins with the first column.
+   !> A table of two columns or more on a terminal: columns as wide as what stands in them under their headings, texts
+   !> at the left, numbers at the right; what is wider than a page in parts, each of which begins with the first column.
    subroutine print_table(unit, table)
       integer, intent(in) :: unit
       type(table_t), intent(in) :: table
@@ -249,7 +249,7 @@ contains
       end do
    end function width_of_cells
 
-   !> The name of a column in lines; where it has one, which is long, in two, at the blank that makes the longer shortest.
+   !> The name of a column in lines; a long one in two, divided at the blank that makes the longer shortest.
    pure function heading_of(column) result(heading)
       type(column_t), intent(in) :: column
       character(:), allocatable :: heading

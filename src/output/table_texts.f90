@@ -1,7 +1,7 @@
 !> Tables as texts: comma-separated values, or JSON. Each says of which scene it is.
 module table_texts
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use kinds, only: i8, wp
+   use kinds, only: i8
    use number_text, only: to_text
    use program_identity, only: program_name, program_version
    use table_columns, only: column_t, rows_of, table_t, whole

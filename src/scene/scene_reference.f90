@@ -2,17 +2,19 @@
 !> the user to read.
 module scene_reference
    use kinds, only: wp
-   use name_hints, only: phrase_of
+   use name_hints, only: group_hint, phrase_of
    use name_table, only: table_t
    use name_types, only: entry_t, kind_logical, kind_number, kind_text, kind_whole, kind_word
    use number_text, only: to_text
    use program_identity, only: program_any
    use scene_groups, only: list_scene
    use scene_types, only: echo_t, scene_t
+   use sweep_names, only: list_parameters, parameter_of, unswept
+   use sweep_settings, only: parameter_t
    use value_rules, only: one_of, range_text
    implicit none (type, external)
    private
-   public :: make_echo, reference_t, list_names, reference_table
+   public :: make_echo, reference_t, list_names, hint_for_group
 
    character(*), parameter :: names_of_scales(6) = [character(17) :: &
       'length', 'omega1', 'bending_stiffness', 'beam_mass', 'height_ratio', 'displacement']
@@ -26,6 +28,8 @@ module scene_reference
       !> Values that are allowed
       character(:), allocatable :: allowed
       character(:), allocatable :: default
+      !> It gives a sweep values of a parameter, as each of many names does
+      logical :: is_swept = .false.
    end type reference_t
 
 contains
@@ -136,11 +140,14 @@ contains
 
       type(table_t) :: table
       type(scene_t) :: scene
+      type(parameter_t) :: parameter
+      integer, allocatable :: places(:)
       integer :: i, count, reader
 
       reader = program_any
       if (present(program)) reader = program
       call list_scene(table, scene)
+      call list_parameters(table, places)
       allocate (names(table%entry_count))
       count = 0
       do i = 1, table%entry_count
@@ -156,10 +163,14 @@ contains
             if (phrase_of(table, i) /= '') then
                names(count)%meaning = names(count)%meaning//'; goes with '//phrase_of(table, i)
             end if
-            if (group%repeats .and. entry%name%sweep%order > 0) then
-               names(count)%meaning = names(count)%meaning &
-                  //'; of the second &'//trim(group%name)//' a sweep calls it '//&
-                  trim(group%name)//'_2_'//trim(entry%name%name)
+            names(count)%is_swept = entry%name%default == unswept
+            if (any(places == i)) then
+               parameter = parameter_of(table, i)
+               names(count)%meaning = names(count)%meaning//'; a sweep may vary it'
+               if (parameter%name /= entry%name%name) names(count)%meaning = names(count)%meaning//' as ' &
+                  //trim(parameter%name)
+               if (group%repeats) names(count)%meaning = names(count)%meaning//', that of the second &' &
+                  //trim(group%name)//' as '//trim(group%name)//'_2_'//trim(entry%name%name)
             end if
             names(count)%allowed = allowed_in(entry)
             names(count)%default = default_of(entry)
@@ -207,35 +218,19 @@ contains
       end if
    end function default_of
 
-   !> The same as a table in Markdown, lines separated by new_line('a').
-   subroutine reference_table(text, program)
-      character(:), allocatable, intent(out) :: text
-      !> Whose groups, a `program_` constant or a sum of them; absent: all
-      integer, intent(in), optional :: program
+   !> What a user who asks for an unknown group may have meant.
+   function hint_for_group(program, group) result(hint)
+      !> One of the `program_` constants
+      integer, intent(in) :: program
+      !> What the user wrote
+      character(*), intent(in) :: group
+      character(:), allocatable :: hint
 
-      type(reference_t), allocatable :: names(:)
-      integer :: i
+      type(table_t) :: table
+      type(scene_t) :: scene
 
-      call list_names(names, program)
-      text = '| group | name | value | default | meaning |'//new_line('a')//'|---|---|---|---|---|'//new_line('a')
-      do i = 1, size(names)
-         text = text//'| `&'//names(i)%group//'` | `'//names(i)%name//'` | '//without_bars(names(i)%allowed)//' | ' &
-            //names(i)%default//' | '//without_bars(names(i)%meaning)//' |'//new_line('a')
-      end do
-   end subroutine reference_table
-
-   !> A text for a cell of a table: bars, which would end the cell, escaped.
-   pure function without_bars(text) result(cell)
-      character(*), intent(in) :: text
-      character(:), allocatable :: cell
-
-      integer :: i
-
-      cell = ''
-      do i = 1, len(text)
-         if (text(i:i) == '|') cell = cell//'\'
-         cell = cell//text(i:i)
-      end do
-   end function without_bars
+      call list_scene(table, scene)
+      hint = group_hint(table, program, group)
+   end function hint_for_group
 
 end module scene_reference

@@ -11,12 +11,14 @@ module sweep_names
    use value_rules, only: range_t
    implicit none (type, external)
    private
-   public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of, list_sweep, most_cases
+   public :: list_parameters, parameter_of, chosen_parameter, quantity_of, sweep_of, list_sweep, most_cases, unswept
 
    !> Above the number of any parameter.
    integer, parameter :: beyond_all = 100
 
    integer, parameter :: most_cases = 1000000000
+   !> Default of the names of parameters
+   character(*), parameter :: unswept = 'not swept'
 
    type(condition_t), parameter :: hypercube = condition_t(name='design', words='latin_hypercube')
 
@@ -168,7 +170,7 @@ contains
       do k = 1, size(places)
          associate (swept => sweep%swept(k))
             swept%parameter = parameter_of(table, places(k))
-            name = name_t(swept%parameter%name, swept%parameter%meaning, default='not swept', is_optional=.true.)
+            name = name_t(swept%parameter%name, swept%parameter%meaning, default=unswept, is_optional=.true.)
             name%range = table%entries(places(k))%name%range
             name%needs = table%entries(places(k))%name%needs
             if (name%needs%name /= '' .or. name%needs%phrase /= '') then

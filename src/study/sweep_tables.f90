@@ -121,7 +121,8 @@ contains
       units = units_in(scene)
       do k = 1, size(plan%axes)
          associate (parameter => plan%axes(k)%parameter)
-            call table%add_numbers(trim(parameter%name), values(k, :), six_digits, unit_given(units, parameter%quantity))
+            call table%add_numbers(trim(parameter%name), values(k, :), six_digits, &
+               unit_given(units, parameter%quantity))
          end associate
       end do
       associate (measure => measure_table(scene%best%measure))

@@ -1,0 +1,130 @@
+!> The names that a scene can hold, for users to read: in columns, or as a table in Markdown.
+module name_list
+   use failures, only: fail, failure_t, status_bad_input
+   use namelist_tokens, only: lower_case
+   use process, only: open_text, text_of
+   use scene_reference, only: hint_for_group, list_names, reference_t
+   use table_columns, only: print_line
+   implicit none (type, external)
+   private
+   public :: write_names
+
+contains
+
+   !> All names, or those of a group; those that give a sweep values of its parameters as one rule.
+   subroutine write_names(program, group, is_markdown, text, error)
+      !> Whose names, one of the `program_` constants
+      integer, intent(in) :: program
+      !> As the user wrote it; empty: all
+      character(*), intent(in) :: group
+      logical, intent(in) :: is_markdown
+      !> Lines ended by new_line('a')
+      character(:), allocatable, intent(out) :: text
+      !> Set when there is no such group
+      type(failure_t), allocatable, intent(inout) :: error
+
+      type(reference_t), allocatable :: names(:)
+      character(:), allocatable :: wanted
+      integer, allocatable :: places(:)
+      integer :: i, unit
+
+      text = ''
+      call list_names(names, program)
+      wanted = lower_case(group)
+      if (index(wanted, '&') == 1) wanted = wanted(2:)
+      places = pack([(i, i=1, size(names))], [(wanted == '' .or. names(i)%group == wanted, i=1, size(names))])
+      names = names(places)
+      if (size(names) == 0) then
+         call fail(error, status_bad_input, '--names '//group//': there is no such group; '// &
+            hint_for_group(program, wanted))
+         return
+      end if
+      call state_rule(names)
+      if (is_markdown) then
+         text = in_markdown(names)
+      else
+         call open_text(unit, error)
+         if (allocated(error)) return
+         call print_names(unit, names)
+         call text_of(unit, text, error)
+      end if
+   end subroutine write_names
+
+   !> Four names, which stand for those of every parameter of a sweep.
+   subroutine state_rule(names)
+      type(reference_t), allocatable, intent(inout) :: names(:)
+
+      character(*), parameter :: rule(3, 4) = reshape([character(52) :: &
+         'NAME', 'numbers in the range of that name', 'values of NAME, which is any name that carry may be', &
+         'NAME_range', 'two of these, but for whole numbers', 'least and greatest, divided evenly', &
+         'NAME_log_range', 'two of these, but for whole numbers', 'the same, divided evenly in the logarithm', &
+         'NAME_points', 'whole number from 2 to 1e6', 'number of values in the range'], [3, 4])
+      integer, allocatable :: kept(:), swept(:)
+      integer :: i
+
+      swept = pack([(i, i=1, size(names))], names%is_swept)
+      if (size(swept) == 0) return
+      do i = 1, size(rule, 2)
+         names(swept(i))%name = trim(rule(1, i))
+         names(swept(i))%allowed = trim(rule(2, i))
+         names(swept(i))%meaning = trim(rule(3, i))
+         names(swept(i))%is_swept = .false.
+      end do
+      kept = pack([(i, i=1, size(names))], .not. names%is_swept)
+      names = names(kept)
+   end subroutine state_rule
+
+   subroutine print_names(unit, names)
+      integer, intent(in) :: unit
+      !> Those of a group follow each other
+      type(reference_t), intent(in) :: names(:)
+
+      character(:), allocatable :: group, allowed
+      integer :: i, k, width
+
+      group = ''
+      width = 0
+      do i = 1, size(names)
+         if (names(i)%group /= group) then
+            if (i > 1) write (unit, '()')
+            group = names(i)%group
+            write (unit, '(a)') '&'//group
+            width = 2 + maxval([(len(names(k)%name), k=1, size(names))], &
+               mask=[(names(k)%group == group, k=1, size(names))])
+         end if
+         allowed = names(i)%allowed
+         if (names(i)%default /= '') allowed = allowed//'; default '//names(i)%default
+         call print_line(unit, names(i)%name, allowed, width)
+         call print_line(unit, '', names(i)%meaning, width)
+      end do
+   end subroutine print_names
+
+   function in_markdown(names) result(text)
+      type(reference_t), intent(in) :: names(:)
+      character(:), allocatable :: text
+
+      character, parameter :: next = new_line('a')
+      integer :: i
+
+      text = '| group | name | value | default | meaning |'//next//'|---|---|---|---|---|'//next
+      do i = 1, size(names)
+         text = text//'| `&'//names(i)%group//'` | `'//names(i)%name//'` | '//without_bars(names(i)%allowed)//' | ' &
+            //names(i)%default//' | '//without_bars(names(i)%meaning)//' |'//next
+      end do
+   end function in_markdown
+
+   !> A text for a cell of a table: bars, which would end the cell, escaped.
+   pure function without_bars(text) result(cell)
+      character(*), intent(in) :: text
+      character(:), allocatable :: cell
+
+      integer :: i
+
+      cell = ''
+      do i = 1, len(text)
+         if (text(i:i) == '|') cell = cell//'\'
+         cell = cell//text(i:i)
+      end do
+   end function without_bars
+
+end module name_list
