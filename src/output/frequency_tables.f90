@@ -28,7 +28,7 @@ contains
 
       real(wp), allocatable :: exact(:), lambda(:, :)
       character(:), allocatable :: frequency_unit
-      real(wp) :: hertz, prefix
+      real(wp) :: hertz
       integer :: i, rows
 
       rows = 0
@@ -39,20 +39,17 @@ contains
          lambda(:size(table%columns(i)%lambda), i) = table%columns(i)%lambda
       end do
       if (allocated(table%exact)) exact(:size(table%exact)) = table%exact
-      hertz = units%factor(quantity_named('frequency'))/lambda1**2
-      ! that of the first mode
-      call find_prefix(hertz*maxval(lambda(:min(1, rows), 1))**2, unit_of(quantity_named('frequency'), units), prefix, &
-         frequency_unit)
-      hertz = hertz*prefix
+      call find_hertz(lambda(:min(1, rows), 1), units, hertz, frequency_unit)
       if (size(table%columns) == 1) then
          call print_column()
       else
-         call print_meshes('lambda', lambda, decimals)
+         call print_meshes('lambda', lambda, decimals, exact)
          if (allocated(table%exact)) then
             call print_meshes('error of lambda in percent', error_in_percent(lambda(:size(table%exact), :), &
                spread(table%exact, 2, size(lambda, 2))), percent)
          end if
-         if (units%are_of_scene) call print_meshes('frequency, '//frequency_unit, hertz*lambda**2, decimals)
+         if (units%are_of_scene) call print_meshes('frequency, '//frequency_unit, hertz*lambda**2, decimals, &
+            hertz*exact**2)
       end if
       call print_notes(unit, table)
 
@@ -76,13 +73,15 @@ contains
       end subroutine print_column
 
       !> Several columns, and that of the exact values where they are of the same kind.
-      subroutine print_meshes(title, values, digits)
+      subroutine print_meshes(title, values, digits, exact_values)
          !> What the numbers are
          character(*), intent(in) :: title
          !> [modes, columns]
          real(wp), intent(in) :: values(:, :)
          !> As in `column_t`
          integer, intent(in) :: digits
+         !> [modes]
+         real(wp), intent(in), optional :: exact_values(:)
 
          type(table_t) :: shown
          integer :: k
@@ -92,15 +91,29 @@ contains
          do k = 1, size(values, 2)
             call shown%add_numbers(heading_of(table%columns(k)), values(:, k), digits)
          end do
-         if (allocated(table%exact) .and. title == 'lambda') then
-            call shown%add_numbers('exact'//next//next, exact, decimals)
-         else if (allocated(table%exact) .and. digits /= percent) then
-            call shown%add_numbers('exact'//next//next, hertz*exact**2, decimals)
+         if (present(exact_values) .and. allocated(table%exact)) then
+            call shown%add_numbers('exact'//next//next, exact_values, decimals)
          end if
          call print_table(unit, shown)
       end subroutine print_meshes
 
    end subroutine print_frequency_table
+
+   !> What makes frequencies of squares of lambda, as that of the first mode is read, and their unit.
+   pure subroutine find_hertz(lambda, units, factor, frequency_unit)
+      !> Of the first mode, if there is one
+      real(wp), intent(in) :: lambda(:)
+      !> What results are in
+      type(units_t), intent(in) :: units
+      real(wp), intent(out) :: factor
+      character(:), allocatable, intent(out) :: frequency_unit
+
+      real(wp) :: hertz
+
+      hertz = units%factor(quantity_named('frequency'))/lambda1**2
+      call find_prefix(hertz*maxval(lambda)**2, unit_of(quantity_named('frequency'), units), factor, frequency_unit)
+      factor = hertz*factor
+   end subroutine find_hertz
 
    !> How good the mode shapes are, and why a solver has failed.
    subroutine print_notes(unit, table)

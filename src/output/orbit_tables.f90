@@ -5,9 +5,9 @@ module orbit_tables
    use number_text, only: rounded, to_text
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_lost, mark_names, mark_torus, orbit_branch_t, &
       orbit_point_t, orbit_study_t
-   use quantities, only: units_t, words_in
+   use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
-   use reader_units, only: fixed, reading_in
+   use reader_units, only: fixed, phrase, reading_in
    implicit none (type, external)
    private
    public :: write_orbits, print_orbits
@@ -120,8 +120,8 @@ contains
 
       associate (orbit => study%orbit)
          write (unit, '(/, 2x, a)') trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
-            orbit%is_stable()))//', of '//counted(orbit%periods, 'load period')//words_in(units, ', {tau~t} = ') &
-            //reading_in(units, 'time', orbit%period, decimals)//', with '//counted(orbit%impacts, 'impact')
+            orbit%is_stable()))//', of '//counted(orbit%periods, 'load period') &
+            //phrase(units, ', {tau~t} = ', 'time', orbit%period, decimals)//', with '//counted(orbit%impacts, 'impact')
          write (unit, '(2x, a)') 'returns to '//rounded(orbit%residual)//' of its size after '// &
             counted(orbit%iterations, 'step')//" of Newton's method"
          do i = 1, min(most_shown, size(orbit%multiplier))

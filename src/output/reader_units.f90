@@ -3,10 +3,10 @@ module reader_units
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
    use number_text, only: rounded
-   use quantities, only: quantity_named, unit_of, units_t
+   use quantities, only: quantity_named, unit_of, units_t, words_in
    implicit none (type, external)
    private
-   public :: find_prefix, fixed, reading, reading_in, unit_given, unit_in
+   public :: find_prefix, fixed, phrase, reading, reading_in, unit_given, unit_in
 
    type :: prefix_t
       character(2) :: text
@@ -115,6 +115,20 @@ contains
          words = rounded(value)
       end if
    end function reading_in
+
+   !> Words, as `words_in` takes them, and a number as `reading_in` has it, such as 'at t = 3 ms'.
+   pure function phrase(units, words, quantity, value, decimals) result(text)
+      type(units_t), intent(in) :: units
+      character(*), intent(in) :: words
+      !> As in `quantity_table`
+      character(*), intent(in) :: quantity
+      real(wp), intent(in) :: value
+      !> Digits behind the point of what has no unit; absent: six digits at most
+      integer, intent(in), optional :: decimals
+      character(:), allocatable :: text
+
+      text = words_in(units, words)//reading_in(units, quantity, value, decimals)
+   end function phrase
 
    !> What results have a quantity in; empty: it has no unit there.
    pure function unit_in(units, quantity) result(unit)

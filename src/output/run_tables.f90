@@ -6,7 +6,7 @@ module run_tables
    use measure_rows, only: row_in
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
-   use reader_units, only: reading_in, unit_in
+   use reader_units, only: phrase, reading_in, unit_in
    use response_types, only: mesh_check_t, mode_check_t, run_measures_t, surface_record_t
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
@@ -61,9 +61,8 @@ contains
       if (check%adds_mass) call print_line(unit, '', &
          "the mesh adds to the mass that is struck: mass = 'auto' errs less")
       if (check%compared == 0) return
-      call print_line(unit, '', 'with '//to_text(check%compared)//' elements the motion differs by '// &
-         reading_in(units, 'displacement', check%difference)//words_in(units, ', until {tau~t} = ') &
-         //reading_in(units, 'time', check%horizon))
+      call print_line(unit, '', 'with '//to_text(check%compared)//phrase(units, ' elements the motion differs by ', &
+         'displacement', check%difference)//phrase(units, ', until {tau~t} = ', 'time', check%horizon))
       if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
    end subroutine print_mesh
 
@@ -77,8 +76,8 @@ contains
 
       if (check%compared == 0) return
       call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)// &
-         words_in(units, ' {eta~the displacement} differs by ')//reading_in(units, 'displacement', check%difference) &
-         //words_in(units, ' until {tau~t} = ')//reading_in(units, 'time', check%horizon))
+         phrase(units, ' {eta~the displacement} differs by ', 'displacement', check%difference) &
+         //phrase(units, ' until {tau~t} = ', 'time', check%horizon))
    end subroutine print_modes
 
    !> The measures of a run, a line each, and the highest points of its rebounds.
@@ -110,9 +109,9 @@ contains
       if (measures%rebounds == 0) call print_line(unit, heading, 'none')
       do i = 1, min(measures%rebounds, most_peaks)
          if (i == 2) heading = ''
-         call print_line(unit, heading, words_in(units, '{eta~y - d} = ') &
-            //reading_in(units, 'displacement', measures%peak_eta(i), decimals)//words_in(units, ' at {tau~t} = ') &
-            //reading_in(units, 'time', measures%peak_tau(i), decimals))
+         call print_line(unit, heading, &
+            phrase(units, '{eta~y - d} = ', 'displacement', measures%peak_eta(i), decimals) &
+            //phrase(units, ' at {tau~t} = ', 'time', measures%peak_tau(i), decimals))
       end do
       if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)// &
          ' more')
@@ -133,7 +132,7 @@ contains
       associate (entry => measure_table(measure))
          if (ieee_is_nan(value)) then
             words = 'none'
-            if (entry%lead /= '') words = words_in(units, 'not until {tau~t} = ')//reading_in(units, 'time', duration)
+            if (entry%lead /= '') words = phrase(units, 'not until {tau~t} = ', 'time', duration)
          else if (entry%is_whole .and. entry%lead /= '' .and. nint(value) == 0) then
             words = 'none found'
          else
@@ -220,7 +219,7 @@ contains
          integer, intent(in) :: edge
          character(:), allocatable :: words
 
-         words = words_in(units, '{tau~t} = ')//reading_in(units, 'time', statistics%edge(edge), decimals)
+         words = phrase(units, '{tau~t} = ', 'time', statistics%edge(edge), decimals)
       end function instant
 
    end subroutine print_statistics

@@ -5,7 +5,7 @@ module scene_words
    use load_settings, only: start_pull
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
-   use reader_units, only: reading_in
+   use reader_units, only: phrase, reading_in
    use run_settings, only: impulse_names, law_names, law_restitution, law_spring_damper, method_names, method_newmark, &
       side_above, side_below, side_both, stop_released_from, stop_settings_t
    use scene_types, only: beam_settings_t, scene_t, shape_section, shape_taper, support_displacement, support_settings_t
@@ -27,39 +27,45 @@ contains
       real(wp), intent(in), optional :: node_position(0:)
 
       character(:), allocatable :: heading
+      type(units_t) :: units
       integer :: i
 
+      units = units_in(scene)
       heading = scene%name
       if (allocated(scene%title)) then
          if (scene%title /= '') heading = heading//': '//scene%title
       end if
       write (unit, '(a)') heading
-      call print_line(unit, 'beam', beam_in_words(scene))
-      if (scene%has_root) call print_line(unit, 'root', root_in_words(scene%root, units_in(scene)))
+      call print_line(unit, 'beam', beam_in_words(scene, units))
+      if (scene%has_root) call print_line(unit, 'root', root_in_words(scene%root, units))
       if (allocated(scene%masses)) then
          do i = 1, size(scene%masses)
-            call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i), units_in(scene)))
+            call print_line(unit, 'mass '//to_text(i), mass_in_words(scene%masses(i), units))
          end do
       end if
-      if (scene%wants_response) then
-         if (scene%mesh%tolerance > 0.0_wp .and. present(node_position)) then
-            call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &
-               //rounded(scene%mesh%tolerance))
-         else
-            call print_line(unit, 'mesh', mesh_in_words(scene%mesh%elements, merge(0.0_wp, scene%mesh%ratio, &
-               allocated(scene%mesh%nodes))))
-         end if
-         call print_stops(unit, scene, node_position)
-         call print_line(unit, 'motion', motion_in_words(scene))
+      if (.not. scene%wants_response) return
+      if (scene%mesh%tolerance > 0.0_wp .and. present(node_position)) then
+         call print_line(unit, 'mesh', to_text(size(node_position) - 1)//' elements, found for a tolerance of ' &
+            //rounded(scene%mesh%tolerance))
+      else
+         call print_line(unit, 'mesh', mesh_in_words(scene%mesh%elements, merge(0.0_wp, scene%mesh%ratio, &
+            allocated(scene%mesh%nodes))))
       end if
+      call print_stops(unit, scene, units, node_position)
+      if (allocated(scene%supports)) then
+         do i = 1, size(scene%supports)
+            call print_line(unit, 'support '//to_text(i), support_in_words(scene%supports(i), units))
+         end do
+      end if
+      call print_line(unit, 'motion', motion_in_words(scene, units))
    end subroutine print_model
 
    !> Section, damping and tip mass.
-   function beam_in_words(scene) result(words)
+   pure function beam_in_words(scene, units) result(words)
       type(scene_t), intent(in) :: scene
+      !> What results are in
+      type(units_t), intent(in) :: units
       character(:), allocatable :: words
-
-      type(units_t) :: units
 
       associate (beam => scene%beam)
          if (beam%shape /= shape_taper) then
@@ -75,20 +81,10 @@ contains
             words = words//', alpha = '//rounded((beam%height_root - beam%height_tip)/beam%length)
          end if
       end associate
-      units = units_in(scene)
-      if (units%are_of_scene) then
-         words = words//', L = '//reading_in(units, 'length', 1.0_wp)//', hbar = ' &
-            //reading_in(units, 'length', scene%scales%height_ratio)
-      else
-         words = words//', hbar/L = '//rounded(scene%scales%height_ratio)
-      end if
-      words = words//damping_in_words(scene)
-      if (units%are_of_scene) then
-         if (scene%tip_mass_ratio > 0.0_wp) words = words//', tip mass ' &
-            //reading_in(units, 'mass', scene%tip_mass_ratio)
-      else
-         words = words//', mu = '//rounded(scene%tip_mass_ratio)
-      end if
+      if (units%are_of_scene) words = words//', L = '//reading_in(units, 'length', 1.0_wp)
+      words = words//phrase(units, ', {hbar/L~hbar} = ', 'length', scene%scales%height_ratio)//damping_in_words(scene)
+      if (scene%tip_mass_ratio > 0.0_wp .or. .not. units%are_of_scene) words = words &
+         //phrase(units, ', {mu =~tip mass} ', 'mass', scene%tip_mass_ratio)
    end function beam_in_words
 
    !> What damps it.
@@ -113,56 +109,51 @@ contains
    end function damping_in_words
 
    !> Where each stop is and its law: of the paper's one in a line, of others in two.
-   subroutine print_stops(unit, scene, node_position)
+   subroutine print_stops(unit, scene, units, node_position)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
+      !> What results are in
+      type(units_t), intent(in) :: units
       !> x/L of the nodes, [0:n]
       real(wp), intent(in), optional :: node_position(0:)
 
       type(stop_settings_t), allocatable :: stops(:)
       character(:), allocatable :: label, words
-      type(units_t) :: units
       integer :: k
 
-      units = units_in(scene)
       if (.not. scene%has_stop) then
          call print_line(unit, 'stop', 'none')
-      else
-         allocate (stops, source=stops_in_scene(scene))
-         do k = 1, size(stops)
-            label = 'stop'
-            if (size(stops) > 1) label = label//' '//to_text(k)
-            words = place_in_words(stops(k), node_position, units)
-            if (size(stops) == 1 .and. stops(k)%side == side_below) then
-               call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
-               cycle
-            end if
-            if (scene%start%kind == start_pull .and. k == released_stop(scene)) words = words//'; released from it'
-            if (stops(k)%side == side_below) words = 'below, '//words
-            call print_line(unit, label, words)
-            call print_line(unit, '', law_in_words(stops(k), units))
-         end do
+         return
       end if
-      if (.not. allocated(scene%supports)) return
-      do k = 1, size(scene%supports)
-         call print_line(unit, 'support '//to_text(k), support_in_words(scene%supports(k), units))
+      allocate (stops, source=stops_in_scene(scene))
+      do k = 1, size(stops)
+         label = 'stop'
+         if (size(stops) > 1) label = label//' '//to_text(k)
+         words = place_in_words(stops(k), node_position, units)
+         if (size(stops) == 1 .and. stops(k)%side == side_below) then
+            call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
+            cycle
+         end if
+         if (scene%start%kind == start_pull .and. k == released_stop(scene)) words = words//'; released from it'
+         if (stops(k)%side == side_below) words = 'below, '//words
+         call print_line(unit, label, words)
+         call print_line(unit, '', law_in_words(stops(k), units))
       end do
    end subroutine print_stops
 
    !> Method and length of the run.
-   function motion_in_words(scene) result(words)
+   pure function motion_in_words(scene, units) result(words)
       type(scene_t), intent(in) :: scene
+      !> What results are in
+      type(units_t), intent(in) :: units
       character(:), allocatable :: words
-
-      type(units_t) :: units
 
       associate (response => scene%response)
          words = trim(method_names(response%method))
          if (response%method == method_newmark) words = words//', beta = '//rounded(response%newmark_beta)// &
             ', gamma = '//rounded(response%newmark_gamma)
-         units = units_in(scene)
-         words = words//words_in(units, ', {d tau~dt} = ')//reading_in(units, 'time', response%step) &
-            //words_in(units, ', to {tau~t} = ')//reading_in(units, 'time', response%duration)
+         words = words//phrase(units, ', {d tau~dt} = ', 'time', response%step) &
+            //phrase(units, ', to {tau~t} = ', 'time', response%duration)
       end associate
    end function motion_in_words
 
@@ -191,10 +182,10 @@ contains
       character(:), allocatable :: words
 
       words = ''
-      if (root%rotation_stiffness_ratio > 0.0_wp) words = ', spring against rotation of ' &
-         //reading_in(units, 'rotational_stiffness', root%rotation_stiffness_ratio)
-      if (root%translation_stiffness_ratio > 0.0_wp) words = words//', spring against displacement of ' &
-         //reading_in(units, 'stiffness', root%translation_stiffness_ratio)
+      if (root%rotation_stiffness_ratio > 0.0_wp) words = phrase(units, &
+         ', spring against rotation of ', 'rotational_stiffness', root%rotation_stiffness_ratio)
+      if (root%translation_stiffness_ratio > 0.0_wp) words = words//phrase(units, &
+         ', spring against displacement of ', 'stiffness', root%translation_stiffness_ratio)
       if (words == '') words = ', clamped'
       if (root%kind == root_pinned) words = ', pinned'
       words = words(3:)
@@ -208,9 +199,9 @@ contains
       character(:), allocatable :: words
 
       words = reading_in(units, 'mass', mass%mass_ratio)//words_in(units, '{ of the beam~}')
-      if (mass%rotary_inertia_ratio > 0.0_wp) words = words//', J = ' &
-         //reading_in(units, 'rotary_inertia', mass%rotary_inertia_ratio)
-      words = words//words_in(units, ', at {x/L~x} = ')//reading_in(units, 'length', mass%position)
+      if (mass%rotary_inertia_ratio > 0.0_wp) words = words//phrase(units, ', J = ', 'rotary_inertia', &
+         mass%rotary_inertia_ratio)
+      words = words//phrase(units, ', at {x/L~x} = ', 'length', mass%position)
    end function mass_in_words
 
    !> Elements and their lengths.
@@ -253,18 +244,14 @@ contains
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
-      select case (stop%law)
-      case (law_restitution)
+      if (stop%law == law_restitution) then
          words = trim(law_names(stop%law))//' '//rounded(stop%restitution)//' ('//trim(impulse_names(stop%impulse))//')'
-      case (law_spring_damper)
-         words = 'spring and damper, '//words_in(units, '{kappa~k} = ') &
-            //reading_in(units, 'stiffness', stop%stiffness_ratio)//words_in(units, ', {c*~c} = ') &
-            //reading_in(units, 'damper', stop%damper_ratio)
-      case default
-         words = 'three elements, '//words_in(units, '{kappa~k} = ') &
-            //reading_in(units, 'stiffness', stop%stiffness_ratio)//', beta = '//rounded(stop%branch_ratio) &
-            //words_in(units, ', {c*~c} = ')//reading_in(units, 'damper', stop%damper_ratio)
-      end select
+         return
+      end if
+      words = trim(merge('spring and damper', 'three elements   ', stop%law == law_spring_damper)) &
+         //phrase(units, ', {kappa~k} = ', 'stiffness', stop%stiffness_ratio)
+      if (stop%law /= law_spring_damper) words = words//', beta = '//rounded(stop%branch_ratio)
+      words = words//phrase(units, ', {c*~c} = ', 'damper', stop%damper_ratio)
    end function law_in_words
 
    !> Where a stop is, of one that is not below the beam on which side too.
@@ -274,23 +261,20 @@ contains
       real(wp), intent(in), optional :: node_position(0:)
       !> What results are in
       type(units_t), intent(in) :: units
-      character(:), allocatable :: words, preload
+      character(:), allocatable :: words
 
-      words = words_in(units, 'at {x/L~x} = ')//reading_in(units, 'length', stop%position)
-      preload = words_in(units, ', {delta~d} = ')//reading_in(units, 'displacement', &
-         merge(-stop%preload, stop%preload, units%are_of_scene .and. stop%side == side_above))
+      words = phrase(units, 'at {x/L~x} = ', 'length', stop%position)
       if (present(node_position)) then
          if (all(abs(node_position - stop%position) > 0.0_wp)) words = words// &
             ' (so near to the tip that it is put there)'
       end if
-      select case (stop%side)
-      case (side_below)
-         words = words//preload
-      case (side_above)
-         words = 'above, '//words//preload
-      case (side_both)
-         words = 'on both sides, '//words//', clearance '//reading_in(units, 'displacement', -stop%preload)
-      end select
+      if (stop%side == side_both) then
+         words = 'on both sides, '//words//phrase(units, ', clearance ', 'displacement', -stop%preload)
+      else
+         words = words//phrase(units, ', {delta~d} = ', 'displacement', &
+            merge(-stop%preload, stop%preload, units%are_of_scene .and. stop%side == side_above))
+      end if
+      if (stop%side == side_above) words = 'above, '//words
    end function place_in_words
 
    !> What a support holds, and where.
@@ -300,14 +284,14 @@ contains
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
-      words = trim(merge('displacement', 'rotation    ', support%motion == support_displacement))
-      if (support%stiffness_ratio > 0.0_wp) then
-         words = 'spring against '//words//' of '//reading_in(units, trim(merge('stiffness           ', &
-            'rotational_stiffness', support%motion == support_displacement)), support%stiffness_ratio)
+      if (support%stiffness_ratio <= 0.0_wp) then
+         words = 'holds the '//trim(merge('displacement', 'rotation    ', support%motion == support_displacement))
+      else if (support%motion == support_displacement) then
+         words = phrase(units, 'spring against displacement of ', 'stiffness', support%stiffness_ratio)
       else
-         words = 'holds the '//words
+         words = phrase(units, 'spring against rotation of ', 'rotational_stiffness', support%stiffness_ratio)
       end if
-      words = words//words_in(units, ', at {x/L~x} = ')//reading_in(units, 'length', support%position)
+      words = words//phrase(units, ', at {x/L~x} = ', 'length', support%position)
    end function support_in_words
 
 end module scene_words

@@ -11,7 +11,7 @@ module table_columns
    public :: column_t, table_t, print_line, print_table, rows_of, whole, six_digits, with_exponent, percent
 
    character, parameter :: next = new_line('a')
-   integer, parameter :: longest_text = 200
+   integer, parameter :: longest_text = 200, longest_heading = 120
    !> Width of the labels at the left of lines, of all on a terminal, and of headings that stay in one line
    integer, parameter :: label_width = 20, page_width = 80, short_heading = 8
    !> Digits on a terminal that are no number of decimals: a whole number; six at most in all; two and an exponent;
@@ -162,12 +162,18 @@ contains
       integer, intent(in) :: unit
       type(table_t), intent(in) :: table
 
+      character(longest_heading) :: headings(size(table%columns))
       integer :: first, height, i, k, last, widths(size(table%columns))
 
+      height = 1
       do k = 1, size(widths)
-         widths(k) = width_of(table%columns(k))
+         associate (column => table%columns(k), rows => rows_of(table%columns(k)))
+            widths(k) = maxval([0, (character_count(cell_of(column, i)), i=1, rows)])
+            headings(k) = in_lines(column%name, max(short_heading, widths(k)))
+            height = max(height, lines_in(headings(k)))
+            widths(k) = maxval([widths(k), (character_count(line_of(headings(k), i)), i=1, lines_in(headings(k)))])
+         end associate
       end do
-      height = maxval([(lines_in(heading_of(table%columns(k))), k=1, size(widths))])
       last = 1
       do while (last < size(widths))
          if (last > 1) write (unit, '()')
@@ -194,17 +200,15 @@ contains
 
          line = ''
          do place = 1, size(columns)
-            associate (column => table%columns(columns(place)), width => widths(columns(place)))
+            associate (column => table%columns(columns(place)), heading => headings(columns(place)), &
+               width => widths(columns(place)))
                if (row > 0) then
                   cell = cell_of(column, row)
                else
-                  cell = line_of(heading_of(column), lines_in(heading_of(column)) + row)
+                  cell = line_of(heading, lines_in(heading) + row)
                end if
-               if (allocated(column%texts)) then
-                  line = line//'  '//at_left(cell, width)
-               else
-                  line = line//'  '//repeat(' ', int(max(0, width - character_count(cell)), i8))//cell
-               end if
+               if (allocated(column%texts)) cell = at_left(cell, width)
+               line = line//'  '//repeat(' ', int(max(0, width - character_count(cell)), i8))//cell
             end associate
          end do
          write (unit, '(a)') trim(line)
@@ -222,48 +226,23 @@ contains
       end if
    end function rows_of
 
-   !> Characters of the widest text in a column.
-   pure function width_of(column) result(width)
-      type(column_t), intent(in) :: column
-      integer :: width
-
-      character(:), allocatable :: heading
-      integer :: i
-
-      width = width_of_cells(column)
-      heading = heading_of(column)
-      do i = 1, lines_in(heading)
-         width = max(width, character_count(line_of(heading, i)))
-      end do
-   end function width_of
-
-   pure function width_of_cells(column) result(width)
-      type(column_t), intent(in) :: column
-      integer :: width
-
-      integer :: i
-
-      width = 0
-      do i = 1, rows_of(column)
-         width = max(width, character_count(cell_of(column, i)))
-      end do
-   end function width_of_cells
-
-   !> The name of a column in lines; a long one in two, divided at the blank that makes the longer shortest.
-   pure function heading_of(column) result(heading)
-      type(column_t), intent(in) :: column
+   !> A heading; what has one line, and is long, in two, divided at the blank that makes the longer shortest.
+   pure function in_lines(name, width) result(heading)
+      character(*), intent(in) :: name
+      !> Characters that are not long
+      integer, intent(in) :: width
       character(:), allocatable :: heading
 
       integer :: i, place
 
-      heading = column%name
-      if (index(heading, next) > 0 .or. character_count(heading) <= max(short_heading, width_of_cells(column))) return
+      heading = name
+      if (index(heading, next) > 0 .or. character_count(heading) <= width) return
       place = 0
       do i = 1, len(heading)
          if (heading(i:i) == ' ' .and. max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
       end do
       if (place > 0) heading(place:place) = next
-   end function heading_of
+   end function in_lines
 
    pure integer function lines_in(text)
       character(*), intent(in) :: text
@@ -279,15 +258,14 @@ contains
       integer, intent(in) :: number
       character(:), allocatable :: line
 
-      integer :: i, first
+      integer :: i
 
       line = ''
-      if (number < 1) return
-      first = 1
+      if (number > 0) line = trim(text)
       do i = 2, number
-         first = first + index(text(first:), next)
+         line = line(index(line, next) + 1:)
       end do
-      line = text(first:first - 2 + index(text(first:)//next, next))
+      line = line(:index(line//next, next) - 1)
    end function line_of
 
    !> One value as it stands on a terminal.

@@ -156,37 +156,34 @@ contains
       type(hdf5_source_t), intent(inout) :: file
       type(table_t), allocatable, intent(out) :: tables(:)
 
-      character(*), parameter :: flat(2) = ['sweep', 'best ']
       type(table_t) :: table
       integer :: i
 
       allocate (tables(0))
-      if (file%has('measures')) then
-         call read_flat(file, 'measures', 1, table)
-         call append(table, tables)
-      else if (file%has('cases')) then
-         call read_cases(file, table)
-         call append(table, tables)
-      end if
-      do i = 1, size(flat)
-         if (.not. file%has(trim(flat(i)))) cycle
-         call read_flat(file, trim(flat(i)), 0, table)
-         call append(table, tables)
+      do i = 1, size(table_names)
+         if (file%has(trim(table_names(i)))) then
+            if (table_names(i) == 'frequencies') then
+               call read_frequencies(file, table)
+            else
+               call read_flat(file, trim(table_names(i)), merge(1, 0, table_names(i) == 'measures'), table)
+            end if
+         else if (table_names(i) == 'measures') then
+            if (.not. file%has('cases')) cycle
+            call read_cases(file, table)
+         else
+            cycle
+         end if
+         if (size(table%columns) > 0) call append(table, tables)
       end do
-      if (file%has('frequencies')) then
-         call read_frequencies(file, table)
-         call append(table, tables)
-      end if
    end subroutine read_tables
 
-   !> One more table, if it has any column.
+   !> One more table.
    subroutine append(table, tables)
       type(table_t), intent(in) :: table
       type(table_t), allocatable, intent(inout) :: tables(:)
 
       type(table_t), allocatable :: longer(:)
 
-      if (size(table%columns) == 0) return
       allocate (longer(size(tables) + 1))
       longer(:size(tables)) = tables
       longer(size(longer)) = table
