@@ -8,15 +8,16 @@ module table_columns
    use reader_units, only: find_prefix, fixed
    implicit none (type, external)
    private
-   public :: column_t, table_t, print_line, print_table, rows_of, whole, six_digits, with_exponent, percent
+   public :: column_t, table_t, print_line, print_table, rows_of, whole, six_digits, with_exponent, percent, all_digits
 
    character, parameter :: next = new_line('a')
    integer, parameter :: longest_text = 200, longest_heading = 120
    !> Width of the labels at the left of lines, of all on a terminal, and of headings that stay in one line
    integer, parameter :: label_width = 20, page_width = 80, short_heading = 8
    !> Digits on a terminal that are no number of decimals: a whole number; six at most in all; two and an exponent;
-   !> those of an error in percent, four decimals or, where these would hide it, two digits and an exponent
-   integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3
+   !> those of an error in percent, four decimals or, where these would hide it, two digits and an exponent; all of
+   !> them
+   integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3, all_digits = -4
    !> Errors in percent below this have an exponent.
    real(wp), parameter :: smallest_plain_error = 0.001_wp
 
@@ -25,7 +26,7 @@ module table_columns
       character(:), allocatable :: name
       !> '1' for a number without
       character(:), allocatable :: units
-      !> Behind the point on a terminal, or one of `whole`, `six_digits`, `with_exponent` and `percent`
+      !> Behind the point on a terminal, or one of `whole`, `six_digits`, ...
       integer :: digits = six_digits
       !> What stands on a terminal for no number
       character(:), allocatable :: none
@@ -287,6 +288,8 @@ contains
             text = to_text(nint(number))
          else if (digits == six_digits) then
             text = rounded(number)
+         else if (digits == all_digits) then
+            text = to_text(number)
          else if (digits == percent .and. (abs(number) >= smallest_plain_error .or. abs(number) <= 0.0_wp)) then
             text = fixed(number, 4)
          else if (digits < 0) then

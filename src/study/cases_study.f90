@@ -23,7 +23,7 @@ module cases_study
    use scene_units, only: units_in
    use scene_words, only: print_model
    use study_job, only: job_t
-   use table_columns, only: print_table, six_digits, table_t
+   use table_columns, only: all_digits, print_table, table_t
    implicit none (type, external)
    private
    public :: run_cases_of_scene, write_cases
@@ -115,6 +115,7 @@ contains
       type(table_t) :: table
       real(wp) :: rows(measure_count, size(cases)), highest(measure_count, size(cases))
       type(units_t) :: units
+      character(:), allocatable :: heading
       integer :: i
 
       units = units_in(scene)
@@ -129,7 +130,9 @@ contains
       associate (parameter => scene%cases%parameter)
          write (unit, '(2x, a, /)') 'the first of '//to_text(size(cases))//' cases; in the others another '// &
             trim(parameter%name)
-         call table%add_numbers(trim(parameter%name), cases%value, six_digits, unit_given(units, parameter%quantity))
+         heading = trim(parameter%name)
+         if (parameter%quantity /= '') heading = heading//', '//unit_given(units, parameter%quantity)
+         call table%add_numbers(heading, cases%value, all_digits)
       end associate
       call add_measures(table, compared, rows, units)
       call add_measures(table, [shown_t('peak_1', 'highest rebound')], highest, units)
