@@ -7,7 +7,7 @@ module frequency_tables
    use quantities, only: quantity_named, unit_of, units_t
    use reader_units, only: find_prefix
    use scene_words, only: mesh_in_words
-   use table_columns, only: percent, print_table, six_digits, table_t
+   use table_columns, only: add_numbers, add_texts, percent, print_table, six_digits, table_t
    implicit none (type, external)
    private
    public :: print_frequency_table
@@ -62,13 +62,13 @@ contains
             write (unit, '(/, 2x, a)') 'lambda, '//mesh_in_words(column%elements, column%ratio)//', solver ' &
                //column%solver
          end associate
-         call shown%add_texts('', modes(rows))
-         call shown%add_numbers('lambda', lambda(:, 1), decimals)
+         call add_texts(shown, '', modes(rows))
+         call add_numbers(shown, 'lambda', lambda(:, 1), decimals)
          if (allocated(table%exact)) then
-            call shown%add_numbers('exact', exact, decimals)
-            call shown%add_numbers('error %', error_in_percent(lambda(:, 1), exact), percent)
+            call add_numbers(shown, 'exact', exact, decimals)
+            call add_numbers(shown, 'error %', error_in_percent(lambda(:, 1), exact), percent)
          end if
-         if (units%are_of_scene) call shown%add_numbers(frequency_unit, hertz*lambda(:, 1)**2, six_digits)
+         if (units%are_of_scene) call add_numbers(shown, frequency_unit, hertz*lambda(:, 1)**2, six_digits)
          call print_table(unit, shown)
       end subroutine print_column
 
@@ -87,12 +87,12 @@ contains
          integer :: k
 
          write (unit, '(/, 2x, a)') title
-         call shown%add_texts('elements n'//next//'l_i/l_(i+1)'//next//'solver', modes(size(values, 1)))
+         call add_texts(shown, 'elements n'//next//'l_i/l_(i+1)'//next//'solver', modes(size(values, 1)))
          do k = 1, size(values, 2)
-            call shown%add_numbers(heading_of(table%columns(k)), values(:, k), digits)
+            call add_numbers(shown, heading_of(table%columns(k)), values(:, k), digits)
          end do
          if (present(exact_values) .and. allocated(table%exact)) then
-            call shown%add_numbers('exact'//next//next, exact_values, decimals)
+            call add_numbers(shown, 'exact'//next//next, exact_values, decimals)
          end if
          call print_table(unit, shown)
       end subroutine print_meshes

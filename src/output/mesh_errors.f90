@@ -7,7 +7,7 @@ module mesh_errors
    use quantities, only: name_in, units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: find_prefix, unit_in
-   use table_columns, only: print_table, table_t, with_exponent
+   use table_columns, only: add_numbers, add_texts, print_table, table_t, with_exponent
    implicit none (type, external)
    private
    public :: mesh_errors_t, judge, write_mesh_errors, print_mesh_errors
@@ -114,18 +114,18 @@ contains
             settled(i) = to_text(count(known))//' of '//to_text(cases)
          end associate
       end do
-      call table%add_texts('measure', labels(places))
+      call add_texts(table, 'measure', labels(places))
       if (cases == 1) then
          write (unit, '(/, 2x, a)') 'Error of the mesh, from '//to_text(errors%elements(1))//', '// &
             to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
-         call table%add_numbers('value', factors(places)*errors%row(places, 1), 6)
-         call table%add_numbers('error', greatest(places), with_exponent, none='does not settle')
-         call table%add_numbers('order', errors%order(places, 1), 1)
+         call add_numbers(table, 'value', factors(places)*errors%row(places, 1), 6)
+         call add_numbers(table, 'error', greatest(places), with_exponent, none='does not settle')
+         call add_numbers(table, 'order', errors%order(places, 1), 1)
       else
          write (unit, '(/, 2x, a)') 'Error of the mesh in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
-         call table%add_numbers('greatest error', greatest(places), with_exponent, none='none')
-         call table%add_texts('settled', settled(places))
+         call add_numbers(table, 'greatest error', greatest(places), with_exponent, none='none')
+         call add_texts(table, 'settled', settled(places))
       end if
       call print_table(unit, table)
    end subroutine print_mesh_errors

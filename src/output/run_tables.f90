@@ -11,7 +11,7 @@ module run_tables
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t
-   use table_columns, only: print_line, print_table, table_t, whole
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, whole
    implicit none (type, external)
    private
    public :: shown_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, print_surfaces
@@ -161,7 +161,7 @@ contains
       do k = 1, size(shown)
          place = measure_named(shown(k)%measure)
          associate (measure => measure_table(place))
-            call table%add_numbers(words_in(units, trim(merge(measure%label, shown(k)%text, shown(k)%text == ''))), &
+            call add_numbers(table, words_in(units, trim(merge(measure%label, shown(k)%text, shown(k)%text == ''))), &
                rows(place, :), merge(whole, decimals, measure%is_whole), unit_in(units, measure%quantity))
          end associate
       end do
@@ -235,7 +235,7 @@ contains
       do i = 1, size(surfaces)
          labels(i) = to_text(surfaces(i)%stop)//' '//merge('below', 'above', surfaces(i)%sign > 0)
       end do
-      call table%add_texts('stop', labels)
+      call add_texts(table, 'stop', labels)
    end subroutine add_surfaces
 
 end module run_tables

@@ -8,7 +8,8 @@ module table_columns
    use reader_units, only: find_prefix, fixed
    implicit none (type, external)
    private
-   public :: column_t, table_t, print_line, print_table, rows_of, whole, six_digits, with_exponent, percent, all_digits
+   public :: column_t, table_t, add_numbers, add_texts, print_line, print_table, rows_of
+   public :: whole, six_digits, with_exponent, percent, all_digits
 
    character, parameter :: next = new_line('a')
    integer, parameter :: longest_text = 200, longest_heading = 120
@@ -38,17 +39,13 @@ module table_columns
    type :: table_t
       character(:), allocatable :: name
       type(column_t), allocatable :: columns(:)
-   contains
-      procedure :: add
-      procedure :: add_texts
-      procedure :: add_numbers
    end type table_t
 
 contains
 
    !> One more column.
    subroutine add(table, column)
-      class(table_t), intent(inout) :: table
+      type(table_t), intent(inout) :: table
       type(column_t), intent(in) :: column
 
       type(column_t), allocatable :: longer(:)
@@ -64,7 +61,7 @@ contains
 
    !> A column of texts.
    subroutine add_texts(table, name, texts)
-      class(table_t), intent(inout) :: table
+      type(table_t), intent(inout) :: table
       character(*), intent(in) :: name
       character(*), intent(in) :: texts(:)
 
@@ -74,12 +71,12 @@ contains
       column%units = '1'
       allocate (column%texts(size(texts)))
       column%texts(:) = texts
-      call table%add(column)
+      call add(table, column)
    end subroutine add_texts
 
    !> A column of numbers, those with a unit in one that leaves few digits before the point; the name then says which.
    subroutine add_numbers(table, name, numbers, digits, unit, none)
-      class(table_t), intent(inout) :: table
+      type(table_t), intent(inout) :: table
       character(*), intent(in) :: name
       !> NaN: there is none
       real(wp), intent(in) :: numbers(:)
@@ -107,7 +104,7 @@ contains
             column%name = name//', '//column%units
          end if
       end if
-      call table%add(column)
+      call add(table, column)
    end subroutine add_numbers
 
    !> A label and what belongs to it, in as many lines as it takes.

@@ -10,7 +10,7 @@ module table_files
    use kinds, only: i8, wp
    use number_text, only: to_text
    use results_claim, only: refuse_foreign
-   use table_columns, only: column_t, six_digits, table_t, whole
+   use table_columns, only: add_numbers, column_t, six_digits, table_t, whole
    use table_texts, only: beginning_of, growing_t, table_formats, values_of, write_csv, write_json
    implicit none (type, external)
    private
@@ -279,7 +279,7 @@ contains
       do place = 1, size(table%columns)
          if (table%columns(place)%name == name) return
       end do
-      call table%add_numbers(name, spread(ieee_value(1.0_wp, ieee_quiet_nan), 1, rows), digits)
+      call add_numbers(table, name, spread(ieee_value(1.0_wp, ieee_quiet_nan), 1, rows), digits)
       table%columns(place)%units = units
    end subroutine find_column
 

@@ -23,7 +23,7 @@ module cases_study
    use scene_units, only: units_in
    use scene_words, only: print_model
    use study_job, only: job_t
-   use table_columns, only: all_digits, print_table, table_t
+   use table_columns, only: add_numbers, all_digits, print_table, table_t
    implicit none (type, external)
    private
    public :: run_cases_of_scene, write_cases
@@ -132,7 +132,7 @@ contains
             trim(parameter%name)
          heading = trim(parameter%name)
          if (parameter%quantity /= '') heading = heading//', '//unit_given(units, parameter%quantity)
-         call table%add_numbers(heading, cases%value, all_digits)
+         call add_numbers(table, heading, cases%value, all_digits)
       end associate
       call add_measures(table, compared, rows, units)
       call add_measures(table, [shown_t('peak_1', 'highest rebound')], highest, units)

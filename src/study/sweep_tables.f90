@@ -11,7 +11,7 @@ module sweep_tables
    use sweep_file, only: survey_t
    use sweep_plan, only: plan_t
    use sweep_settings, only: goal_names
-   use table_columns, only: print_line, print_table, six_digits, table_t, whole
+   use table_columns, only: add_numbers, add_texts, print_line, print_table, six_digits, table_t, whole
    implicit none (type, external)
    private
    public :: print_sweep
@@ -78,7 +78,7 @@ contains
             write (unit, '(2x, a)') 'no case has one'
             return
          end if
-         call table%add_numbers('case', real(best%case(:best%count), wp), whole)
+         call add_numbers(table, 'case', real(best%case(:best%count), wp), whole)
          call add_case_columns(table, scene, plan, best%values(:, :best%count), best%rows(measure, :best%count))
          call print_table(unit, table)
       end associate
@@ -100,7 +100,7 @@ contains
          write (unit, '(/, 2x, a)') 'refined with '//to_text(refined%all_evaluations)//' more cases: ' &
             //name_in(units, measure_table(measure)%name)//' from '//reading(refined%rows(measure, 1), measured_in) &
             //' to '//reading(refined%rows(measure, last), measured_in)
-         call table%add_texts('', ['best'])
+         call add_texts(table, '', ['best'])
          call add_case_columns(table, scene, plan, refined%values(:, last:last), refined%rows(measure, last:last))
          call print_table(unit, table)
       end associate
@@ -121,12 +121,12 @@ contains
       units = units_in(scene)
       do k = 1, size(plan%axes)
          associate (parameter => plan%axes(k)%parameter)
-            call table%add_numbers(trim(parameter%name), values(k, :), six_digits, &
+            call add_numbers(table, trim(parameter%name), values(k, :), six_digits, &
                unit_given(units, parameter%quantity))
          end associate
       end do
       associate (measure => measure_table(scene%best%measure))
-         call table%add_numbers(name_in(units, measure%name), measured, six_digits, unit_in(units, measure%quantity))
+         call add_numbers(table, name_in(units, measure%name), measured, six_digits, unit_in(units, measure%quantity))
       end associate
    end subroutine add_case_columns
 
