@@ -11,7 +11,7 @@ module newmark_convergence
    use response_types, only: event_t, response_t
    use run_settings, only: method_exact, run_settings_t
    use scene_beam_model, only: motion_model_of, run_of
-   use scene_checks, only: is_legal
+   use random_checks, only: is_legal
    use scene_types, only: scene_t
    implicit none (type, external)
    private

@@ -13,7 +13,7 @@ module unit_checks
    use response_types, only: response_t
    use run_measures, only: row_of
    use run_settings, only: method_exact, response_settings_t
-   use scene_checks, only: settle
+   use random_checks, only: settle
    use scene_draft, only: draft_t, drop, has_name, put, value_of
    use scene_drawing, only: give_units
    use scene_types, only: scene_t

@@ -1,5 +1,5 @@
 !> A scene as a user runs it, from the namelist text to the results file, and all that must hold of what it leaves.
-module scene_checks
+module random_checks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_funptr, c_null_funptr
    use beam_model, only: beam_model_t
@@ -824,4 +824,4 @@ contains
       call execute_command_line('rm -rf '//folder)
    end subroutine clean_up
 
-end module scene_checks
+end module random_checks
