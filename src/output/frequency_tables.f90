@@ -7,7 +7,7 @@ module frequency_tables
    use quantities, only: quantity_named, unit_of, units_t
    use reader_units, only: find_prefix
    use scene_words, only: mesh_in_words
-   use table_columns, only: add_numbers, add_texts, percent, print_table, six_digits, table_t
+   use table_columns, only: add_numbers, add_texts, percent, print_line, print_table, six_digits, table_t
    implicit none (type, external)
    private
    public :: print_frequency_table
@@ -126,8 +126,8 @@ contains
          table%mass_orthogonality, ', in K to ', table%stiffness_orthogonality
       do i = 1, size(table%columns)
          associate (column => table%columns(i))
-            if (allocated(column%failure)) write (unit, '(2x, a)') 'no values for ' &
-               //mesh_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure
+            if (allocated(column%failure)) call print_line(unit, '', 'no values for ' &
+               //mesh_in_words(column%elements, column%ratio)//', '//column%solver//': '//column%failure, width=0)
          end associate
       end do
    end subroutine print_notes

@@ -121,7 +121,7 @@ contains
 
       last = label_width
       if (present(width)) last = width
-      padded = at_left(label, max(last, len_trim(label) + 1))
+      padded = at_left(label, max(last, merge(0, len_trim(label) + 1, label == '')))
       first = 1
       do
          last = first - 1 + end_of_line(words(first:), page_width - 2 - len(padded))

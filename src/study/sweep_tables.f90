@@ -55,7 +55,7 @@ contains
       if (fresh > 0) call print_line(unit, 'run time', seconds_in_words(seconds)//', ' &
          //to_text(nint(real(fresh, wp)/max(seconds, 1.0e-3_wp)))//' cases a second, '//workers)
       do k = 1, min(size(survey%failed), 3)
-         write (unit, '(2x, a)') 'case '//to_text(survey%failed(k))//' failed: '//trim(survey%reasons(k))
+         call print_line(unit, '', 'case '//to_text(survey%failed(k))//' failed: '//trim(survey%reasons(k)), width=0)
       end do
       if (.not. scene%wants_best) return
       call print_best(unit, scene, plan, survey%best)
