@@ -177,7 +177,8 @@ contains
       is_whole = .not. (stretch(1) > 0.0_wp .or. stretch(2) < self%length)
       peak%still_rises = .false.
       threshold = known
-      seen = -huge(1.0_wp)
+      ! below every force, with room for the factor
+      seen = -0.5_wp*huge(1.0_wp)
       call find_signal(self, row, signal)
       if (is_whole .and. row%number <= self%contacts) then
          if (has_trail(self, row%number) .and. .not. (self%is_last .or. row%factor < 0.0_wp)) then
