@@ -139,7 +139,7 @@ contains
       type(peak_t), intent(inout) :: peak
 
       type(cubic_t) :: cubic
-      real(wp) :: at, s(4), value
+      real(wp) :: s(4), value
       integer :: k, turns
 
       peak%is_found = .false.
@@ -158,10 +158,9 @@ contains
          if (.not. value > peak%value) cycle
          peak%is_found = .true.
          peak%value = value
-         at = s(k)
+         peak%time = stretch(1) + s(k)*(stretch(2) - stretch(1))
          peak%still_rises = k == turns + 2
       end do
-      if (peak%is_found) peak%time = stretch(1) + at*(stretch(2) - stretch(1))
    end subroutine seek_peak
 
    subroutine keep_gap(self, k, curve)
