@@ -114,7 +114,10 @@ contains
             allocate (set%out(padded(size(set%mode, 1)), set%count), set%into(padded(set%count), size(set%mode, 1)), &
                source=0.0_wp)
             set%out(:size(set%mode, 1), :) = set%mode
-            set%into(:set%count, :) = transpose(set%mode)
+            ! a transposed matrix would stand on the stack
+            do i = 1, size(set%mode, 1)
+               set%into(:set%count, i) = set%mode(i, :)
+            end do
             set%reaction = set%reaction(:, order)
             set%value = set%value(order, :)
             set%tip_value = set%tip_value(order)

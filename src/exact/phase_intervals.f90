@@ -172,18 +172,19 @@ contains
       class(viewed_signal_t), allocatable, target :: part
       class(viewed_signal_t), pointer :: signal
       real(wp) :: seen, threshold
-      logical :: is_certain, is_whole
+      logical :: is_bare, is_certain, is_whole
 
       is_whole = .not. (stretch(1) > 0.0_wp .or. stretch(2) < self%length)
+      is_bare = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp)
       peak%still_rises = .false.
       threshold = known
       ! below every force, with room for the factor
       seen = -0.5_wp*huge(1.0_wp)
       call find_signal(self, row, signal)
-      if (is_whole .and. row%number <= self%contacts) then
-         if (has_trail(self, row%number) .and. .not. (self%is_last .or. row%factor < 0.0_wp)) then
+      if (is_whole .and. is_bare .and. row%scale < 0.0_wp .and. row%number <= self%contacts) then
+         if (has_trail(self, row%number) .and. .not. self%is_last) then
             call find_peak(signal, self%now%trail, is_certain, peak%value, peak%time)
-            peak%is_found = is_certain .and. row%offset + peak%value > known
+            peak%is_found = is_certain .and. peak%value > known
             if (is_certain) return
          end if
       end if
@@ -194,7 +195,7 @@ contains
          end associate
          threshold = max(threshold, seen*(1.0_wp + peak_tolerance))
       end if
-      if (stretch(1) > 0.0_wp .or. abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp) then
+      if (stretch(1) > 0.0_wp .or. .not. is_bare) then
          call signal%view(stretch(1), row%factor, row%offset, 0, part)
          signal => part
       end if
