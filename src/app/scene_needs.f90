@@ -1,7 +1,7 @@
 !> What a scene of the program `impactbeam` needs of the machine.
 module scene_needs
    use auto_solver, only: lanczos_is_faster
-   use few_modes, only: first_count, takes_few_modes
+   use few_modes, only: base_count, takes_few_modes
    use history_list, only: eta_stop, force_stop, velocity_stop
    use kinds, only: wp
    use load_settings, only: is_in_mode
@@ -261,7 +261,7 @@ contains
       real(wp), parameter :: matrices = 40.0_wp
 
       if (scene%response%method == method_exact .and. takes_few_modes(elements, run_of(scene))) then
-         associate (modes => max(scene%response%mode_count, 2*first_count))
+         associate (modes => max(scene%response%mode_count, base_count))
             call add_need(need, real(runs, wp)*numbers*bytes_of_number*real(elements, wp)*real(modes, wp), &
                to_text(modes)//' modes of '//to_text(elements)//' elements', fewer)
          end associate

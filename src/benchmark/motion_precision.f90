@@ -9,7 +9,7 @@ module motion_precision
    use precision_types, only: beam_t, check_t, motion_entry_t, precision_t, varied_hop, varied_mesh, varied_modes, &
       varied_step
    use response_types, only: miss_of_energies
-   use run_settings, only: response_settings_t
+   use run_settings, only: response_settings_t, strict_mode_tolerance
    use scene_types, only: contender_average, contender_exact, mass_auto, mass_consistent, mass_redistributed, &
       precision_settings_t, scene_t
    use stop_laws, only: is_rigid
@@ -93,7 +93,7 @@ contains
       associate (asked => scene%precision)
          do i = 1, size(asked%methods)
             entry = motion_entry_t(contender=asked%methods(i), varied=varied_step, step=comparison_step, &
-               hop_tolerance=defaults%hop_tolerance, mode_tolerance=defaults%mode_tolerance, &
+               hop_tolerance=defaults%hop_tolerance, mode_tolerance=strict_mode_tolerance, &
                elements=scene%mesh%elements, mass=scene%mesh%mass)
             if (asked%methods(i) /= contender_exact) then
                do k = 1, size(asked%steps)
@@ -115,7 +115,7 @@ contains
                   entry%mode_tolerance = asked%mode_tolerances(k)
                   entries = [entries, entry]
                end do
-               entry%mode_tolerance = defaults%mode_tolerance
+               entry%mode_tolerance = strict_mode_tolerance
             end if
             if (asked%against_beam) then
                entry%hop_tolerance = defaults%hop_tolerance

@@ -8,7 +8,8 @@ module motion_tasks
    use lanczos_solver, only: lanczos_modes
    use motion_run, only: run_motion
    use response_types, only: response_t
-   use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t
+   use run_settings, only: method_newmark, output_settings_t, response_settings_t, run_settings_t, &
+      strict_mode_tolerance
    use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: contender_average, contender_exact, contender_linear, precision_settings_t, scene_t
    use timed_tasks, only: timed_task_t
@@ -132,6 +133,8 @@ contains
 
       settings%duration = precision%duration
       settings%step = step
+      settings%accuracy = huge(1.0_wp)
+      settings%mode_tolerance = strict_mode_tolerance
       if (contender == contender_exact) return
       settings%method = method_newmark
       settings%contact_tolerance = settings%contact_tolerance*(step/paper_step)**2

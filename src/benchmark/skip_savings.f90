@@ -17,7 +17,7 @@ module skip_savings
    use program_run, only: read_scenes
    use response_types, only: response_t
    use results_file, only: write_results
-   use run_settings, only: output_settings_t, response_settings_t
+   use run_settings, only: output_settings_t, strict_mode_tolerance
    use scene_types, only: contender_exact, scene_t, shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
    use stop_laws, only: make_yielding_stop
@@ -132,7 +132,6 @@ contains
       real(wp), intent(in) :: horizon
 
       type(skip_task_t) :: without, with
-      type(response_settings_t) :: defaults
       real(wp), allocatable :: tolerances(:)
       integer :: i
 
@@ -141,7 +140,7 @@ contains
       if (allocated(with%scene%precision%mode_tolerances)) then
          tolerances = pack(with%scene%precision%mode_tolerances, with%scene%precision%mode_tolerances > 0.0_wp)
       end if
-      if (size(tolerances) == 0) tolerances = [defaults%mode_tolerance]
+      if (size(tolerances) == 0) tolerances = [strict_mode_tolerance]
       call copy(found%base, without)
       without%settings%keep_all_modes = .true.
       do i = 1, size(tolerances)

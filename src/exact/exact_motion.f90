@@ -6,26 +6,39 @@ module exact_motion
    use contact_sets, only: set_store_t
    use exact_start, only: finish_exact, start_exact
    use failures, only: failure_t
-   use few_modes, only: find_few_modes, find_modes_of_run, first_count, most_count, wants_few_modes
+   use few_modes, only: find_base_modes, find_few_modes, keeps_all_modes, number_of_modes, takes_few_modes
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use mode_choice, only: agreement, compare_runs, modes_that_matter, next_count, take_modes, trial_settings
+   use mode_choice, only: first_count, largest_untried, most_count, next_count, take_modes
+   use mode_trials, only: add_trial, can_afford, is_driven, judge_trials, most_stalled, open_trials, settle_length, &
+      shorten, trials_t
    use moment_places, only: open_moments
    use motion_phases, only: advance, motion_t
    use response_records, only: open_records
    use response_types, only: mode_check_t, response_t
    use run_recorder, only: make_recorder, recorder_t
-   use run_settings, only: count_samples, impulse_nodal, run_settings_t
+   use run_settings, only: count_samples, run_settings_t
    use section_types, only: section_state_t
-   use stop_laws, only: is_rigid
-   use stop_surfaces, only: has_one_contact
    implicit none (type, external)
    private
-   public :: exact_response
+   public :: exact_response, choose_modes, unknown
+
+   !> Number of modes of a run that goes on from no other.
+   integer, parameter :: unknown = -1
+
+   !> A run to compare.
+   type :: trial_t
+      !> Number of the lowest modes; these, and residual modes
+      integer :: count = 0
+      type(free_modes_t) :: modes
+      type(response_t) :: response
+      !> It was made; not if it would cost too much, or fails
+      logical :: is_done = .false.
+   end type trial_t
 
 contains
 
-   !> Run with the modes that the mode tolerance asks for.
+   !> Run in the modes that the accuracy asks for.
    subroutine exact_response(model, settings, response, error, shared, sets, carried)
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, samples, tolerances, output
@@ -34,171 +47,212 @@ contains
       type(response_t), intent(out) :: response
       !> Set when the modes cannot be found or the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> The modes of the beam, found beforehand for many runs; where they are absent or empty the run finds its own
-      type(free_modes_t), intent(in), optional :: shared
+      !> From `find_base_modes`, found beforehand for many runs; where they are absent or empty the run finds its own
+      type(free_modes_t), target, intent(in), optional :: shared
       !> Sets of closed surfaces that the runs before made, for this one and those to come
       type(set_store_t), target, intent(inout), optional :: sets
       !> The motion that the run takes over, if it has a state; then that at its end
       type(section_state_t), intent(inout), optional :: carried
 
-      type(free_modes_t) :: own
+      type(free_modes_t), target :: own
+      type(free_modes_t), allocatable :: chosen
+      type(free_modes_t), pointer :: base
       type(mode_check_t) :: check
-      type(run_settings_t) :: ours
       type(set_store_t), target :: own_sets
       type(set_store_t), pointer :: kept
+      integer :: lowest
 
       kept => own_sets
       if (present(sets)) kept => sets
+      base => own
       if (present(shared)) then
-         if (allocated(shared%lambda)) then
-            call respond(model, shared, settings, kept, response, error, carried)
-            return
-         end if
+         if (allocated(shared%lambda)) base => shared
       end if
-      ours = settings
-      if (wants_few_modes(model, settings)) then
-         call choose_few_modes(model, settings, present(carried), own, check, error)
-         ours%response%keep_all_modes = .true.
-      else
-         call find_free_modes(model, own, error)
+      if (.not. allocated(base%lambda)) then
+         call find_base_modes(model, settings, own, error)
+         if (allocated(error)) return
       end if
+      lowest = unknown
+      if (present(carried)) then
+         if (allocated(carried%q)) lowest = carried%lowest_modes
+      end if
+      call choose_modes(model, settings, base, chosen, lowest, check, error)
       if (allocated(error)) return
-      call respond(model, own, ours, kept, response, error, carried)
-      if (check%compared > 0) response%mode_check = check
+      if (allocated(chosen)) then
+         call run_in_modes(model, chosen, check%kept, settings, kept, response, error, carried)
+      else
+         call run_in_modes(model, base, check%kept, settings, kept, response, error, carried)
+      end if
+      if (present(carried)) carried%lowest_modes = lowest
+      response%mode_check = check
       response%evaluations = response%evaluations + check%evaluations
-      response%factorisations = response%factorisations + 1
+      if (associated(base, own)) response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
-   !> Of a large mesh so many modes that twice as many change nothing, up to the third rebound.
-   subroutine choose_few_modes(model, settings, is_chain, modes, check, error)
+   !> The modes of a run: the fewest that a comparison with more shows to suffice.
+   !>
+   !> They are some of the lowest, and residual modes, with which stops and loads find the beam as yielding as it is.
+   !> What is left out then is the inertia of the others. How much that matters nobody knows before the run: so the
+   !> motion in some modes is compared with that in more, and if both agree well within the accuracy that in fewer is
+   !> good enough. Where trials would cost more than they can save, or never agree, all modes are taken.
+   subroutine choose_modes(model, settings, base, modes, lowest, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> The run is one of a chain, whose states must have the same modes
-      logical, intent(in) :: is_chain
-      type(free_modes_t), intent(out) :: modes
+      !> From `find_base_modes`
+      type(free_modes_t), intent(in) :: base
+      !> Unallocated: those of the base
+      type(free_modes_t), allocatable, intent(out) :: modes
+      !> Of a run that goes on from another so many of the lowest modes as that had, else `unknown`; then those found,
+      !> 0: all
+      integer, intent(inout) :: lowest
       !> How many, and how that was found
       type(mode_check_t), intent(out) :: check
-      !> Set when they cannot be found, or a run fails
+      !> Set when they cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      type(response_t) :: fewer, more
-      type(run_settings_t) :: trial
-      integer :: count
-
-      if (is_chain .or. settings%response%mode_count > 0) then
-         call find_modes_of_run(model, settings, modes, error)
+      check%all_modes = number_of_modes(model)
+      if (settings%response%mode_count > 0) then
+         lowest = 0
+         check%kept = min(check%all_modes, settings%response%mode_count)
+         if (check%kept <= size(base%lambda) .and. .not. takes_few_modes(model%mesh%elements, settings)) return
+         ! moments take the static share of what is left out from the residual modes
+         allocate (modes)
+         call find_few_modes(model, settings, check%kept, modes, error, base)
          return
       end if
-      count = first_count
-      do
-         call find_few_modes(model, settings, count, modes, error)
-         if (allocated(error)) return
-         trial = trial_settings(settings, modes%lambda(1))
-         call try_modes(model, modes, trial, more, error)
-         if (allocated(error)) return
-         check%evaluations = check%evaluations + more%evaluations
-         check%kept = size(modes%lambda)
-         if (allocated(fewer%tau)) then
-            call compare_runs(fewer, more, trial%response%duration, check)
-            if (check%difference <= agreement*settings%response%mode_tolerance .or. 2*count > most_count) return
+      if (lowest == unknown) then
+         lowest = 0
+         if (check%all_modes > largest_untried .and. .not. (keeps_all_modes(settings) .or. has_stiff_node(base))) then
+            call try_numbers(model, settings, base, modes, lowest, check, error)
          end if
-         check%compared = check%kept
-         count = 2*count
-         fewer = more
-      end do
-   end subroutine choose_few_modes
-
-   !> A run to compare.
-   subroutine try_modes(model, modes, settings, response, error)
-      type(beam_model_t), intent(in) :: model
-      type(free_modes_t), intent(in) :: modes
-      type(run_settings_t), intent(in) :: settings
-      type(response_t), intent(out) :: response
-      !> Set when the run fails
-      type(failure_t), allocatable, intent(out) :: error
-
-      type(run_settings_t) :: ours
-      type(set_store_t), target :: sets
-
-      ours = settings
-      ours%response%keep_all_modes = .true.
-      if (allocated(ours%stress)) deallocate (ours%stress)
-      call respond(model, modes, ours, sets, response, error)
-   end subroutine try_modes
-
-   !> Choose the modes and run.
-   subroutine respond(model, modes, settings, sets, response, error, carried)
-      type(beam_model_t), intent(in) :: model
-      !> The modes of the free beam
-      type(free_modes_t), intent(in) :: modes
-      !> Stop, damping, samples, tolerances, output
-      type(run_settings_t), intent(in) :: settings
-      type(set_store_t), target, intent(inout) :: sets
-      !> Events and histories
-      type(response_t), intent(out) :: response
-      !> Set when the run fails
-      type(failure_t), allocatable, intent(out) :: error
-      !> Of a run among surfaces
-      type(section_state_t), intent(inout), optional :: carried
-
-      type(mode_check_t) :: check
-
-      check%kept = size(modes%lambda)
-      if (settings%response%mode_count > 0) then
-         check%kept = min(check%kept, settings%response%mode_count)
-      else if (has_one_contact(settings, size(model%supports)) .and. .not. settings%response%keep_all_modes .and. &
-         settings%stop%impulse /= impulse_nodal) then
-         call choose_modes(model, modes, settings, sets, check)
+      else if (lowest > 0) then
+         allocate (modes)
+         call find_few_modes(model, settings, lowest, modes, error, base)
       end if
-      call run_in_modes(model, modes, check%kept, settings, sets, response, error, carried)
-      response%evaluations = response%evaluations + check%evaluations
-      response%mode_check = check
-   end subroutine respond
+      if (allocated(error)) return
+      if (lowest == 0 .and. size(base%lambda) < check%all_modes .and. &
+         takes_few_modes(model%mesh%elements, settings)) then
+         call take_most(model, settings, base, modes, lowest, error)
+         if (allocated(error)) return
+      end if
+      check%kept = size(base%lambda)
+      if (allocated(modes)) check%kept = size(modes%lambda)
+      check%goes_on = is_driven(settings) .and. settings%has_stop .and. check%horizon < settings%response%duration
+   end subroutine choose_modes
 
-   !> The modes to keep: those that can matter at all, then more of them until more change nothing.
-   !>
-   !> That what is left out moves the stop point by little does not say that the others move as if it were there: it
-   !> makes the beam more yielding where it hits. So a run is compared with one of more modes, and that one is kept if
-   !> both agree far within the tolerance, up to the third rebound: chatter lets any difference grow without end.
-   subroutine choose_modes(model, modes, settings, sets, check)
-      type(beam_model_t), intent(in) :: model
-      !> The modes of the free beam
+   !> Is the beam before a node without mass so stiff that only the highest modes of the mesh go with it? Lower ones
+   !> alone would see it as rigid, and rounding as energy.
+   pure function has_stiff_node(modes) result(answer)
       type(free_modes_t), intent(in) :: modes
+      logical :: answer
+
+      real(wp), parameter :: least_flexibility = 1.0e-20_wp
+
+      answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < least_flexibility
+   end function has_stiff_node
+
+   !> Of a mesh of which not all modes were found, no number of which suffices: all, or as many as are ever taken.
+   subroutine take_most(model, settings, base, modes, lowest, error)
+      type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      type(set_store_t), target, intent(inout) :: sets
-      !> How many to keep, and how that was found
+      type(free_modes_t), intent(in) :: base
+      type(free_modes_t), allocatable, intent(out) :: modes
+      !> 0: all
+      integer, intent(out) :: lowest
+      type(failure_t), allocatable, intent(out) :: error
+
+      allocate (modes)
+      lowest = 0
+      if (number_of_modes(model) <= 2*most_count) then
+         call find_free_modes(model, modes, error)
+      else
+         lowest = most_count
+         call find_few_modes(model, settings, lowest, modes, error, base)
+      end if
+   end subroutine take_most
+
+   !> Trials of more and more modes, until two agree or no more can be afforded.
+   subroutine try_numbers(model, settings, base, modes, lowest, check, error)
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      type(free_modes_t), intent(in) :: base
+      !> Those of the smaller of two sets that agree; unallocated: none do
+      type(free_modes_t), allocatable, intent(out) :: modes
+      !> How many of the lowest modes these have; 0: none do
+      integer, intent(out) :: lowest
+      !> What the trials found
+      type(mode_check_t), intent(inout) :: check
+      !> Set when modes cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(trial_t), allocatable :: fewer, more, enough
+      type(trials_t) :: trials
+      type(mode_check_t) :: early, of_enough
+      integer :: count
+
+      lowest = 0
+      call open_trials(settings, base, check%all_modes, trials)
+      count = first_count(settings, base)
+      do while (count <= most_count)
+         allocate (more)
+         more%count = count
+         call find_few_modes(model, settings, count, more%modes, error, base)
+         if (allocated(error)) return
+         call try_modes(model, more, trials, check)
+         if (.not. more%is_done) exit
+         if (allocated(fewer)) then
+            check%compared = size(more%modes%lambda)
+            call judge_trials(trials, fewer%response, more%response, check, early)
+            if (check%agrees) early = check
+            ! what agrees for the first contacts alone serves if no more do longer
+            if (check%agrees .or. (early%agrees .and. .not. allocated(enough))) then
+               of_enough = early
+               call move_alloc(fewer, enough)
+            end if
+            if (check%agrees .or. trials%stalled >= most_stalled) exit
+         end if
+         call move_alloc(more, fewer)
+         count = next_count(count)
+      end do
+      if (.not. allocated(enough)) return
+      of_enough%evaluations = check%evaluations
+      of_enough%work = check%work
+      check = of_enough
+      lowest = enough%count
+      allocate (modes, source=enough%modes)
+   end subroutine try_numbers
+
+   !> A run to compare; the first is made again until it is long enough.
+   subroutine try_modes(model, trial, trials, check)
+      type(beam_model_t), intent(in) :: model
+      !> Gets its response
+      type(trial_t), intent(inout) :: trial
+      type(trials_t), intent(inout) :: trials
+      !> Gets what it took
       type(mode_check_t), intent(inout) :: check
 
-      type(run_settings_t) :: trial
-      type(response_t) :: fewer, more
+      type(set_store_t), target :: sets
       type(failure_t), allocatable :: error
-      integer :: all
+      logical :: is_shorter
 
-      all = size(modes%lambda)
-      associate (b => modes%mode(modes%stop_dof, :), tolerance => settings%response%mode_tolerance)
-         check%kept = modes_that_matter(modes%square, b, 1.0_wp + settings%stop%preload, tolerance, &
-            is_rigid(settings%stop) .and. modes%node_flexibility <= 0.0_wp)
-         if (check%kept == all) return
-         trial = trial_settings(settings, modes%lambda(1))
-         do
-            check%compared = check%kept
-            check%kept = next_count(modes%square, b, check%compared)
-            if (check%kept == all) exit
-            if (.not. allocated(fewer%tau)) then
-               call run_in_modes(model, modes, check%compared, trial, sets, fewer, error)
-               if (allocated(error)) exit
-               check%evaluations = check%evaluations + fewer%evaluations
+      do while (.not. trial%is_done)
+         associate (number => size(trial%modes%lambda))
+            if (.not. can_afford(trials, number)) return
+            call run_in_modes(model, trial%modes, number, trials%settings, sets, trial%response, error)
+            call add_trial(trials, number, trial%response)
+            check%evaluations = check%evaluations + trial%response%evaluations
+            check%work = trials%work
+            if (allocated(error)) then
+               ! why it fails the run itself tells
+               call shorten(trials, trial%response, is_shorter)
+               if (.not. is_shorter) return
+               cycle
             end if
-            call run_in_modes(model, modes, check%kept, trial, sets, more, error)
-            if (allocated(error)) exit
-            check%evaluations = check%evaluations + more%evaluations
-            call compare_runs(fewer, more, trial%response%duration, check)
-            if (check%difference <= agreement*tolerance) return
-            fewer = more
-         end do
-      end associate
-      check = mode_check_t(kept=all, evaluations=check%evaluations)
-   end subroutine choose_modes
+            if (.not. trials%is_settled) call settle_length(trials, number, trial%response)
+            trial%is_done = trials%is_settled
+         end associate
+      end do
+   end subroutine try_modes
 
    !> Run in the lowest modes.
    subroutine run_in_modes(model, modes, kept, settings, sets, response, error, carried)

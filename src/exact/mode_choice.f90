@@ -1,75 +1,98 @@
-!> Which modes of the beam a run can do without, and how far that may be trusted (docs/theory.md, section 13).
+!> Numbers of modes that a run can do with, and the modes themselves (docs/theory.md, section 13).
 module mode_choice
+   use applied_loads, only: courses_of
    use damped_oscillators, only: damping_order
    use free_modes, only: free_modes_t
-   use history_list, only: eta_stop, eta_tip, history_table
-   use kinds, only: lambda1, pi, wp
-   use response_types, only: mode_check_t, quiet_level, response_t
-   use run_settings, only: output_settings_t, run_settings_t, stress_settings_t
+   use kinds, only: pi, wp
+   use load_settings, only: course_harmonic, course_pulse, course_table, pulse_half_sine, time_course_t
+   use run_settings, only: run_settings_t
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: agreement, compare_runs, modes_that_matter, next_count, trial_settings, rates_of_modes, take_modes
+   public :: first_count, next_count, most_count, largest_untried, rates_of_modes, take_modes
 
-   !> Two runs that differ by no more than this share of the mode tolerance agree: the rest is for what more modes yet
-   !> would change, which falls with their number.
-   real(wp), parameter :: agreement = 0.03_wp
-   !> The modes left out of the run of more modes yield at the stop by this share of what those of the other do.
-   real(wp), parameter :: growth = 0.5_wp
-   !> Runs are compared until the peak of this rebound, and over so many periods of the lowest mode at most.
-   integer, parameter :: last_rebound = 3, most_periods = 4
-   !> Samples in such a period.
-   integer, parameter :: samples = 256
-
+   !> A beam of so many modes moves in all of them: trials would cost what they save.
+   integer, parameter :: largest_untried = 32
+   !> Numbers of the lowest modes that are tried, one after the other.
+   integer, parameter :: counts(*) = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
+   integer, parameter :: most_count = counts(size(counts))
+   !> Modes up to so many times the frequency of the fastest load are not left out, as far as that asks for no more than
+   !> so many: a resonance may need longer than a trial to show.
+   real(wp), parameter :: beyond_loads = 2.0_wp
+   integer, parameter :: most_for_loads = 64
+   !> Turns of a table count that change it by more than this share of its greatest value.
+   real(wp), parameter :: least_turn = 1.0e-3_wp
 contains
 
-   !> How many of the lowest modes can matter. No energy is ever won, so at any time sum W_i^2 q_i^2 <= 2 E(0),
-   !> and the modes left out move the stop point by |sum b_i q_i| <= sqrt(2 E(0) sum b_i^2/W_i^2). Where impulses
-   !> act, the mass that takes part in them counts as well, 1/sum b_i^2, which high modes hold as much of as low ones.
-   pure function modes_that_matter(square, stop_value, pull, tolerance, impulsive) result(kept)
-      !> W_i^2, ascending
-      real(wp), intent(in) :: square(:)
-      !> b_i
-      real(wp), intent(in) :: stop_value(:)
-      !> y_c(0), where the run starts
-      real(wp), intent(in) :: pull
-      !> What they may contribute together
-      real(wp), intent(in) :: tolerance
-      !> Impulses act on the stop point
-      logical, intent(in) :: impulsive
-      integer :: kept
+   !> Number of the lowest modes of the first trial.
+   pure function first_count(settings, base) result(count_of_first)
+      type(run_settings_t), intent(in) :: settings
+      !> All modes, or the lowest
+      type(free_modes_t), intent(in) :: base
+      integer :: count_of_first
 
-      real(wp) :: twice_energy, tail, mobility, lost
+      type(time_course_t), allocatable :: courses(:)
+      integer :: k
 
-      twice_energy = pull**2/sum(stop_value**2/square)
-      mobility = sum(stop_value**2)
-      tail = 0.0_wp
-      lost = 0.0_wp
-      ! a pinned beam needs two free modes
-      do kept = size(square), 3, -1
-         tail = tail + stop_value(kept)**2/square(kept)
-         lost = lost + stop_value(kept)**2
-         if (sqrt(twice_energy*tail) > tolerance) return
-         if (impulsive .and. lost > tolerance*mobility) return
+      count_of_first = counts(1)
+      allocate (courses, source=courses_of(settings))
+      do k = 1, size(courses)
+         associate (fastest => beyond_loads*fastest_of(courses(k)))
+            count_of_first = max(count_of_first, min(count(base%square < fastest**2), most_for_loads))
+         end associate
       end do
-   end function modes_that_matter
+      if (allocated(settings%mode_ratios)) count_of_first = max(count_of_first, size(settings%mode_ratios))
+      count_of_first = max(count_of_first, settings%start%mode)
+   end function first_count
 
-   !> More modes than a number, so many that those left out yield much less at the stop; all, if no fewer do.
-   pure function next_count(square, stop_value, count) result(more)
-      !> W_i^2, ascending
-      real(wp), intent(in) :: square(:)
-      !> b_i
-      real(wp), intent(in) :: stop_value(:)
-      !> The number
+   !> The frequency of a load; of a table the highest at which it turns.
+   pure function fastest_of(course) result(frequency)
+      type(time_course_t), intent(in) :: course
+      !> Over omega1
+      real(wp) :: frequency
+
+      frequency = 0.0_wp
+      if (course%kind == course_harmonic) frequency = course%frequency
+      if (course%kind == course_pulse .and. course%shape == pulse_half_sine) frequency = pi/course%duration
+      if (course%kind == course_table) frequency = pi/shortest_swing(course%time, course%value)
+   end function fastest_of
+
+   !> The shortest time from one turn of a table to the next.
+   pure function shortest_swing(time, value) result(shortest)
+      real(wp), intent(in) :: time(:)
+      real(wp), intent(in) :: value(:)
+      real(wp) :: shortest
+
+      real(wp) :: least
+      integer :: i, turn, farthest
+
+      shortest = huge(1.0_wp)
+      least = least_turn*maxval(abs(value))
+      ! the last turn, and the farthest point from there so far
+      turn = 1
+      farthest = 1
+      do i = 2, size(value)
+         if (abs(value(i) - value(turn)) >= abs(value(farthest) - value(turn)) .and. &
+            (value(i) - value(turn))*(value(farthest) - value(turn)) >= 0.0_wp) farthest = i
+         if (abs(value(i) - value(farthest)) <= least) cycle
+         shortest = min(shortest, time(farthest) - time(turn))
+         turn = farthest
+         farthest = i
+      end do
+      if (farthest > turn) shortest = min(shortest, time(farthest) - time(turn))
+   end function shortest_swing
+
+   !> The number of the next trial.
+   pure function next_count(count) result(more)
+      !> That of the last one
       integer, intent(in) :: count
       integer :: more
 
-      real(wp) :: tail
+      integer :: place
 
-      tail = sum(stop_value(count + 1:)**2/square(count + 1:))
-      do more = count + 1, size(square) - 1
-         if (sum(stop_value(more + 1:)**2/square(more + 1:)) <= growth*tail) return
-      end do
+      place = findloc(counts > count, .true., dim=1)
+      more = 2*count
+      if (place > 0) more = counts(place)
    end function next_count
 
    !> alpha of each mode: that of damping by mass, or what gives it a ratio of its own.
@@ -112,79 +135,5 @@ contains
       deallocate (settings%mode_ratios)
       allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, kept)])
    end subroutine take_modes
-
-   !> A run to compare: no longer than it may be trusted, with samples of its own.
-   pure function trial_settings(asked, lowest) result(settings)
-      !> The run itself
-      type(run_settings_t), intent(in) :: asked
-      !> lambda of the lowest mode
-      real(wp), intent(in) :: lowest
-      type(run_settings_t) :: settings
-
-      real(wp) :: period
-
-      settings = asked
-      settings%output = output_settings_t(history=history_table%quantity == 'displacement')
-      ! what is not compared costs nothing: moments nowhere, so that a run among surfaces stays one
-      if (allocated(settings%stress) .or. allocated(settings%statistics)) then
-         settings%stress = stress_settings_t(history=.false.)
-         allocate (settings%stress%position(0))
-         if (allocated(settings%statistics)) deallocate (settings%statistics)
-      end if
-      if (allocated(settings%poincare)) deallocate (settings%poincare)
-      period = 2.0_wp*pi*(lambda1/lowest)**2
-      associate (response => settings%response)
-         response%duration = min(asked%response%duration, real(most_periods, wp)*period)
-         response%step = min(response%duration, period)/real(samples, wp)
-      end associate
-   end function trial_settings
-
-   !> The greatest difference of two runs in eta of stop and tip, up to the peak of the third rebound of either.
-   pure subroutine compare_runs(fewer, more, duration, check)
-      !> The runs, sampled alike
-      type(response_t), intent(in) :: fewer
-      type(response_t), intent(in) :: more
-      !> Their length
-      real(wp), intent(in) :: duration
-      !> Gets difference and horizon
-      type(mode_check_t), intent(inout) :: check
-
-      integer :: last
-
-      check%horizon = min(horizon_of(fewer, duration), horizon_of(more, duration))
-      last = count(more%tau <= check%horizon)
-      check%difference = max(maxval(abs(fewer%history(eta_stop)%values(:last) &
-         - more%history(eta_stop)%values(:last))), &
-         maxval(abs(fewer%history(eta_tip)%values(:last) - more%history(eta_tip)%values(:last))))
-   end subroutine compare_runs
-
-   !> The sample at the peak of the third rebound, a flight that rises above the quiet level; the end if there are
-   !> fewer.
-   pure function horizon_of(response, duration) result(horizon)
-      type(response_t), intent(in) :: response
-      !> Its length
-      real(wp), intent(in) :: duration
-      real(wp) :: horizon
-
-      real(wp) :: highest
-      integer :: event, rebounds, i
-
-      horizon = duration
-      event = 0
-      rebounds = 0
-      do i = 1, size(response%tau)
-         do while (event < response%event_count)
-            if (response%events(event + 1)%tau > response%tau(i)) exit
-            event = event + 1
-            highest = quiet_level
-         end do
-         if (event == 0) cycle
-         if (response%history(eta_stop)%values(i) <= highest) cycle
-         if (highest <= quiet_level) rebounds = rebounds + 1
-         if (rebounds > last_rebound) return
-         if (rebounds == last_rebound) horizon = response%tau(i)
-         highest = response%history(eta_stop)%values(i)
-      end do
-   end function horizon_of
 
 end module mode_choice

@@ -11,44 +11,35 @@ module residual_modes
    use lapack_interfaces, only: dsygv, lapack_message
    implicit none (type, external)
    private
-   public :: add_residual_modes
+   public :: find_residual_modes
 
 contains
 
-   !> Modes of shapes that others leave, behind these.
-   subroutine add_residual_modes(beam, shapes, vectors, deflection, error)
+   !> The residual modes of shapes beside others.
+   subroutine find_residual_modes(beam, shapes, vectors, rest, deflection, error)
       type(held_beam_t), intent(in) :: beam
       !> Coordinates of the shapes, [order, shapes]
       real(wp), intent(in) :: shapes(:, :)
-      !> Modes, of unit modal mass; more on return, [order, modes]
-      real(wp), allocatable, intent(inout) :: vectors(:, :)
-      !> B times the vectors, [rows, modes]
-      real(wp), allocatable, intent(inout) :: deflection(:, :)
+      !> Coordinates of the modes that are kept, [order, modes]
+      real(wp), intent(in) :: vectors(:, :)
+      !> Residual modes of unit modal mass, at most one for each shape, the lowest frequency first, [order, residual]
+      real(wp), allocatable, intent(out) :: rest(:, :)
+      !> B times these, [rows, residual]
+      real(wp), allocatable, intent(out) :: deflection(:, :)
       !> Set when their small eigenproblem fails
       type(failure_t), allocatable, intent(out) :: error
 
-      real(wp), allocatable :: rest(:, :), moved(:, :), all_vectors(:, :), all_deflections(:, :)
-      integer :: before, count, j
+      integer :: j
 
       allocate (rest, source=remainders(shapes, vectors))
-      count = size(rest, 2)
-      if (count == 0) return
-      allocate (moved(beam%rows, count))
-      do j = 1, count
-         call bend(beam, rest(:, j), moved(:, j))
+      allocate (deflection(beam%rows, size(rest, 2)))
+      if (size(rest, 2) == 0) return
+      do j = 1, size(rest, 2)
+         call bend(beam, rest(:, j), deflection(:, j))
       end do
-      call rotate(rest, moved, error)
-      if (.not. allocated(error)) call orthogonalise(rest, moved, error)
-      if (allocated(error)) return
-      before = size(vectors, 2)
-      allocate (all_vectors(beam%order, before + count), all_deflections(beam%rows, before + count))
-      all_vectors(:, :before) = vectors
-      all_vectors(:, before + 1:) = rest
-      all_deflections(:, :before) = deflection
-      all_deflections(:, before + 1:) = moved
-      call move_alloc(all_vectors, vectors)
-      call move_alloc(all_deflections, deflection)
-   end subroutine add_residual_modes
+      call rotate(rest, deflection, error)
+      if (.not. allocated(error)) call orthogonalise(rest, deflection, error)
+   end subroutine find_residual_modes
 
    !> What is left of shapes beside modes, orthonormal; nothing of one that the others make up.
    pure function remainders(shapes, vectors) result(rest)

@@ -5,48 +5,72 @@ module few_modes
    use beam_model, only: beam_model_t, hold_supports, is_mechanism
    use failures, only: failure_t
    use free_modes, only: describe_modes, find_free_modes, free_modes_t
-   use held_coordinates, only: displace, displace_transposed, held_beam_t, make_held_beam, strain_of_shape
+   use held_coordinates, only: bend, bend_transposed, displace, displace_transposed, held_beam_t, make_held_beam, &
+      strain_of_shape
    use kinds, only: wp
    use lanczos_solver, only: lambda_of, lanczos_vectors
    use mode_shapes, only: fix_mode_signs
    use pinned_coordinates, only: rigid_rotation
-   use residual_modes, only: add_residual_modes
+   use residual_modes, only: find_residual_modes
    use run_settings, only: impulse_nodal, run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
    use stop_laws, only: is_rigid
    use stop_surfaces, only: stops_of
    implicit none (type, external)
    private
-   public :: takes_few_modes, wants_few_modes, find_few_modes, find_modes_of_run, first_count, most_count
+   public :: takes_few_modes, keeps_all_modes, number_of_modes, base_count
+   public :: find_base_modes, find_modes_of_run, find_few_modes
 
-   !> Up to this many elements all modes are found at once, in a tenth of a second.
+   !> Up to this many elements all modes are found at once, in a twentieth of a second.
    integer, parameter :: largest_dense = 100
-   !> Modes to begin with, and beyond which no more are tried.
-   integer, parameter :: first_count = 32
-   integer, parameter :: most_count = 256
-   !> Modes of runs that cannot be compared with others.
-   integer, parameter :: usual_count = 64
+   !> Of a larger mesh so many of the lowest modes are found to choose from, and kept where runs cannot be compared.
+   integer, parameter :: base_count = 64
 
 contains
 
-   !> Is the mesh of a run so large that it takes a part of its modes?
-   pure function wants_few_modes(model, settings) result(answer)
-      type(beam_model_t), intent(in) :: model
-      type(run_settings_t), intent(in) :: settings
-      logical :: answer
-
-      answer = takes_few_modes(model%mesh%elements, settings)
-   end function wants_few_modes
-
-   !> The same of a mesh that is not made yet.
+   !> Is a mesh so large that only a part of its modes is found?
    pure function takes_few_modes(elements, settings) result(answer)
       integer, intent(in) :: elements
       type(run_settings_t), intent(in) :: settings
       logical :: answer
 
-      answer = elements > largest_dense .and. .not. settings%response%keep_all_modes .and. &
-         settings%stop%impulse /= impulse_nodal
+      answer = elements > largest_dense .and. .not. keeps_all_modes(settings)
    end function takes_few_modes
+
+   !> Does a run leave out no mode? The nodal reading of an impulse knows a column of the whole mass matrix.
+   pure function keeps_all_modes(settings) result(answer)
+      type(run_settings_t), intent(in) :: settings
+      logical :: answer
+
+      answer = settings%response%keep_all_modes .or. settings%stop%impulse == impulse_nodal
+   end function keeps_all_modes
+
+   !> How many modes the mesh has.
+   pure function number_of_modes(model) result(number)
+      type(beam_model_t), intent(in) :: model
+      integer :: number
+
+      number = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
+   end function number_of_modes
+
+   !> The modes from which runs of a beam choose theirs, and which they can share: all, or of a large mesh the lowest.
+   subroutine find_base_modes(model, settings, modes, error)
+      type(beam_model_t), intent(in) :: model
+      !> Of one of the runs
+      type(run_settings_t), intent(in) :: settings
+      type(free_modes_t), intent(out) :: modes
+      !> Set when they cannot be found
+      type(failure_t), allocatable, intent(out) :: error
+
+      type(run_settings_t) :: unloaded
+
+      if (takes_few_modes(model%mesh%elements, settings)) then
+         unloaded%has_stop = .false.
+         call find_few_modes(model, unloaded, base_count, modes, error)
+      else
+         call find_free_modes(model, modes, error)
+      end if
+   end subroutine find_base_modes
 
    !> The modes of a run that is not compared with another: all, or of a large mesh the usual number.
    subroutine find_modes_of_run(model, settings, modes, error)
@@ -58,8 +82,8 @@ contains
 
       integer :: count
 
-      if (wants_few_modes(model, settings)) then
-         count = usual_count
+      if (takes_few_modes(model%mesh%elements, settings)) then
+         count = base_count
          if (settings%response%mode_count > 0) count = settings%response%mode_count
          call find_few_modes(model, settings, count, modes, error)
       else
@@ -67,8 +91,9 @@ contains
       end if
    end subroutine find_modes_of_run
 
-   !> The lowest modes, and those of what the others do. All, where so few cannot be had and all still can.
-   subroutine find_few_modes(model, settings, count, modes, error)
+   !> The lowest modes, and the residual modes of stops and loads behind them. All, where so few cannot be had and all
+   !> still can.
+   subroutine find_few_modes(model, settings, count, modes, error, base)
       type(beam_model_t), intent(in) :: model
       !> Stops and loads
       type(run_settings_t), intent(in) :: settings
@@ -77,32 +102,121 @@ contains
       type(free_modes_t), intent(out) :: modes
       !> Set when they cannot be found
       type(failure_t), allocatable, intent(out) :: error
+      !> From `find_base_modes`: what it has is not found again
+      type(free_modes_t), intent(in), optional :: base
 
       !> Solved at once in some minutes
       integer, parameter :: last_resort = 2048
       type(held_beam_t) :: beam
-      real(wp), allocatable :: deflection(:, :), shapes(:, :), vectors(:, :)
-      integer :: lowest, rigid
+      real(wp), allocatable :: deflection(:, :), rest(:, :), shapes(:, :), vectors(:, :)
+      integer :: lowest
+      logical :: is_known
 
       call make_held_beam(model, beam)
-      rigid = merge(1, 0, is_mechanism(model))
       lowest = max(count, settings%start%mode)
-      if (lowest <= model%mesh%elements/2) then
-         call lanczos_vectors(model, beam, lowest - rigid, vectors, deflection, error)
-      end if
-      if (.not. allocated(vectors) .or. allocated(error)) then
-         if (allocated(error) .and. model%mesh%elements > last_resort) then
-            error%message = error%message//'; take fewer elements, a mesh ratio nearer to 1, or fewer modes (modes)'
+      is_known = .false.
+      if (present(base)) is_known = size(base%lambda) >= lowest
+      if (is_known) then
+         call take_lowest(model, beam, lowest, base, modes, vectors)
+      else
+         if (lowest <= model%mesh%elements/2) call find_lowest(model, beam, lowest, modes, vectors, error)
+         if (.not. allocated(vectors) .or. allocated(error)) then
+            if (allocated(error) .and. model%mesh%elements > last_resort) then
+               error%message = error%message//'; take fewer elements, a mesh ratio nearer to 1, or fewer modes (modes)'
+               return
+            end if
+            if (allocated(error)) deallocate (error)
+            call find_free_modes(model, modes, error)
             return
          end if
-         if (allocated(error)) deallocate (error)
-         call find_free_modes(model, modes, error)
-         return
       end if
       call gather_shapes(model, settings, beam, shapes, error)
-      if (.not. allocated(error)) call add_residual_modes(beam, shapes, vectors, deflection, error)
-      if (.not. allocated(error)) call fill_modes(model, beam, vectors, deflection, modes)
+      if (allocated(error)) return
+      call find_residual_modes(beam, shapes, vectors, rest, deflection, error)
+      if (allocated(error)) return
+      call append(model, beam, rest, deflection, modes)
+      call describe_modes(model, modes)
    end subroutine find_few_modes
+
+   !> The lowest of modes that are known.
+   subroutine take_lowest(model, beam, lowest, base, modes, vectors)
+      type(beam_model_t), intent(in) :: model
+      type(held_beam_t), intent(in) :: beam
+      !> How many
+      integer, intent(in) :: lowest
+      type(free_modes_t), intent(in) :: base
+      !> Gets lambda and the shapes
+      type(free_modes_t), intent(inout) :: modes
+      !> Coordinates of those with strain, [order, modes]
+      real(wp), allocatable, intent(out) :: vectors(:, :)
+
+      real(wp) :: deflection(beam%rows)
+      integer :: j, rigid
+
+      rigid = merge(1, 0, is_mechanism(model))
+      allocate (modes%lambda, source=base%lambda(:lowest))
+      allocate (modes%mode, source=base%mode(:, :lowest))
+      allocate (vectors(beam%order, lowest - rigid))
+      do j = 1, size(vectors, 2)
+         ! the rounding of displacements is one of strains in high modes, of which B^T B leaves nothing
+         call bend(beam, strain_of_shape(beam, modes%mode(:, rigid + j)), deflection)
+         call bend_transposed(beam, deflection, vectors(:, j))
+      end do
+   end subroutine take_lowest
+
+   !> The lowest modes, a rotation about the root first where nothing holds it.
+   subroutine find_lowest(model, beam, lowest, modes, vectors, error)
+      type(beam_model_t), intent(in) :: model
+      type(held_beam_t), intent(in) :: beam
+      !> How many
+      integer, intent(in) :: lowest
+      !> Gets lambda and the shapes
+      type(free_modes_t), intent(inout) :: modes
+      !> Coordinates of those with strain, [order, modes]
+      real(wp), allocatable, intent(out) :: vectors(:, :)
+      !> Set when they are not found
+      type(failure_t), allocatable, intent(out) :: error
+
+      real(wp), allocatable :: deflection(:, :)
+      real(wp) :: direction(beam%rows), motion(beam%dofs)
+      integer :: rigid
+
+      rigid = merge(1, 0, is_mechanism(model))
+      call lanczos_vectors(model, beam, lowest - rigid, vectors, deflection, error)
+      if (allocated(error)) return
+      allocate (modes%lambda(rigid), source=0.0_wp)
+      allocate (modes%mode(beam%dofs, rigid))
+      if (rigid > 0) then
+         call rigid_rotation(beam%natural, direction, motion)
+         modes%mode(:, 1) = motion
+      end if
+      call append(model, beam, vectors, deflection, modes)
+   end subroutine find_lowest
+
+   !> Modes behind others.
+   subroutine append(model, beam, vectors, deflection, modes)
+      type(beam_model_t), intent(in) :: model
+      type(held_beam_t), intent(in) :: beam
+      !> Coordinates of those to append, of unit modal mass, [order, appended]
+      real(wp), intent(in) :: vectors(:, :)
+      !> B times these, [rows, appended]
+      real(wp), intent(in) :: deflection(:, :)
+      !> Gets lambda and the shapes
+      type(free_modes_t), intent(inout) :: modes
+
+      real(wp), allocatable :: shape(:, :)
+      integer :: before, j
+
+      before = size(modes%lambda)
+      allocate (shape(beam%dofs, before + size(vectors, 2)))
+      shape(:, :before) = modes%mode
+      do j = 1, size(vectors, 2)
+         call displace(beam, vectors(:, j), shape(:, before + j))
+      end do
+      call fix_mode_signs(model%tip_dof, shape)
+      call move_alloc(shape, modes%mode)
+      modes%lambda = [modes%lambda, lambda_of(vectors, deflection)]
+   end subroutine append
 
    !> Static shapes of forces at stops and of loads; what an impulse on a rigid stop sets in motion.
    subroutine gather_shapes(model, settings, beam, shapes, error)
@@ -148,33 +262,5 @@ contains
          shapes(:, size(forces, 2) + count(is_struck(:j))) = strain_of_shape(beam, shape)
       end do
    end subroutine gather_shapes
-
-   !> Shapes of the nodes, a rotation about the root first where nothing holds it.
-   subroutine fill_modes(model, beam, vectors, deflection, modes)
-      type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(in) :: beam
-      !> [order, modes]
-      real(wp), intent(in) :: vectors(:, :)
-      !> B times the vectors, [rows, modes]
-      real(wp), intent(in) :: deflection(:, :)
-      type(free_modes_t), intent(out) :: modes
-
-      real(wp) :: direction(beam%rows), motion(beam%dofs)
-      integer :: j, rigid
-
-      rigid = merge(1, 0, is_mechanism(model))
-      allocate (modes%lambda(rigid + size(vectors, 2)), source=0.0_wp)
-      allocate (modes%mode(beam%dofs, rigid + size(vectors, 2)))
-      modes%lambda(rigid + 1:) = lambda_of(vectors, deflection)
-      if (rigid > 0) then
-         call rigid_rotation(beam%natural, direction, motion)
-         modes%mode(:, 1) = motion
-      end if
-      do j = 1, size(vectors, 2)
-         call displace(beam, vectors(:, j), modes%mode(:, rigid + j))
-      end do
-      call fix_mode_signs(model%tip_dof, modes%mode)
-      call describe_modes(model, modes)
-   end subroutine fill_modes
 
 end module few_modes

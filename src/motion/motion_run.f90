@@ -5,8 +5,8 @@ module motion_run
    use contact_sets, only: set_store_t
    use exact_motion, only: exact_response
    use failures, only: fail, failure_t, status_bad_input
-   use few_modes, only: wants_few_modes
-   use free_modes, only: find_free_modes, free_modes_t
+   use few_modes, only: find_base_modes
+   use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: is_in_mode, start_pull
    use mass_choice, only: errs_less_redistributed
@@ -132,14 +132,12 @@ contains
       type(beam_model_t), intent(in) :: model
       !> One of the runs
       type(run_settings_t), intent(in) :: settings
-      !> The beam's modes
+      !> Modes of the beam
       type(free_modes_t), intent(out) :: modes
       !> Set when they cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
-      if (settings%response%method == method_exact .and. .not. wants_few_modes(model, settings)) then
-         call find_free_modes(model, modes, error)
-      end if
+      if (settings%response%method == method_exact) call find_base_modes(model, settings, modes, error)
    end subroutine find_shared_modes
 
 end module motion_run

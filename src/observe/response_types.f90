@@ -141,17 +141,24 @@ module response_types
       real(wp) :: lyapunov_exponent = 0.0_wp
    end type run_measures_t
 
-   !> How many modes a run kept, and what a run of fewer of them told.
+   !> How many modes a run kept, and what the trials found from which that number follows.
    type :: mode_check_t
-      !> Kept
+      !> Kept, of all that the mesh has
       integer :: kept = 0
-      !> Of so many fewer was the other run; 0: none, as no mode was left out
+      integer :: all_modes = 0
+      !> So many more had the trial that was compared with one in those kept; 0: none was
       integer :: compared = 0
-      !> Up to here both were compared, tau, and their greatest difference in eta of stop and tip
+      !> Up to here both were compared, tau, and their greatest difference in eta of stops and tip
       real(wp) :: horizon = 0.0_wp
       real(wp) :: difference = 0.0_wp
-      !> Sums evaluated in such runs
+      !> What was asked for, in eta, and whether the difference keeps well within it
+      real(wp) :: tolerance = 0.0_wp
+      logical :: agrees = .false.
+      !> The motion goes on under harmonic loads beyond the horizon
+      logical :: goes_on = .false.
+      !> Sums evaluated in trials, and these times the modes of each
       integer(i8) :: evaluations = 0_i8
+      real(wp) :: work = 0.0_wp
    end type mode_check_t
 
    !> The mesh of a run, and what a finer one told.

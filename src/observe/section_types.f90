@@ -14,6 +14,8 @@ module section_types
       !> Displacements and velocities of the free modes (newmark: of the degrees of freedom, [-2 : order + 3]);
       !> unallocated: no state
       real(wp), allocatable :: q(:), v(:)
+      !> These are so many of the lowest modes, and residual modes; 0: they are all modes
+      integer :: lowest_modes = 0
       !> The surface is under force; open, but not yet home
       logical, allocatable :: is_closed(:), is_indented(:)
       !> Its indentation u, and the force in its branch

@@ -67,6 +67,8 @@ contains
          if (check%compared > 0) then
             call group%attribute('modes_compared', real(check%compared, wp))
             call group%attribute('mode_difference', check%difference)
+            call group%attribute('mode_tolerance', check%tolerance)
+            call group%attribute('modes_agree', merge(1.0_wp, 0.0_wp, check%agrees))
             call group%put_attribute('mode_horizon', check%horizon, 'time')
          end if
       end associate

@@ -66,7 +66,7 @@ contains
       if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
    end subroutine print_mesh
 
-   !> What leaving out modes does; nothing, if none was left out.
+   !> What leaving out modes does; nothing, if no trial was made.
    subroutine print_modes(unit, check, units)
       integer, intent(in) :: unit
       !> The modes kept, and those compared
@@ -74,10 +74,22 @@ contains
       !> What results are in
       type(units_t), intent(in) :: units
 
+      character(:), allocatable :: found
+
       if (check%compared == 0) return
-      call print_line(unit, 'modes', to_text(check%kept)//' kept; with '//to_text(check%compared)// &
-         phrase(units, ' {eta~the displacement} differs by ', 'displacement', check%difference) &
-         //phrase(units, ' until {tau~t} = ', 'time', check%horizon))
+      found = 'with '//to_text(check%compared)//phrase(units, ' {eta~the displacement} differs by ', 'displacement', &
+         check%difference)//phrase(units, ' until {tau~t} = ', 'time', check%horizon)
+      if (check%agrees) then
+         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; '//found)
+      else if (check%kept == check%all_modes) then
+         call print_line(unit, 'modes', 'all '//to_text(check%kept)//'; with fewer than '//found)
+      else
+         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; with fewer than ' &
+            //found)
+         call print_line(unit, '', 'that is NOT within the accuracy that was asked for')
+      end if
+      if (check%goes_on) call print_line(unit, '', 'later on contacts may make any two such motions differ: compare ' &
+         //'statistics, not histories')
    end subroutine print_modes
 
    !> The measures of a run, a line each, and the highest points of its rebounds.

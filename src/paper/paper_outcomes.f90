@@ -138,6 +138,7 @@ contains
       settings%response%duration = duration
       settings%response%step = sample_step
       settings%response%method = way%method
+      settings%response%keep_all_modes = .true.
       settings%output = output
       settings%height_ratio = height_ratio
       call run_motion(model, settings, response, error, modes)

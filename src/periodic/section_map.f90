@@ -4,14 +4,14 @@ module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
-   use exact_motion, only: exact_response
+   use exact_motion, only: choose_modes, exact_response, unknown
    use failures, only: failure_t
-   use few_modes, only: find_modes_of_run
+   use few_modes, only: find_base_modes
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: take_modes
-   use response_types, only: event_contact, event_impact, response_t
+   use response_types, only: event_contact, event_impact, mode_check_t, response_t
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
    use stop_surfaces, only: surface_t, surfaces_of
@@ -70,7 +70,9 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(surface_t), allocatable :: surfaces(:)
-      integer :: k, kept
+      type(free_modes_t), allocatable :: chosen
+      type(mode_check_t) :: check
+      integer :: k, kept, lowest
 
       map%model = model
       map%period = period
@@ -78,11 +80,17 @@ contains
       map%settings%output = output_settings_t(history=.false.)
       if (allocated(map%settings%stress)) deallocate (map%settings%stress)
       if (allocated(map%settings%statistics)) deallocate (map%settings%statistics)
-      call find_modes_of_run(model, settings, map%modes, error)
+      call find_base_modes(model, settings, map%modes, error)
       if (allocated(error)) return
-      kept = size(map%modes%lambda)
-      if (settings%response%mode_count > 0) kept = min(kept, settings%response%mode_count)
+      lowest = unknown
+      call choose_modes(model, settings, map%modes, chosen, lowest, check, error)
+      if (allocated(error)) return
+      if (allocated(chosen)) map%modes = chosen
+      kept = check%kept
       call take_modes(kept, map%modes, map%settings)
+      ! the runs of the map take these as they are
+      map%settings%response%keep_all_modes = .true.
+      map%settings%response%mode_count = 0
       allocate (surfaces, source=surfaces_of(settings))
       allocate (map%surfaces(size(surfaces)), map%value(kept, size(surfaces)))
       do k = 1, size(surfaces)

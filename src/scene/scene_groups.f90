@@ -247,6 +247,7 @@ contains
       class(table_t), intent(inout) :: table
       type(response_settings_t), intent(inout) :: response
 
+      real(wp) :: tolerance
       integer :: scheme
 
       call table%bind(response%duration, name_t('duration', 'length of the run, tau = omega1 t', duration_range, &
@@ -275,11 +276,17 @@ contains
          hop_range, sweep=sweep_t(7, is_in_motion=.true.)))
       call table%bind(response%event_limit, name_t('event_limit', 'events after which the run fails', &
          range_t(1, 1000000000)))
-      call table%bind(response%mode_tolerance, name_t('mode_tolerance', &
-         'eta by which leaving out modes may change the motion', mode_range, exact))
+      call table%bind(response%accuracy, name_t('accuracy', 'share of the greatest displacement by which leaving out ' &
+         //'modes may change those of stops and tip', range_t(0.0_wp, 0.1_wp, excludes_least=.true.), exact))
+      tolerance = 0.0_wp
+      if (response%mode_tolerance < huge(tolerance)) tolerance = response%mode_tolerance
+      call table%bind(tolerance, name_t('mode_tolerance', &
+         'eta by which leaving out modes may change the motion at most', mode_range, exact, &
+         default='as accuracy asks', is_optional=.true.))
+      if (tolerance > 0.0_wp) response%mode_tolerance = tolerance
       call table%bind(response%keep_all_modes, name_t('keep_all_modes', 'leave out no mode', needs=exact))
       call table%bind(response%mode_count, name_t('modes', 'number of the lowest modes of the free beam to keep', &
-         range_t(1.0_wp, 2.0_wp*real(most_elements, wp)), exact, default='as mode_tolerance asks', is_optional=.true., &
+         range_t(1.0_wp, 2.0_wp*real(most_elements, wp)), exact, default='as accuracy asks', is_optional=.true., &
          sweep=sweep_t(56, is_in_cases=.true.)))
    end subroutine list_response
 

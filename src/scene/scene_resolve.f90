@@ -262,15 +262,30 @@ contains
    !> &response
    subroutine check_response(input, response)
       type(scene_input_t), intent(inout) :: input
-      type(response_settings_t), intent(in) :: response
+      type(response_settings_t), intent(inout) :: response
 
-      if (response%keep_all_modes .and. input%has('response', 'mode_tolerance')) then
-         call input%complain('response', 'mode_tolerance', 'does not go with keep_all_modes = .true.')
+      if (response%keep_all_modes) then
+         call refuse('mode_tolerance', 'does not go with keep_all_modes = .true.')
+         call refuse('accuracy', 'does not go with keep_all_modes = .true.')
       end if
-      if (response%mode_count > 0 .and. (response%keep_all_modes .or. input%has('response', 'mode_tolerance'))) then
-         call input%complain('response', 'modes', 'is a number that is given; it does not go with mode_tolerance or ' &
-            //'keep_all_modes')
+      if (response%mode_count > 0 .and. (response%keep_all_modes .or. input%has('response', 'mode_tolerance') .or. &
+         input%has('response', 'accuracy'))) then
+         call input%complain('response', 'modes', 'is a number that is given; it does not go with accuracy, ' &
+            //'mode_tolerance or keep_all_modes')
       end if
+      ! no tolerance at all
+      if (input%has('response', 'mode_tolerance') .and. .not. response%mode_tolerance < huge(1.0_wp)) then
+         response%keep_all_modes = .true.
+      end if
+
+   contains
+
+      subroutine refuse(name, problem)
+         character(*), intent(in) :: name
+         character(*), intent(in) :: problem
+
+         if (input%has('response', name)) call input%complain('response', name, problem)
+      end subroutine refuse
    end subroutine check_response
 
    !> The samples of a run whose duration is known.

@@ -15,7 +15,7 @@ module run_settings
    public :: side_below, side_above, side_both, side_names
    public :: impulse_momentum, impulse_nodal, impulse_names
    public :: method_exact, method_newmark, method_names
-   public :: name_length
+   public :: name_length, strict_mode_tolerance
 
    !> Longest name of a scene, solver, history.
    integer, parameter :: name_length = 64
@@ -72,6 +72,9 @@ module run_settings
       real(wp) :: damper_ratio = 0.3_wp
    end type stop_settings_t
 
+   !> Tolerance of modes, in eta, of runs by which others are judged.
+   real(wp), parameter :: strict_mode_tolerance = 1.0e-9_wp
+
    !> &response
    type :: response_settings_t
       !> Length of the run, tau
@@ -94,11 +97,13 @@ module run_settings
       real(wp) :: hop_tolerance = 1.0e-8_wp
       !> Events after which the run fails
       integer :: event_limit = 10000000
-      !> `exact`: eta of stop and tip by which leaving out modes may change the motion, up to the third rebound
-      real(wp) :: mode_tolerance = 1.0e-9_wp
+      !> `exact`: by which share of the greatest displacement leaving out modes may change those of stops and tip
+      real(wp) :: accuracy = 1.0e-4_wp
+      !> `exact`: and by how much of eta; huge: as much as `accuracy` allows
+      real(wp) :: mode_tolerance = huge(1.0_wp)
       !> `exact`: keep all modes, whatever they contribute
       logical :: keep_all_modes = .false.
-      !> `exact`: keep so many of the lowest modes; 0: as many as `mode_tolerance` asks for
+      !> `exact`: keep so many of the lowest modes; 0: as many as `accuracy` asks for
       integer :: mode_count = 0
    end type response_settings_t
 

@@ -6,10 +6,10 @@ module mesh_choice
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: wp
-   use mode_choice, only: compare_runs, trial_settings
+   use mode_trials, only: compare_runs, trial_settings
    use motion_run, only: run_motion
    use response_types, only: mesh_check_t, mode_check_t, response_t, run_measures_t
-   use run_settings, only: method_exact, run_settings_t
+   use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
    use scene_beam_model, only: redistributes, run_of, section_of
    use scene_types, only: scene_t
    implicit none (type, external)
@@ -108,6 +108,8 @@ contains
       if (scene%mesh%tolerance > 0.0_wp) then
          settings = run_of(scene)
          settings%response%method = method_exact
+         ! meshes are compared, not modes
+         settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
          allocate (first)
          call make_case_beam(scene, meshes(1), 1.0_wp, first, settings)
          if (allocated(first%trouble)) then

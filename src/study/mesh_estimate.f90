@@ -11,7 +11,7 @@ module mesh_estimate
    use motion_run, only: run_motion
    use response_types, only: response_t
    use run_measures, only: row_of
-   use run_settings, only: output_settings_t, run_settings_t
+   use run_settings, only: output_settings_t, run_settings_t, strict_mode_tolerance
    use scene_beam_model, only: run_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -91,6 +91,7 @@ contains
       row = ieee_value(1.0_wp, ieee_quiet_nan)
       if (allocated(beam%trouble)) return
       settings = run_of(scene)
+      settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
       settings%output = output_settings_t(history=.false., measures=.true., most_peaks=peak_count)
       call run_motion(beam%model, settings, response, error, beam%modes)
       if (.not. allocated(error)) row = row_of(response%measures)

@@ -66,6 +66,7 @@ module scene_drawing
       usual_t('response', 'contact_tolerance', 1.0e-6_wp, 1.0e-2_wp, .true.), &
       usual_t('response', 'release_tolerance', 1.0e-4_wp, 1.0_wp, .true.), &
       usual_t('response', 'mode_tolerance', 1.0e-12_wp, 1.0e-2_wp, .true.), &
+      usual_t('response', 'accuracy', 1.0e-8_wp, 1.0e-2_wp, .true.), &
       usual_t('frequencies', 'count', 1.0_wp, 12.0_wp, .false., 40.0_wp), &
       usual_t('frequencies', 'mesh_elements', 1.0_wp, 40.0_wp, .true., 60.0_wp), &
       usual_t('frequencies', 'mesh_ratios', 0.8_wp, 1.4_wp, .false.), usual_t('output', 'mode_shapes', 0.0_wp, &
