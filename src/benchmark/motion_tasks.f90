@@ -133,7 +133,7 @@ contains
 
       settings%duration = precision%duration
       settings%step = step
-      settings%accuracy = huge(1.0_wp)
+      settings%accuracy = 1.0_wp
       settings%mode_tolerance = strict_mode_tolerance
       if (contender == contender_exact) return
       settings%method = method_newmark

@@ -38,7 +38,7 @@ contains
       allocate (courses, source=courses_of(settings))
       do k = 1, size(courses)
          associate (fastest => beyond_loads*fastest_of(courses(k)))
-            count_of_first = max(count_of_first, min(count(base%square < fastest**2), most_for_loads))
+            count_of_first = max(count_of_first, min(count(sqrt(base%square) < fastest), most_for_loads))
          end associate
       end do
       if (allocated(settings%mode_ratios)) count_of_first = max(count_of_first, size(settings%mode_ratios))

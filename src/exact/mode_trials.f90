@@ -39,7 +39,7 @@ module mode_trials
    !> A trial with fewer contacts than this says little about a stop, one with so many enough.
    integer, parameter :: fewest_contacts = 3, enough_contacts = 64
    !> A trial with more events than this ends. It has so many samples at least.
-   integer, parameter :: most_events = 512, fewest_samples = 8
+   integer, parameter :: most_events = 256, fewest_samples = 8
    !> Samples in the period of the lowest mode, and in a whole trial.
    integer, parameter :: samples = 256, most_samples = 4096
 
@@ -231,14 +231,12 @@ contains
       type(response_t), intent(in) :: response
       logical, intent(out) :: has_shortened
 
-      real(wp) :: length
-
-      length = enough_time(trials, response)
-      associate (settings => trials%settings%response)
+      associate (settings => trials%settings%response, contacts => contact_times(response))
          has_shortened = .not. trials%is_settled .and. response%event_count > settings%event_limit &
-            .and. length < settings%duration
+            .and. size(contacts) > enough_contacts
+         if (has_shortened) has_shortened = contacts(enough_contacts) >= real(fewest_samples, wp)*settings%step
          if (.not. has_shortened) return
-         settings%duration = length
+         settings%duration = contacts(enough_contacts)
          trials%is_lengthened = .true.
       end associate
    end subroutine shorten
@@ -354,11 +352,11 @@ contains
       integer :: i
 
       number = 0
-      last = huge(1.0_wp)
+      last = -1.0_wp
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (event%tau > horizon) return
-            if (event%kind == event_impact .or. is_contact_start(event%kind)) then
+            if ((event%kind == event_impact .or. is_contact_start(event%kind)) .and. last(event%surface) >= 0.0_wp) then
                if (0.5_wp*abs(event%velocity_before)*(event%tau - last(event%surface)) > height) number = number + 1
             end if
             last(event%surface) = event%tau
