@@ -82,11 +82,11 @@ contains
       if (check%agrees) then
          call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; '//found)
       else if (check%kept == check%all_modes) then
-         call print_line(unit, 'modes', 'all '//to_text(check%kept)//'; with fewer than '//found)
+         call print_line(unit, 'modes', 'all '//to_text(check%kept)//', as fewer do not agree: '//found)
       else
-         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; with fewer than ' &
+         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; fewer do not agree: ' &
             //found)
-         call print_line(unit, '', 'that is NOT within the accuracy that was asked for')
+         call print_line(unit, '', 'the accuracy that was asked for is NOT shown to be kept')
       end if
       if (check%goes_on) call print_line(unit, '', 'later on contacts may make any two such motions differ: compare ' &
          //'statistics, not histories')
