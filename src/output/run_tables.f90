@@ -79,14 +79,12 @@ contains
       if (check%compared == 0) return
       found = 'with '//to_text(check%compared)//phrase(units, ' {eta~the displacement} differs by ', 'displacement', &
          check%difference)//phrase(units, ' until {tau~t} = ', 'time', check%horizon)
-      if (check%agrees) then
-         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; '//found)
-      else if (check%kept == check%all_modes) then
-         call print_line(unit, 'modes', 'all '//to_text(check%kept)//', as fewer do not agree: '//found)
+      if (.not. check%agrees) found = 'fewer do not agree: '//found
+      if (check%kept == check%all_modes) then
+         call print_line(unit, 'modes', 'all '//to_text(check%kept)//'; '//found)
       else
-         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; fewer do not agree: ' &
-            //found)
-         call print_line(unit, '', 'the accuracy that was asked for is NOT shown to be kept')
+         call print_line(unit, 'modes', to_text(check%kept)//' of '//to_text(check%all_modes)//'; '//found)
+         if (.not. check%agrees) call print_line(unit, '', 'the accuracy that was asked for is NOT shown to be kept')
       end if
       if (check%goes_on) call print_line(unit, '', 'later on contacts may make any two such motions differ: compare ' &
          //'statistics, not histories')
