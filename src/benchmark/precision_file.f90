@@ -3,7 +3,6 @@ module precision_file
    use, intrinsic :: iso_c_binding, only: c_size_t
    use cheapest_ways, only: cheapest_of, error_bounds, parts_of_error, way_name, ways_of
    use failures, only: failure_t
-   use file_system, only: make_folder
    use hdf5_writing, only: hdf5_group_t
    use kinds, only: wp
    use machine_facts, only: compiler_name, kind_of_build, options_of_compiler, processor_name
@@ -33,8 +32,6 @@ contains
       type(quantity_group_t) :: root
       type(hdf5_group_t) :: group
 
-      call make_folder(folder, error)
-      if (allocated(error)) return
       call begin_results(root, expected_bytes, scene)
       group = root%group('precision')
       call group%attribute('processor', processor_name())

@@ -7,7 +7,6 @@
 module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
-   use orbit_types, only: orbit_study_t
    use section_types, only: run_sections_t
    use signal_peaks, only: looks_t, peak_tolerance
    use statistic_types, only: run_statistics_t
@@ -16,7 +15,7 @@ module response_types
    public :: response_t, event_t, surface_record_t, moment_record_t, append_event, event_names
    public :: event_impact, event_capture, event_release, event_contact, event_separation, event_blow
    public :: is_contact_start, is_contact_end, miss_of_energies
-   public :: mode_check_t, mesh_check_t, run_measures_t, frequency_response_t, quiet_level, quiet_energy
+   public :: mode_check_t, mesh_check_t, run_measures_t, quiet_level, quiet_energy
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -227,17 +226,6 @@ module response_types
       type(looks_t) :: looks_for_greatest
    end type moment_record_t
 
-   !> Complex amplitudes of the beam with its stops open under loads sin(omega tau + phase): the displacement is the
-   !> imaginary part of amplitude exp(i omega tau).
-   type :: frequency_response_t
-      !> omega over omega1, [frequencies]
-      real(wp), allocatable :: frequency(:)
-      !> [frequencies]
-      complex(wp), allocatable :: tip(:)
-      !> In the scene's order of surfaces, [surfaces, frequencies]
-      complex(wp), allocatable :: stop(:, :)
-   end type frequency_response_t
-
    type :: response_t
       !> Events in order; only the first `event_count` are meant
       type(event_t), allocatable :: events(:)
@@ -258,10 +246,6 @@ module response_types
       type(run_statistics_t), allocatable :: statistics
       !> Sections; unallocated: not asked for
       type(run_sections_t), allocatable :: sections
-      !> Periodic motions; unallocated: not asked for
-      type(orbit_study_t), allocatable :: orbits
-      !> Of the linear beam; unallocated: not asked for
-      type(frequency_response_t), allocatable :: frequency_response
       !> Surfaces, in the scene's order, that were closed as the run took over a motion; unallocated: it took over none
       logical, allocatable :: starts_closed(:)
       !> Shapes of the whole beam: instants, then eta, its slope d eta/d(x/L), and the rates of both, [node, instant],

@@ -2,9 +2,7 @@
 module response_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
-   use linear_groups, only: write_frequency_response
    use measure_rows, only: write_measures_of_run
-   use orbit_tables, only: write_orbits
    use quantity_groups, only: quantity_group_t
    use response_types, only: event_blow, event_names, response_t, run_measures_t
    use run_measures, only: row_of
@@ -40,10 +38,6 @@ contains
       end if
       if (allocated(response%sections)) then
          call write_sections(group%part('poincare'), response%sections, names_of(response%surfaces))
-      end if
-      if (allocated(response%orbits)) call write_orbits(group%part('orbit'), response%orbits)
-      if (allocated(response%frequency_response)) then
-         call write_frequency_response(group%part('frequency_response'), response%frequency_response)
       end if
       ! sample times that are not allocated are not present
       if (allocated(response%surfaces)) call write_surfaces(group%part('surfaces'), response%surfaces, response%tau)

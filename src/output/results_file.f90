@@ -10,7 +10,6 @@ module results_file
    use frequency_types, only: frequency_table_t
    use history_list, only: history_count
    use kinds, only: wp
-   use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use program_identity, only: program_name, program_version
    use quantities, only: system_names, system_none
    use quantity_groups, only: quantity_group_t
@@ -20,7 +19,7 @@ module results_file
    use scene_units, only: units_in
    implicit none (type, external)
    private
-   public :: write_results, results_name, begin_results, finish_results, write_head, write_groups
+   public :: write_results, results_name, begin_results, expected_size, finish_results, write_head, write_groups
 
    character(*), parameter :: conventions = &
       'tau = omega1 t; eta = (y - d)/(y_c(0) - d), y from the unstressed beam, the stop at y = d, y_c at the stop; ' &
@@ -42,8 +41,8 @@ contains
       name = scene%name//'.h5'
    end function results_name
 
-   !> Write the file of a scene, whole or not at all; the folder is made if it is not there.
-   subroutine write_results(folder, scene, error, node_position, frequencies, response, errors)
+   !> Write the file of a scene, whole or not at all.
+   subroutine write_results(folder, scene, error, node_position, frequencies, response)
       !> Folder of the results
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
@@ -54,19 +53,15 @@ contains
       !> What was computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
-      type(mesh_errors_t), intent(in), optional :: errors
 
       type(quantity_group_t) :: root
 
-      call make_folder(folder, error)
-      if (allocated(error)) return
       call begin_results(root, expected_size(response), scene)
       if (present(node_position)) then
          call write_groups(root, node_position, frequencies, response)
       else
          call write_groups(root, frequencies=frequencies, response=response)
       end if
-      if (present(errors)) call write_mesh_errors(root%part('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)
    end subroutine write_results
 
@@ -113,7 +108,7 @@ contains
       call write_scene(root%part('scene'), scene)
    end subroutine write_head
 
-   !> Put the finished file into its folder, which is there.
+   !> Put the finished file into its folder, which is made if it is not there.
    subroutine finish_results(root, folder, scene, error)
       !> The root of the file
       type(quantity_group_t), intent(inout) :: root
@@ -131,7 +126,8 @@ contains
          call fail(error, refusal%status, "cannot make '"//results_name(scene)//"': "//refusal%message)
          return
       end if
-      call replace_file(folder, results_name(scene), bytes, error)
+      call make_folder(folder, error)
+      if (.not. allocated(error)) call replace_file(folder, results_name(scene), bytes, error)
    end subroutine finish_results
 
    !> A guess at the size of the file in bytes, so that its memory is not moved about.

@@ -8,10 +8,10 @@ module scene_requests
    use name_types, only: condition_t, name_t
    use number_text, only: to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
-   use run_settings, only: end_of_run, frequency_response_settings_t, method_exact, method_newmark, &
-      poincare_settings_t, response_settings_t, statistics_settings_t
+   use run_settings, only: end_of_run, method_exact, method_newmark, poincare_settings_t, response_settings_t, &
+      statistics_settings_t
    use scene_input, only: scene_input_t
-   use scene_types, only: scene_t
+   use scene_types, only: frequency_response_settings_t, scene_t
    use sweep_settings, only: is_swept
    use value_rules, only: duration_range, instant_range, physical_range, range_t
    implicit none (type, external)

@@ -9,7 +9,7 @@ module run_settings
    implicit none (type, external)
    private
    public :: run_settings_t, stop_settings_t, response_settings_t, output_settings_t, stress_settings_t
-   public :: statistics_settings_t, poincare_settings_t, frequency_response_settings_t
+   public :: statistics_settings_t, poincare_settings_t
    public :: law_restitution, law_three_element, law_spring_damper, law_names
    public :: stop_released_from, count_samples, end_of_run
    public :: side_below, side_above, side_both, side_names
@@ -169,14 +169,6 @@ module run_settings
       !> That of the load, tau, as `period_of` tells
       real(wp) :: period = 0.0_wp
    end type poincare_settings_t
-
-   !> &frequency_response: the beam with its stops open, under its harmonic loads at one frequency after the other
-   type :: frequency_response_settings_t
-      !> Least and greatest, over omega1
-      real(wp), allocatable :: range(:)
-      integer :: points = 400
-      logical :: is_logarithmic = .false.
-   end type frequency_response_settings_t
 
    type :: run_settings_t
       !> zeta = gamma omega1 / 2

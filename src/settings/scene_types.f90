@@ -8,15 +8,15 @@ module scene_types
    use kinds, only: wp
    use load_settings, only: base_settings_t, force_settings_t, start_settings_t
    use orbit_settings, only: orbit_settings_t
-   use run_settings, only: frequency_response_settings_t, name_length, output_settings_t, poincare_settings_t, &
-      response_settings_t, statistics_settings_t, stop_settings_t, stress_settings_t
+   use run_settings, only: name_length, output_settings_t, poincare_settings_t, response_settings_t, &
+      statistics_settings_t, stop_settings_t, stress_settings_t
    use section_shapes, only: section_settings_t
    use sweep_settings, only: best_settings_t, cases_settings_t, sweep_settings_t
    implicit none (type, external)
    private
    public :: scene_t, echo_t, beam_settings_t, mesh_settings_t, support_settings_t, base_group_t, start_group_t
    public :: support_displacement, support_rotation, support_motion_names
-   public :: frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
+   public :: frequency_response_settings_t, frequency_settings_t, scales_t, precision_settings_t, statements_settings_t
    public :: shape_taper, shape_height_table, shape_section_table, shape_section
    public :: solver_dsygv, solver_natural, solver_lanczos, solver_auto
    public :: output_scene, output_dimensionless, output_unit_names
@@ -158,6 +158,14 @@ module scene_types
       !> `reference_exact` or `reference_none`
       integer :: reference = reference_exact
    end type frequency_settings_t
+
+   !> &frequency_response: the beam with its stops open, under its harmonic loads at one frequency after the other
+   type :: frequency_response_settings_t
+      !> Least and greatest, over omega1
+      real(wp), allocatable :: range(:)
+      integer :: points = 400
+      logical :: is_logarithmic = .false.
+   end type frequency_response_settings_t
 
    !> &precision: run time against error
    type :: precision_settings_t
@@ -319,7 +327,7 @@ module scene_types
 
 contains
 
-   !> Is a group there of which measures are?
+   !> Is a group there of which measures or analyses are?
    elemental function has_group(scene, group) result(has)
       class(scene_t), intent(in) :: scene
       !> Empty: all are there without any
@@ -333,6 +341,10 @@ contains
          has = scene%wants_statistics
       case ('poincare')
          has = scene%wants_poincare
+      case ('orbit')
+         has = scene%wants_orbit
+      case ('frequency_response')
+         has = scene%wants_frequency_response
       case default
          has = .true.
       end select

@@ -1,13 +1,14 @@
 !> One scene, run for several values of one parameter: a figure of several curves.
 module case_runs
+   use analyses, only: analyse, analysed_t
    use case_beam, only: case_beam_t
    use failures, only: fail, failure_t, status_run_failed
-   use frequency_response, only: find_frequency_response
    use kinds, only: wp
    use mesh_choice, only: find_case_beam
    use motion_run, only: run_motion, set_store_t
    use number_text, only: to_text
    use response_types, only: response_t
+   use run_settings, only: run_settings_t
    use scene_beam_model, only: run_of
    use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
@@ -22,6 +23,7 @@ module case_runs
       !> x/L of the nodes, [0:n]
       real(wp), allocatable :: node_position(:)
       type(response_t) :: response
+      type(analysed_t), allocatable :: analysed(:)
    end type case_t
 
 contains
@@ -38,6 +40,7 @@ contains
       type(case_beam_t) :: beam
       character(:), allocatable :: problem
       type(set_store_t) :: sets
+      type(run_settings_t) :: settings
       type(scene_t), allocatable :: extremes(:)
       ! large
       type(draft_t), allocatable :: draft
@@ -70,14 +73,11 @@ contains
             return
          end if
          allocate (cases(i)%node_position, source=beam%model%mesh%position)
-         call run_motion(beam%model, run_of(cases(i)%scene), cases(i)%response, error, beam%modes, sets)
+         settings = run_of(cases(i)%scene)
+         call run_motion(beam%model, settings, cases(i)%response, error, beam%modes, sets)
          if (allocated(error)) return
-         if (scene%wants_frequency_response) then
-            allocate (cases(i)%response%frequency_response)
-            call find_frequency_response(beam%model, run_of(cases(i)%scene), scene%frequency_response, &
-               cases(i)%response%frequency_response, error)
-            if (allocated(error)) return
-         end if
+         call analyse(cases(i)%scene, beam%model, settings, cases(i)%response, cases(i)%analysed, error)
+         if (allocated(error)) return
          if (beam%check%compared > 0) cases(i)%response%mesh_check = beam%check
       end do
    end subroutine run_cases

@@ -3,9 +3,9 @@
 module cases_study
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_size_t
+   use analyses, only: write_analyses
    use case_runs, only: case_t, run_cases
    use failures, only: failure_t
-   use file_system, only: make_folder
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: row_in, write_measures_of_cases
@@ -81,8 +81,6 @@ contains
       real(wp) :: rows(measure_count, size(cases))
       integer :: i
 
-      call make_folder(folder, error)
-      if (allocated(error)) return
       name = trim(scene%cases%parameter%name)
       call begin_results(root, expected_bytes, scene)
       group = root%part('cases')
@@ -101,6 +99,7 @@ contains
          case_group%multiplies = .true.
          call case_group%attribute('value', cases(i)%value)
          call write_groups(case_group, cases(i)%node_position, response=cases(i)%response)
+         call write_analyses(case_group, cases(i)%analysed)
       end do
       if (present(errors)) call write_mesh_errors(root%part('mesh_estimate'), errors)
       call finish_results(root, folder, scene, error)

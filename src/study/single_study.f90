@@ -1,22 +1,21 @@
 !> One scene, one run: its frequencies, its motion.
 module single_study
+   use analyses, only: analyse, analysed_t, print_analyses, write_analyses
    use beam_model, only: beam_model_t
    use case_beam, only: case_beam_t
    use failures, only: failure_t
-   use frequency_response, only: find_frequency_response
    use frequency_study, only: frequency_table
    use frequency_tables, only: print_frequency_table
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
    use mesh_choice, only: find_beam
-   use mesh_errors, only: mesh_errors_t, print_mesh_errors
+   use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
    use mesh_estimate, only: estimate_cases
    use motion_run, only: run_motion
-   use orbit_search, only: find_orbits
-   use orbit_tables, only: print_orbits
    use progress_line, only: start_progress, stop_progress
+   use quantity_groups, only: quantity_group_t
    use response_types, only: response_t
-   use results_file, only: write_results
+   use results_file, only: begin_results, expected_size, finish_results, write_groups
    use run_reach, only: forget_reach, watch_reach
    use run_settings, only: run_settings_t
    use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_surfaces
@@ -42,9 +41,11 @@ contains
       type(frequency_table_t), allocatable :: table
       type(response_t), allocatable :: response
       type(mesh_errors_t), allocatable :: errors
+      type(analysed_t), allocatable :: analysed(:)
+      type(quantity_group_t) :: root
 
       if (.not. job%quiet) call start_progress(job%label)
-      call compute_scene(scene, model, table, response, error)
+      call compute_scene(scene, model, table, response, analysed, error)
       if (scene%mesh%estimate .and. allocated(response) .and. .not. allocated(error)) then
          allocate (errors)
          call estimate_cases([scene], [1], errors)
@@ -52,11 +53,15 @@ contains
       call stop_progress()
       if (allocated(error)) return
       ! what is not allocated is not present
+      call begin_results(root, expected_size(response), scene)
       if (allocated(model%mesh%position)) then
-         call write_results(job%folder, scene, error, model%mesh%position, table, response, errors)
+         call write_groups(root, model%mesh%position, table, response)
       else
-         call write_results(job%folder, scene, error, frequencies=table)
+         call write_groups(root, frequencies=table)
       end if
+      call write_analyses(root, analysed)
+      if (allocated(errors)) call write_mesh_errors(root%part('mesh_estimate'), errors)
+      call finish_results(root, job%folder, scene, error)
       if (allocated(error) .or. job%quiet) return
       call print_model(job%unit, scene, model%mesh%position)
       if (allocated(response)) call print_mesh(job%unit, response%mesh_check, units_in(scene))
@@ -69,14 +74,12 @@ contains
             call print_statistics(job%unit, response%statistics, response%surfaces, units_in(scene))
          end if
       end if
-      if (allocated(response)) then
-         if (allocated(response%orbits)) call print_orbits(job%unit, response%orbits, units_in(scene))
-      end if
+      call print_analyses(job%unit, analysed, units_in(scene))
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_single
 
    !> Compute what a scene asks for.
-   subroutine compute_scene(scene, model, table, response, error)
+   subroutine compute_scene(scene, model, table, response, analysed, error)
       type(scene_t), intent(in) :: scene
       !> Its beam; left empty where only a table of frequencies over other meshes is asked for
       type(beam_model_t), intent(out) :: model
@@ -84,6 +87,7 @@ contains
       type(frequency_table_t), allocatable, intent(out) :: table
       !> Motion, if asked for
       type(response_t), allocatable, intent(out) :: response
+      type(analysed_t), allocatable, intent(out) :: analysed(:)
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
 
@@ -95,6 +99,7 @@ contains
          call frequency_table(scene, table, error)
          if (allocated(error)) return
       end if
+      allocate (analysed(0))
       if (.not. scene%wants_response) return
       allocate (response)
       settings = run_of(scene)
@@ -115,13 +120,8 @@ contains
          call watch_reach()
          call run_motion(model, settings, response, error)
       end if
-      if (scene%wants_frequency_response .and. .not. allocated(error)) then
-         allocate (response%frequency_response)
-         call find_frequency_response(model, settings, scene%frequency_response, response%frequency_response, error)
-      end if
       call forget_reach()
-      if (scene%wants_orbit .and. .not. allocated(error)) call find_orbits(model, settings, scene%orbit, &
-         response%orbits, error)
+      if (.not. allocated(error)) call analyse(scene, model, settings, response, analysed, error)
    end subroutine compute_scene
 
 end module single_study

@@ -1,16 +1,15 @@
 !> The results file of a sweep, put together from its parts, one at a time, so that memory does not grow with the
 !> number of cases; under its own name it appears whole.
 module sweep_file
+   use analyses, only: analysed_t, write_analyses
    use failures, only: fail, failure_t, status_run_failed
    use file_system, only: move_file, remove_entries
    use hdf5_writing, only: hdf5_column_t
    use kinds, only: wp
-   use linear_groups, only: write_frequency_response
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measures_of_cases
    use mesh_errors, only: mesh_errors_t, write_mesh_errors
    use quantity_groups, only: quantity_group_t
-   use response_types, only: frequency_response_t
    use results_file, only: results_name, write_head
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -33,8 +32,8 @@ module sweep_file
       integer :: failures = 0
       integer, allocatable :: failed(:)
       character(reason_room), allocatable :: reasons(:)
-      !> Of the beam of the scene itself; unallocated: not asked for
-      type(frequency_response_t), allocatable :: linear
+      !> Of the beam of the scene itself
+      type(analysed_t), allocatable :: analysed(:)
    end type survey_t
 
 contains
@@ -126,7 +125,7 @@ contains
       sweep = root%part('sweep')
       if (any(plan%axes%parameter%quantity == 'displacement')) sweep = sweep%as_they_are(plan%axes%parameter%quantity)
       call write_group(sweep, scene, plan, survey)
-      if (allocated(survey%linear)) call write_frequency_response(root%part('frequency_response'), survey%linear)
+      call write_analyses(root, survey%analysed)
       if (scene%wants_best) call write_best(root%part('best'), scene, plan, survey%best, refined)
       if (present(errors)) then
          root%tells_symbols = .false.

@@ -3,6 +3,7 @@
 module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
+   use analyses, only: analyse, analysed_t, fill_row, of_run
    use case_beam, only: case_beam_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
@@ -15,7 +16,7 @@ module sweep_run
    use quantities, only: quantity_named, units_t
    use response_types, only: response_t
    use run_measures, only: row_of
-   use run_settings, only: output_settings_t
+   use run_settings, only: output_settings_t, run_settings_t
    use scene_beam_model, only: run_of
    use scene_reader, only: draft_t, set_parameters
    use scene_types, only: scene_t
@@ -264,7 +265,9 @@ contains
       !> The case that ended the chain; 0 or absent: none did
       integer, intent(in), optional :: broken
 
+      type(run_settings_t) :: settings
       type(response_t) :: response
+      type(analysed_t), allocatable :: analysed(:)
       type(failure_t), allocatable :: error
 
       row = merge(0.0_wp, ieee_value(1.0_wp, ieee_quiet_nan), measure_table%is_whole)
@@ -296,16 +299,22 @@ contains
          reason = runner%beam%trouble%message
          return
       end if
-      call run_motion(runner%beam%model, run_of(runner%scene), response, error, runner%beam%modes, sets, runner%carried)
+      settings = run_of(runner%scene)
+      call run_motion(runner%beam%model, settings, response, error, runner%beam%modes, sets, runner%carried)
       if (allocated(runner%carried)) then
          ! the next case follows a variation of its own
          if (allocated(runner%carried%tangent)) deallocate (runner%carried%tangent)
+      end if
+      if (.not. allocated(error)) then
+         call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, of_run)
       end if
       if (allocated(error)) then
          reason = error%message
          return
       end if
-      row = row_in(units_in(runner%scene), row_of(response%measures))
+      row = row_of(response%measures)
+      call fill_row(analysed, row)
+      row = row_in(units_in(runner%scene), row)
       if (present(sections) .and. allocated(response%sections)) call keep_sections(response%sections, &
          units_in(runner%scene), sections)
    end subroutine run_case

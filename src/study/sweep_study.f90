@@ -1,16 +1,17 @@
 !> A sweep from its scene to its file and tables.
 module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
+   use analyses, only: analyse, asks_for, of_beam
    use blas_threads, only: blas_buffer
    use case_beam, only: case_beam_t
    use failures, only: fail, failure_t
-   use frequency_response, only: find_frequency_response
    use kinds, only: i8, wp
    use machine_memory, only: free_addresses
    use mesh_choice, only: find_beam
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
    use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
+   use response_types, only: response_t
    use scene_beam_model, only: run_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -63,7 +64,7 @@ contains
       if (allocated(error) .or. .not. is_first_rank()) return
       call survey_parts(path, scene, plan, text, survey, error)
       if (allocated(error)) return
-      if (scene%wants_frequency_response) call respond_linearly(scene, survey, error)
+      call analyse_beam(scene, survey, error)
       if (allocated(error)) return
       if (scene%wants_best .and. scene%best%refine) call refine(scene, plan, survey%best, workers, refined)
       if (scene%mesh%estimate) then
@@ -77,23 +78,25 @@ contains
       if (allocated(errors)) call print_mesh_errors(job%unit, errors, units_in(scene))
    end subroutine run_sweep
 
-   !> The frequency response of the beam of the scene itself.
-   subroutine respond_linearly(scene, survey, error)
+   !> What is asked of the beam of the scene itself.
+   subroutine analyse_beam(scene, survey, error)
       type(scene_t), intent(in) :: scene
       type(survey_t), intent(inout) :: survey
       !> Set when the beam cannot be made
       type(failure_t), allocatable, intent(out) :: error
 
       type(case_beam_t) :: beam
+      type(response_t) :: none
 
+      allocate (survey%analysed(0))
+      if (.not. asks_for(scene, of_beam)) return
       call find_beam(scene, beam)
       if (allocated(beam%trouble)) then
          allocate (error, source=beam%trouble)
          return
       end if
-      allocate (survey%linear)
-      call find_frequency_response(beam%model, run_of(scene), scene%frequency_response, survey%linear, error)
-   end subroutine respond_linearly
+      call analyse(scene, beam%model, run_of(scene), none, survey%analysed, error, of_beam)
+   end subroutine analyse_beam
 
    !> What the mesh does to some of the cases.
    subroutine estimate_sample(scene, plan, errors)

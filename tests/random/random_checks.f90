@@ -2,6 +2,7 @@
 module random_checks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use, intrinsic :: iso_c_binding, only: c_funptr, c_null_funptr
+   use analyses, only: analysed_t
    use beam_model, only: beam_model_t
    use failures, only: failure_t, status_bad_input, status_run_failed
    use frequency_types, only: frequency_table_t
@@ -241,6 +242,7 @@ contains
       integer, parameter :: samples = 2000
       type(scene_t) :: probe
       type(beam_model_t) :: model
+      type(analysed_t), allocatable :: analysed(:)
       type(frequency_table_t), allocatable :: table
       type(response_t), allocatable :: response
       type(failure_t), allocatable :: error
@@ -258,7 +260,7 @@ contains
          output%shape_step = 0.0_wp
       end associate
       if (scene%response%method == method_exact) probe%response%step = scene%response%duration/real(samples, wp)
-      call compute_scene(probe, model, table, response, error)
+      call compute_scene(probe, model, table, response, analysed, error)
       if (allocated(error)) then
          ! Newmark's ledger is only looked at where one is kept
          if (.not. is_legal(error%message)) complaint = complaint//'fails with other outputs: '//error%message

@@ -2,6 +2,7 @@
 !> and so is all that is told of it.
 module unit_checks
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+   use analyses, only: analysed_t
    use beam_model, only: beam_model_t
    use failures, only: failure_t
    use frequency_types, only: frequency_table_t
@@ -107,10 +108,11 @@ contains
       type(response_t), allocatable, intent(out) :: response
 
       type(beam_model_t) :: model
+      type(analysed_t), allocatable :: analysed(:)
       type(frequency_table_t), allocatable :: table
       type(failure_t), allocatable :: error
 
-      call compute_scene(scene, model, table, response, error)
+      call compute_scene(scene, model, table, response, analysed, error)
       if (allocated(error) .and. allocated(response)) deallocate (response)
    end subroutine respond
 

@@ -1,29 +1,62 @@
-!> Periodic motions and their branches: a group of a results file, and lines on the console.
-module orbit_tables
+!> Periodic motions and their branches: found, a group of a results file, and lines on the console.
+module orbit_analysis
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use analysis_types, only: analysis_t
+   use beam_model, only: beam_model_t
+   use failures, only: failure_t
    use kinds, only: wp
    use number_text, only: rounded, to_text
+   use orbit_search, only: find_orbits
    use orbit_types, only: mark_doubling, mark_fold, mark_grazing, mark_lost, mark_names, mark_torus, orbit_branch_t, &
       orbit_point_t, orbit_study_t
    use quantities, only: units_t
    use quantity_groups, only: quantity_group_t
    use reader_units, only: fixed, phrase, reading_in
+   use response_types, only: response_t
+   use run_settings, only: run_settings_t
+   use scene_types, only: scene_t
    implicit none (type, external)
    private
-   public :: write_orbits, print_orbits
+   public :: orbit_analysis_t
 
    !> Multipliers that the console shows, and decimals of these, times and parameters.
    integer, parameter :: most_shown = 4, decimals = 8
 
+   type, extends(analysis_t) :: orbit_analysis_t
+      type(orbit_study_t), allocatable :: study
+   contains
+      procedure :: compute
+      procedure :: write => write_orbits
+      procedure :: print => print_orbits
+   end type orbit_analysis_t
+
 contains
 
-   subroutine write_orbits(group, study)
+   !> The motion that a run comes to, and its branches.
+   subroutine compute(self, scene, model, settings, response, error)
+      class(orbit_analysis_t), intent(inout) :: self
+      !> For its &orbit
+      type(scene_t), intent(in) :: scene
+      !> The beam, and its run
+      type(beam_model_t), intent(in) :: model
+      type(run_settings_t), intent(in) :: settings
+      !> It does not matter: the search runs by itself
+      type(response_t), intent(in) :: response
+      !> Set when there is none
+      type(failure_t), allocatable, intent(out) :: error
+
+      associate (unused => response)
+         call find_orbits(model, settings, scene%orbit, self%study, error)
+      end associate
+   end subroutine compute
+
+   subroutine write_orbits(self, group)
+      class(orbit_analysis_t), intent(in) :: self
       type(quantity_group_t), intent(in) :: group
-      type(orbit_study_t), intent(in) :: study
 
       integer :: k
 
-      associate (orbit => study%orbit)
+      associate (study => self%study, orbit => self%study%orbit)
          call group%put_attribute('period', orbit%period, 'time')
          call group%attribute('periods', [orbit%periods])
          call group%attribute('impacts', [orbit%impacts])
@@ -35,24 +68,24 @@ contains
             is_scale=.true.)
          call group%put('multiplier_real', real(orbit%multiplier, wp), 'number', 'real part', 'multiplier')
          call group%put('multiplier_imaginary', aimag(orbit%multiplier), 'number', 'imaginary part', 'multiplier')
+         call group%put('tau', study%tau, 'time', 'time since phase 0 of the loads{, tau}', is_scale=.true.)
+         call group%put('displacement_tip', study%tip, 'displacement', &
+            'displacement of the tip, up from the unstressed beam', 'tau')
+         call group%put('velocity_tip', study%tip_velocity, 'velocity', 'its velocity', 'tau')
+         if (size(study%stop, 1) > 0) then
+            call group%put('surface', [(k, k=1, size(study%stop, 1))], &
+               'surface, in the order of &stop, below before above', is_scale=.true.)
+            call group%put('displacement_stop', study%stop, 'displacement', &
+               'displacement of the beam there, up from the unstressed beam', [character(7) :: 'surface', 'tau'])
+            call group%put('velocity_stop', study%stop_velocity, 'velocity', 'its velocity', &
+               [character(7) :: 'surface', 'tau'])
+         end if
+         if (.not. allocated(study%branch)) return
+         call group%attribute('branches', [size(study%branch)])
+         do k = 1, size(study%branch)
+            call write_branch(group%part('branch_'//to_text(k)), study%branch(k), trim(study%quantity))
+         end do
       end associate
-      call group%put('tau', study%tau, 'time', 'time since phase 0 of the loads{, tau}', is_scale=.true.)
-      call group%put('displacement_tip', study%tip, 'displacement', &
-         'displacement of the tip, up from the unstressed beam', 'tau')
-      call group%put('velocity_tip', study%tip_velocity, 'velocity', 'its velocity', 'tau')
-      if (size(study%stop, 1) > 0) then
-         call group%put('surface', [(k, k=1, size(study%stop, 1))], &
-            'surface, in the order of &stop, below before above', is_scale=.true.)
-         call group%put('displacement_stop', study%stop, 'displacement', &
-            'displacement of the beam there, up from the unstressed beam', [character(7) :: 'surface', 'tau'])
-         call group%put('velocity_stop', study%stop_velocity, 'velocity', 'its velocity', &
-            [character(7) :: 'surface', 'tau'])
-      end if
-      if (.not. allocated(study%branch)) return
-      call group%attribute('branches', [size(study%branch)])
-      do k = 1, size(study%branch)
-         call write_branch(group%part('branch_'//to_text(k)), study%branch(k), trim(study%quantity))
-      end do
    end subroutine write_orbits
 
    !> Absent speeds are no numbers.
@@ -110,15 +143,15 @@ contains
       end associate
    end subroutine write_branch
 
-   subroutine print_orbits(unit, study, units)
+   subroutine print_orbits(self, unit, units)
+      class(orbit_analysis_t), intent(in) :: self
       integer, intent(in) :: unit
-      type(orbit_study_t), intent(in) :: study
       !> What results are in
       type(units_t), intent(in) :: units
 
       integer :: i, k
 
-      associate (orbit => study%orbit)
+      associate (orbit => self%study%orbit)
          write (unit, '(/, 2x, a)') trim(merge('periodic motion, stable  ', 'periodic motion, unstable', &
             orbit%is_stable()))//', of '//counted(orbit%periods, 'load period') &
             //phrase(units, ', {tau~t} = ', 'time', orbit%period, decimals)//', with '//counted(orbit%impacts, 'impact')
@@ -128,9 +161,9 @@ contains
             write (unit, '(2x, a)') 'multiplier '//to_text(i)//'   '//multiplier_in_words(orbit%multiplier(i))
          end do
       end associate
-      if (.not. allocated(study%branch)) return
-      do k = 1, size(study%branch)
-         associate (branch => study%branch(k))
+      if (.not. allocated(self%study%branch)) return
+      do k = 1, size(self%study%branch)
+         associate (branch => self%study%branch(k))
             write (unit, '(/, 2x, a)') 'branch '//to_text(k)//', '// &
                counted(maxval(branch%point%periods), 'load period')//from_branch(branch%parent)
             write (unit, '(4x, a)') counted(size(branch%point), 'point')//' from '//value_of(branch%point(1))//' to ' &
@@ -151,7 +184,7 @@ contains
          type(orbit_point_t), intent(in) :: point
          character(:), allocatable :: words
 
-         words = reading_in(units, trim(study%quantity), point%value, decimals)
+         words = reading_in(units, trim(self%study%quantity), point%value, decimals)
       end function value_of
    end subroutine print_orbits
 
@@ -183,4 +216,4 @@ contains
       if (number /= 1) words = words//'s'
    end function counted
 
-end module orbit_tables
+end module orbit_analysis

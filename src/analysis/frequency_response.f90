@@ -1,5 +1,6 @@
 !> The beam with its stops open under harmonic loads, in closed form from its modes (docs/theory.md, section 21).
 module frequency_response
+   use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -8,22 +9,41 @@ module frequency_response
    use kinds, only: wp
    use load_settings, only: base_displacement, course_harmonic, time_course_t
    use mode_choice, only: rates_of_modes
-   use response_types, only: frequency_response_t
-   use run_settings, only: frequency_response_settings_t, run_settings_t
+   use quantity_groups, only: quantity_group_t
+   use response_types, only: response_t
+   use run_settings, only: run_settings_t
+   use scene_types, only: frequency_response_settings_t, scene_t
    use stop_surfaces, only: surface_t, surfaces_of
    implicit none (type, external)
    private
-   public :: find_frequency_response
+   public :: frequency_response_t
+
+   !> Complex amplitudes of the beam with its stops open under loads sin(omega tau + phase): the displacement is the
+   !> imaginary part of amplitude exp(i omega tau).
+   type, extends(analysis_t) :: frequency_response_t
+      !> omega over omega1, [frequencies]
+      real(wp), allocatable :: frequency(:)
+      !> [frequencies]
+      complex(wp), allocatable :: tip(:)
+      !> In the scene's order of surfaces, [surfaces, frequencies]
+      complex(wp), allocatable :: stop(:, :)
+   contains
+      procedure :: compute
+      procedure :: write => write_group
+   end type frequency_response_t
 
 contains
 
    !> All harmonic loads at one frequency after the other, each with its amplitude and phase.
-   subroutine find_frequency_response(model, settings, asked, answer, error)
+   subroutine compute(self, scene, model, settings, response, error)
+      class(frequency_response_t), intent(inout) :: self
+      !> For its &frequency_response
+      type(scene_t), intent(in) :: scene
+      !> The beam; its loads, stops and damping
       type(beam_model_t), intent(in) :: model
-      !> Loads, stops, damping
       type(run_settings_t), intent(in) :: settings
-      type(frequency_response_settings_t), intent(in) :: asked
-      type(frequency_response_t), intent(out) :: answer
+      !> It does not matter
+      type(response_t), intent(in) :: response
       !> Set when the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
@@ -42,21 +62,23 @@ contains
       call gather_loads(model, settings, loads)
       force = matmul(transpose(modes%mode(:, :kept)), loads%vector)
       damping = 2.0_wp*settings%zeta*modes%square(:kept) + rates_of_modes(settings, modes%square(:kept))
-      answer%frequency = frequencies_of(asked)
-      allocate (answer%tip(asked%points), answer%stop(size(surfaces), asked%points))
-      do i = 1, asked%points
-         associate (omega => answer%frequency(i))
+      associate (unused => response, points => scene%frequency_response%points)
+         self%frequency = frequencies_of(scene%frequency_response)
+         allocate (self%tip(points), self%stop(size(surfaces), points))
+      end associate
+      do i = 1, size(self%frequency)
+         associate (omega => self%frequency(i))
             coordinate = matmul(force, amplitudes_at(settings, omega))/cmplx(modes%square(:kept) - omega**2, &
                omega*damping, wp)
          end associate
-         answer%tip(i) = sum(modes%mode(modes%tip_dof, :kept)*coordinate)
+         self%tip(i) = sum(modes%mode(modes%tip_dof, :kept)*coordinate)
          do k = 1, size(surfaces)
             associate (dof => model%stop_dofs(surfaces(k)%stop))
-               answer%stop(surfaces(k)%number, i) = sum(modes%mode(dof, :kept)*coordinate)
+               self%stop(surfaces(k)%number, i) = sum(modes%mode(dof, :kept)*coordinate)
             end associate
          end do
       end do
-   end subroutine find_frequency_response
+   end subroutine compute
 
    !> Divided evenly, the ends exact.
    pure function frequencies_of(asked) result(frequency)
@@ -93,5 +115,33 @@ contains
          if (settings%bases(k - forces)%quantity == base_displacement) amplitude(k) = -omega**2*amplitude(k)
       end do
    end function amplitudes_at
+
+   subroutine write_group(self, group)
+      class(frequency_response_t), intent(in) :: self
+      type(quantity_group_t), intent(in) :: group
+
+      character(*), parameter :: at_stops(2) = [character(7) :: 'surface', 'omega']
+      integer :: k
+
+      call group%attribute('meaning', 'displacements, relative to the base, of the beam with its stops open: ' &
+         //'amplitude times sin(omega t + phase), where loads have their amplitudes and phases, all at omega')
+      call group%put('omega', self%frequency, 'frequency', '{omega over omega1~frequency of the loads}', &
+         is_scale=.true.)
+      call group%put('amplitude_tip', abs(self%tip), 'displacement', 'amplitude of the tip', 'omega')
+      call group%put('phase_tip', degrees(self%tip), 'number', 'its phase in degrees', 'omega')
+      if (size(self%stop, 1) == 0) return
+      call group%put('surface', [(k, k=1, size(self%stop, 1))], &
+         'surface, in the order of &stop, below before above', is_scale=.true.)
+      call group%put('amplitude_stop', abs(self%stop), 'displacement', 'amplitude of the beam there', at_stops)
+      call group%put('phase_stop', degrees(self%stop), 'number', 'its phase in degrees', at_stops)
+   end subroutine write_group
+
+   !> Phase; of nothing it is 0.
+   elemental function degrees(amplitude) result(phase)
+      complex(wp), intent(in) :: amplitude
+      real(wp) :: phase
+
+      phase = atan2(aimag(amplitude), real(amplitude, wp))*(180.0_wp/acos(-1.0_wp))
+   end function degrees
 
 end module frequency_response
