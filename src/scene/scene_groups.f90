@@ -14,7 +14,7 @@ module scene_groups
    use scene_beam, only: list_beam
    use scene_body, only: list_masses, list_root
    use scene_loads, only: list_bases, list_forces
-   use scene_requests, only: list_frequency_response, list_orbit, list_poincare, list_statistics
+   use scene_requests, only: list_request, request_names
    use scene_section, only: list_section
    use scene_start, only: list_start
    use scene_stops, only: list_stops, list_supports
@@ -38,10 +38,9 @@ module scene_groups
       history_table%name, 'all', 'none']
 
    !> In the order of the reference and the echo.
-   character(*), parameter :: group_names(26) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
-      'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', 'statistics', &
-      'poincare', 'orbit', 'frequency_response', 'frequencies', 'precision', 'sweep', 'best', 'cases', &
-      'statements', 'output']
+   character(*), parameter :: group_names(*) = [character(name_length) :: 'scene', 'beam', 'section', 'root', 'mass', &
+      'mesh', 'damping', 'tip_mass', 'stop', 'support', 'force', 'base', 'start', 'response', 'stress', request_names, &
+      'frequencies', 'precision', 'sweep', 'best', 'cases', 'statements', 'output']
 
    ! What more than one name needs
    type(condition_t), parameter :: rayleigh = condition_t(without='mode_ratios', &
@@ -136,18 +135,6 @@ contains
          if (table%is_open) call list_response(table, scene%response)
       case ('stress')
          call list_stress(table, scene)
-      case ('statistics')
-         call table%open(group_t('statistics'), scene%wants_statistics)
-         if (table%is_open) call list_statistics(table, scene%statistics)
-      case ('poincare')
-         call table%open(group_t('poincare'), scene%wants_poincare)
-         if (table%is_open) call list_poincare(table, scene%poincare)
-      case ('orbit')
-         call table%open(group_t('orbit'), scene%wants_orbit)
-         if (table%is_open) call list_orbit(table, scene%orbit)
-      case ('frequency_response')
-         call table%open(group_t('frequency_response'), scene%wants_frequency_response)
-         if (table%is_open) call list_frequency_response(table, scene%frequency_response)
       case ('frequencies')
          call table%open(group_t('frequencies', in_motion_and_benchmark), scene%wants_frequencies)
          if (table%is_open) call list_frequencies(table, scene%frequencies)
@@ -170,6 +157,8 @@ contains
          is_stored = .not. scene%wants_sweep
          call table%open(group_t('output'), is_stored)
          if (table%is_open) call list_output(table, scene%output, scene%output_units)
+      case default
+         call list_request(group, table, scene)
       end select
    end subroutine list_group
 

@@ -5,10 +5,10 @@ module scene_requests
    use load_periods, only: is_steady, period_of
    use load_settings, only: course_harmonic
    use name_table, only: table_t
-   use name_types, only: condition_t, name_t
+   use name_types, only: condition_t, group_t, name_t
    use number_text, only: to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
-   use run_settings, only: end_of_run, method_exact, method_newmark, poincare_settings_t, response_settings_t, &
+   use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, response_settings_t, &
       statistics_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: frequency_response_settings_t, scene_t
@@ -16,10 +16,48 @@ module scene_requests
    use value_rules, only: duration_range, instant_range, physical_range, range_t
    implicit none (type, external)
    private
-   public :: list_statistics, list_poincare, list_orbit, list_frequency_response, resolve_statistics, &
-      resolve_poincare, resolve_orbit, resolve_frequency_response, set_period
+   public :: request_names, list_request, resolve_requests, resolve_statistics, set_period
+
+   !> The groups, each of which needs a response, in the order of the reference and the echo.
+   character(*), parameter :: request_names(*) = [character(name_length) :: 'statistics', 'poincare', 'orbit', &
+      'frequency_response']
 
 contains
+
+   !> The names of one group.
+   subroutine list_request(group, table, scene)
+      !> One of `request_names`
+      character(*), intent(in) :: group
+      class(table_t), intent(inout) :: table
+      type(scene_t), intent(inout) :: scene
+
+      select case (group)
+      case ('statistics')
+         call table%open(group_t(group), scene%wants_statistics)
+         if (table%is_open) call list_statistics(table, scene%statistics)
+      case ('poincare')
+         call table%open(group_t(group), scene%wants_poincare)
+         if (table%is_open) call list_poincare(table, scene%poincare)
+      case ('orbit')
+         call table%open(group_t(group), scene%wants_orbit)
+         if (table%is_open) call list_orbit(table, scene%orbit)
+      case ('frequency_response')
+         call table%open(group_t(group), scene%wants_frequency_response)
+         if (table%is_open) call list_frequency_response(table, scene%frequency_response)
+      end select
+   end subroutine list_request
+
+   !> Check and complete what is asked; problems go into the input. Statistics come later: they need the duration.
+   subroutine resolve_requests(input, table, scene)
+      type(scene_input_t), intent(inout) :: input
+      type(table_t), intent(in) :: table
+      !> Its loads resolved in
+      type(scene_t), intent(inout) :: scene
+
+      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, table, scene)
+      if (scene%wants_orbit .and. .not. input%has_problem()) call resolve_orbit(input, scene)
+      if (scene%wants_frequency_response .and. .not. input%has_problem()) call resolve_frequency_response(input, scene)
+   end subroutine resolve_requests
 
    subroutine list_statistics(table, statistics)
       class(table_t), intent(inout) :: table
@@ -211,7 +249,6 @@ contains
       integer :: loads
       logical :: are_steady
 
-      if (.not. scene%wants_orbit .or. input%has_problem()) return
       loads = size(harmonic_frequencies(scene))
       are_steady = .true.
       if (scene%has_forces) are_steady = all(is_steady(scene%forces%course))

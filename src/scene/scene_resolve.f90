@@ -12,7 +12,7 @@ module scene_resolve
    use scene_groups, only: give_changes
    use scene_input, only: scene_input_t
    use scene_loads, only: resolve_loads
-   use scene_requests, only: resolve_frequency_response, resolve_orbit, resolve_poincare, resolve_statistics
+   use scene_requests, only: resolve_requests, resolve_statistics
    use scene_rules, only: check_rules
    use scene_section, only: resolve_section
    use scene_start, only: choose_start
@@ -231,11 +231,7 @@ contains
       character(:), allocatable :: problem
 
       if (scene%wants_response) call check_response(input, scene%response)
-      if (scene%wants_poincare .and. .not. input%has_problem()) call resolve_poincare(input, table, scene)
-      call resolve_orbit(input, scene)
-      if (scene%wants_frequency_response .and. .not. input%has_problem()) then
-         call resolve_frequency_response(input, scene)
-      end if
+      call resolve_requests(input, table, scene)
       if (scene%wants_response .and. .not. input%has_problem()) call check_samples(input, scene%response)
       if (scene%wants_statistics) call resolve_statistics(input, scene)
       problem = trouble_with_damping(scene)

@@ -2,6 +2,7 @@
 module scene_rules
    use name_table, only: is_among, table_t
    use scene_input, only: scene_input_t
+   use scene_requests, only: request_names
    implicit none (type, external)
    private
    public :: check_rules
@@ -17,6 +18,8 @@ module scene_rules
       character(others_room) :: others = ''
       !> Follows 'does not go with &group'
       character(problem_room) :: reason = ''
+      !> `request_names` do not go with it either
+      logical :: excludes_requests = .false.
    end type exclusion_t
 
    !> A group, or a name in it, that needs one of others.
@@ -32,13 +35,12 @@ module scene_rules
    ! They come first: what else such a scene has would need things that it cannot have
    type(exclusion_t), parameter :: studies(*) = [ &
       exclusion_t('statements', &
-      'beam section root mass mesh damping tip_mass stop support force base start response statistics '// &
-      'poincare orbit frequency_response frequencies precision sweep best cases stress output', &
-      ', which has beams, stops and runs of its own'), &
+      'beam section root mass mesh damping tip_mass stop support force base start response frequencies precision ' &
+      //'sweep best cases stress output', ', which has beams, stops and runs of its own', excludes_requests=.true.), &
       exclusion_t('precision', 'support', ', which measures beams with one stop below them'), &
       exclusion_t('precision', 'force base start', ', which measures beams released from rest'), &
-      exclusion_t('precision', 'response statistics poincare orbit frequency_response sweep best cases stress output', &
-      ', which has runs of its own')]
+      exclusion_t('precision', 'response sweep best cases stress output', ', which has runs of its own', &
+      excludes_requests=.true.)]
 
    type(exclusion_t), parameter :: exclusions(*) = [ &
       exclusion_t('sweep', 'frequencies cases', '; give it a scene of its own'), &
@@ -50,6 +52,7 @@ module scene_rules
    character(*), parameter :: a_response = 'needs a response; add &response / (with or without names in it)'
    character(*), parameter :: a_sweep = 'needs a sweep; add &sweep with the parameters to vary'
 
+   integer, private :: k
    ! Of two demands of one group the first is told
    type(demand_t), parameter :: demands(*) = [ &
       demand_t('precision', '', 'stop frequencies', &
@@ -61,10 +64,7 @@ module scene_rules
       demand_t('base', '', 'response', a_response), &
       demand_t('start', '', 'response', a_response), &
       demand_t('stress', '', 'response', a_response), &
-      demand_t('statistics', '', 'response', a_response), &
-      demand_t('poincare', '', 'response', a_response), &
-      demand_t('orbit', '', 'response', a_response), &
-      demand_t('frequency_response', '', 'response', a_response), &
+      (demand_t(request_names(k), '', 'response', a_response), k=1, size(request_names)), &
       demand_t('sweep', '', 'response', a_response), &
       demand_t('cases', '', 'response', a_response), &
       demand_t('best', '', 'sweep response', a_sweep//', and &response /'), &
@@ -114,7 +114,8 @@ contains
       if (.not. input%has_group(trim(exclusion%group))) return
       do i = 1, table%group_count
          associate (group => table%groups(i))
-            if (.not. (group%is_wanted .and. is_among(group%name, exclusion%others))) cycle
+            if (.not. (group%is_wanted .and. (is_among(group%name, exclusion%others) .or. &
+               exclusion%excludes_requests .and. any(group%name == request_names)))) cycle
             call input%complain(trim(group%name), '', &
                'does not go with &'//trim(exclusion%group)//trim(exclusion%reason))
          end associate
