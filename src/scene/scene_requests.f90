@@ -8,8 +8,8 @@ module scene_requests
    use name_types, only: condition_t, group_t, name_t
    use number_text, only: to_text
    use orbit_settings, only: orbit_settings_t, varied_names, vary_nothing
-   use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, response_settings_t, &
-      statistics_settings_t
+   use run_settings, only: end_of_run, method_exact, method_newmark, name_length, poincare_settings_t, &
+      response_settings_t, statistics_settings_t
    use scene_input, only: scene_input_t
    use scene_types, only: frequency_response_settings_t, scene_t
    use sweep_settings, only: is_swept

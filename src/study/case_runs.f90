@@ -1,10 +1,9 @@
 !> One scene, run for several values of one parameter: a figure of several curves.
 module case_runs
    use analyses, only: analyse, analysed_t
-   use case_beam, only: case_beam_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
-   use mesh_choice, only: find_case_beam
+   use mesh_choice, only: case_beam_t, find_case_beam
    use motion_run, only: run_motion, set_store_t
    use number_text, only: to_text
    use response_types, only: response_t

@@ -9,8 +9,8 @@ module cases_study
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: row_in, write_measures_of_cases
+   use mesh_choice, only: estimate_cases, sample_of
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
-   use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
    use progress_line, only: start_progress, stop_progress
    use quantities, only: units_t

@@ -1,20 +1,27 @@
 !> The mesh of a run: the one that the scene gives, or the coarsest that keeps to a tolerance (docs/theory.md, section
-!> 15).
+!> 15); the beam on it, kept for the next case that has the same; and estimates of its error from finer meshes.
 module mesh_choice
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use beam_model, only: beam_model_t
    use beam_section, only: area, section_t
-   use case_beam, only: case_beam_t, make_case_beam
    use failures, only: failure_t
    use free_modes, only: free_modes_t
    use kinds, only: wp
+   use measure_list, only: measure_count, measure_table, peak_count
+   use measure_rows, only: row_in
+   use mesh_errors, only: judge, mesh_errors_t
    use mode_trials, only: compare_runs, trial_settings
-   use motion_run, only: run_motion
+   use motion_run, only: find_shared_modes, run_motion
    use response_types, only: mesh_check_t, mode_check_t, response_t, run_measures_t
-   use run_settings, only: method_exact, run_settings_t, strict_mode_tolerance
-   use scene_beam_model, only: redistributes, run_of, section_of
+   use run_measures, only: row_of
+   use run_settings, only: method_exact, output_settings_t, run_settings_t, strict_mode_tolerance
+   use scene_beam_model, only: motion_model_of, redistributes, run_of, section_of
    use scene_types, only: scene_t
+   use scene_units, only: units_in
    implicit none (type, external)
    private
-   public :: find_beam, find_case_beam, coarsest_near_least, most_elements_found
+   public :: case_beam_t, make_case_beam, find_beam, find_case_beam, coarsest_near_least, most_elements_found, &
+      estimate_cases, sample_of
 
    !> Meshes tried, one after the other.
    integer, parameter :: meshes(*) = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192]
@@ -32,6 +39,21 @@ module mesh_choice
    !> for. Tuning: a graded mesh is taken where it is nearer to the next finer one, whatever its grading.
    real(wp), parameter :: most_graded = 4.0_wp
 
+   !> Of many cases so many are estimated.
+   integer, parameter :: most_cases = 5
+
+   !> The beam of a case, with what its runs share.
+   type :: case_beam_t
+      type(beam_model_t) :: model
+      type(free_modes_t) :: modes
+      !> How its mesh was found, if the scene asks for that
+      type(mesh_check_t) :: check
+      !> Why it could not be made
+      type(failure_t), allocatable :: trouble
+      !> Values of the parameters for which it was made; unallocated: there is none
+      real(wp), allocatable :: values(:)
+   end type case_beam_t
+
    !> The run of one mesh.
    type :: trial_t
       integer :: elements = 0
@@ -42,6 +64,25 @@ module mesh_choice
    end type trial_t
 
 contains
+
+   !> Make the beam of a scene on a mesh.
+   subroutine make_case_beam(scene, elements, ratio, beam, settings)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: elements
+      !> Length of an element over that of the next towards the tip
+      real(wp), intent(in) :: ratio
+      type(case_beam_t), intent(out) :: beam
+      !> Of its runs, where they are not the scene's
+      type(run_settings_t), intent(in), optional :: settings
+
+      call motion_model_of(scene, elements, ratio, beam%model, beam%trouble)
+      if (allocated(beam%trouble)) return
+      if (present(settings)) then
+         call find_shared_modes(beam%model, settings, beam%modes, beam%trouble)
+      else
+         call find_shared_modes(beam%model, run_of(scene), beam%modes, beam%trouble)
+      end if
+   end subroutine make_case_beam
 
    !> Make the beam of a case, unless it is at hand.
    subroutine find_case_beam(scene, values, is_of_beam, beam, extremes)
@@ -209,12 +250,20 @@ contains
 
       trial%elements = elements
       call make_case_beam(scene, elements, ratio_of(grading, elements), trial%beam, settings)
+      call run_trial(settings, trial)
+   end subroutine try
+
+   !> Run what has a beam.
+   subroutine run_trial(settings, trial)
+      type(run_settings_t), intent(in) :: settings
+      type(trial_t), intent(inout) :: trial
+
       if (allocated(trial%beam%trouble)) then
          allocate (trial%error, source=trial%beam%trouble)
          return
       end if
       call run_motion(trial%beam%model, settings, trial%response, trial%error, trial%beam%modes)
-   end subroutine try
+   end subroutine run_trial
 
    !> Ratio of neighbouring elements.
    elemental function ratio_of(grading, elements) result(ratio)
@@ -277,5 +326,75 @@ contains
       thinnest = area(section, 0.5_wp/real(graded_elements, wp))
       if (thinnest < 0.7_wp*thickest) other = min(most_graded, sqrt(thickest/thinnest))
    end subroutine gradings_of
+
+   !> Numbers of the cases to estimate, evenly from the first to the last.
+   pure function sample_of(cases) result(sample)
+      !> How many there are
+      integer, intent(in) :: cases
+      integer, allocatable :: sample(:)
+
+      integer :: count, i
+
+      count = min(cases, most_cases)
+      allocate (sample(count))
+      sample = [(1 + nint(real(i, wp)*real(cases - 1, wp)/real(max(count - 1, 1), wp)), i=0, count - 1)]
+   end function sample_of
+
+   !> Run scenes on their mesh, and on meshes twice and four times as fine.
+   subroutine estimate_cases(scenes, numbers, errors)
+      !> The scenes as they run, [cases]
+      type(scene_t), intent(in) :: scenes(:)
+      !> Their numbers among all cases, [cases]
+      integer, intent(in) :: numbers(:)
+      type(mesh_errors_t), intent(out) :: errors
+
+      ! large, and threads have small stacks
+      type(trial_t), allocatable :: trial
+      type(run_settings_t) :: settings
+      real(wp) :: rows(measure_count, 3), grading
+      integer :: i, refinement
+
+      associate (cases => size(scenes))
+         allocate (errors%case, source=numbers)
+         allocate (errors%elements(cases))
+         allocate (errors%row(measure_count, cases), errors%error(measure_count, cases), &
+            errors%order(measure_count, cases))
+      end associate
+      do i = 1, size(scenes)
+         settings = run_of(scenes(i))
+         settings%response%mode_tolerance = min(settings%response%mode_tolerance, strict_mode_tolerance)
+         settings%output = output_settings_t(history=.false., measures=.true., most_peaks=peak_count)
+         allocate (trial)
+         call find_beam(scenes(i), trial%beam)
+         errors%elements(i) = scenes(i)%mesh%elements
+         grading = scenes(i)%mesh%ratio**(errors%elements(i) - 1)
+         if (trial%beam%check%compared > 0) then
+            errors%elements(i) = trial%beam%check%elements
+            grading = trial%beam%check%ratio**(trial%beam%check%elements - 1)
+         end if
+         call run_trial(settings, trial)
+         call take_row(1)
+         do refinement = 1, 2
+            call try(scenes(i), settings, 2**refinement*errors%elements(i), grading, trial)
+            call take_row(refinement + 1)
+         end do
+         deallocate (trial)
+         errors%row(:, i) = rows(:, 1)
+         call judge(rows(:, 1), rows(:, 2), rows(:, 3), measure_table%is_whole, errors%error(:, i), errors%order(:, i))
+         errors%row(:, i) = row_in(units_in(scenes(i)), errors%row(:, i))
+         errors%error(:, i) = row_in(units_in(scenes(i)), errors%error(:, i))
+      end do
+
+   contains
+
+      !> The measures of the trial; NaN where it failed.
+      subroutine take_row(place)
+         integer, intent(in) :: place
+
+         rows(:, place) = ieee_value(1.0_wp, ieee_quiet_nan)
+         if (.not. allocated(trial%error)) rows(:, place) = row_of(trial%response%measures)
+      end subroutine take_row
+
+   end subroutine estimate_cases
 
 end module mesh_choice

@@ -2,15 +2,13 @@
 module single_study
    use analyses, only: analyse, analysed_t, print_analyses, write_analyses
    use beam_model, only: beam_model_t
-   use case_beam, only: case_beam_t
    use failures, only: failure_t
    use frequency_study, only: frequency_table
    use frequency_tables, only: print_frequency_table
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
-   use mesh_choice, only: find_beam
+   use mesh_choice, only: case_beam_t, estimate_cases, find_beam
    use mesh_errors, only: mesh_errors_t, print_mesh_errors, write_mesh_errors
-   use mesh_estimate, only: estimate_cases
    use motion_run, only: run_motion
    use progress_line, only: start_progress, stop_progress
    use quantity_groups, only: quantity_group_t

@@ -4,12 +4,11 @@ module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
    use analyses, only: analyse, analysed_t, fill_row, of_run
-   use case_beam, only: case_beam_t
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use measure_rows, only: row_in
-   use mesh_choice, only: find_case_beam
+   use mesh_choice, only: case_beam_t, find_case_beam
    use motion_run, only: run_motion, set_store_t
    use number_text, only: to_text
    use program_identity, only: program_name

@@ -3,13 +3,11 @@ module sweep_study
 !$ use omp_lib, only: omp_get_max_threads, omp_get_num_procs
    use analyses, only: analyse, asks_for, of_beam
    use blas_threads, only: blas_buffer
-   use case_beam, only: case_beam_t
    use failures, only: fail, failure_t
    use kinds, only: i8, wp
    use machine_memory, only: free_addresses
-   use mesh_choice, only: find_beam
+   use mesh_choice, only: case_beam_t, estimate_cases, find_beam, sample_of
    use mesh_errors, only: mesh_errors_t, print_mesh_errors
-   use mesh_estimate, only: estimate_cases, sample_of
    use number_text, only: to_text
    use response_types, only: response_t
    use scene_beam_model, only: run_of
