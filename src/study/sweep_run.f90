@@ -3,24 +3,23 @@
 module sweep_run
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use analyses, only: analyse, analysed_t, fill_row, of_run
+   use analyses, only: analysed_t, fill_row, of_run
+   use case_runs, only: run_next, runner_t, start_runner
    use failures, only: fail, failure_t, status_run_failed
    use kinds, only: wp
    use measure_list, only: measure_count, measure_status, measure_table, peak_count
    use measure_rows, only: row_in
-   use mesh_choice, only: case_beam_t, find_case_beam
-   use motion_run, only: run_motion, set_store_t
+   use motion_run, only: set_store_t
    use number_text, only: to_text
    use program_identity, only: program_name
    use quantities, only: quantity_named, units_t
    use response_types, only: response_t
    use run_measures, only: row_of
-   use run_settings, only: output_settings_t, run_settings_t
-   use scene_beam_model, only: run_of
-   use scene_reader, only: draft_t, set_parameters
+   use run_settings, only: output_settings_t
+   use scene_reader, only: set_parameters
    use scene_types, only: scene_t
    use scene_units, only: units_in
-   use section_types, only: run_sections_t, section_state_t
+   use section_types, only: run_sections_t
    use sweep_parts, only: part_is_done, part_name, part_rows_t, read_part, reason_room, write_part
    use sweep_plan, only: case_values, first_of_part, last_of_part, plan_t, section_values
    use sweep_progress, only: end_rate, progress_t, show_rate, start_rate
@@ -28,21 +27,7 @@ module sweep_run
       serve_deal, start_deal
    implicit none (type, external)
    private
-   public :: run_parts, run_cases, runner_t, start_runner, run_case, scene_of_case
-
-   !> It belongs to one thread.
-   type :: runner_t
-      private
-      !> The scene with the parameters of the present case; it keeps measures only
-      type(scene_t) :: scene
-      type(draft_t) :: draft
-      type(case_beam_t) :: beam
-      !> The cases with the least and with the greatest values of what makes no other beam, [2]; unallocated: the mesh
-      !> is given
-      type(scene_t), allocatable :: extremes(:)
-      !> Where the motion of the case before ended; unallocated: each case is by itself
-      type(section_state_t), allocatable :: carried
-   end type runner_t
+   public :: run_parts, run_cases, start_plan, run_case, scene_of_case
 
    !> What the threads share.
    type :: shared_t
@@ -149,7 +134,7 @@ contains
       type(failure_t), allocatable :: trouble
       integer :: number
 
-      call start_runner(scene, runner)
+      call start_plan(scene, plan, runner)
       do
          !$omp critical (sweep_deal)
          number = 0
@@ -199,7 +184,7 @@ contains
                allocate (runner%carried)
             end if
          end if
-         call run_case(runner, plan, part%values(:, case), part%rows(:, case), reason, sets, part%sections(:, case), &
+         call run_case(runner, part%values(:, case), part%rows(:, case), reason, sets, part%sections(:, case), &
             broken)
          if (allocated(reason)) then
             if (plan%chain > 0 .and. broken == 0) broken = first + case - 1
@@ -237,20 +222,19 @@ contains
       call set_parameters(one, plan%axes%parameter, values, problem)
    end subroutine scene_of_case
 
-   !> Prepare a runner.
-   subroutine start_runner(scene, runner)
+   !> Prepare a runner of the cases of a plan; it keeps measures only.
+   subroutine start_plan(scene, plan, runner)
       type(scene_t), intent(in) :: scene
+      type(plan_t), intent(in) :: plan
       type(runner_t), intent(out) :: runner
 
-      runner%scene = scene
-      runner%scene%output = output_settings_t(history=.false., measures=.true., most_peaks=peak_count)
-      if (scene%mesh%tolerance > 0.0_wp) allocate (runner%extremes(2), source=runner%scene)
-   end subroutine start_runner
+      call start_runner(scene, output_settings_t(history=.false., measures=.true., most_peaks=peak_count), &
+         plan%axes%parameter, plan%axes%least, plan%axes%most, runner)
+   end subroutine start_plan
 
    !> Run a case.
-   subroutine run_case(runner, plan, values, row, reason, sets, sections, broken)
+   subroutine run_case(runner, values, row, reason, sets, sections, broken)
       type(runner_t), intent(inout) :: runner
-      type(plan_t), intent(in) :: plan
       !> Parameters of the case, in the order of the axes
       real(wp), intent(in) :: values(:)
       !> Its measures, [measure_count]
@@ -264,7 +248,6 @@ contains
       !> The case that ended the chain; 0 or absent: none did
       integer, intent(in), optional :: broken
 
-      type(run_settings_t) :: settings
       type(response_t) :: response
       type(analysed_t), allocatable :: analysed(:)
       type(failure_t), allocatable :: error
@@ -280,33 +263,7 @@ contains
             return
          end if
       end if
-      ! texts made by functions of gfortran keep their lengths in static variables, which threads would share
-      !$omp critical (case_scenes)
-      call set_parameters(runner%scene, plan%axes%parameter, values, reason, runner%draft)
-      if (allocated(runner%extremes) .and. .not. allocated(reason)) then
-         associate (parameters => plan%axes%parameter)
-            call set_parameters(runner%extremes(1), parameters, merge(values, plan%axes%least, parameters%is_of_beam), &
-               reason, runner%draft)
-            if (.not. allocated(reason)) call set_parameters(runner%extremes(2), parameters, merge(values, &
-               plan%axes%most, parameters%is_of_beam), reason, runner%draft)
-         end associate
-      end if
-      !$omp end critical (case_scenes)
-      if (allocated(reason)) return
-      call find_case_beam(runner%scene, values, plan%axes%parameter%is_of_beam, runner%beam, runner%extremes)
-      if (allocated(runner%beam%trouble)) then
-         reason = runner%beam%trouble%message
-         return
-      end if
-      settings = run_of(runner%scene)
-      call run_motion(runner%beam%model, settings, response, error, runner%beam%modes, sets, runner%carried)
-      if (allocated(runner%carried)) then
-         ! the next case follows a variation of its own
-         if (allocated(runner%carried%tangent)) deallocate (runner%carried%tangent)
-      end if
-      if (.not. allocated(error)) then
-         call analyse(runner%scene, runner%beam%model, settings, response, analysed, error, of_run)
-      end if
+      call run_next(runner, values, response, analysed, error, sets, of_run)
       if (allocated(error)) then
          reason = error%message
          return
@@ -371,10 +328,10 @@ contains
       character(:), allocatable :: reason
       integer :: i
 
-      call start_runner(scene, runner)
+      call start_plan(scene, plan, runner)
       !$omp do schedule(dynamic)
       do i = 1, size(values, 2)
-         call run_case(runner, plan, values(:, i), rows(:, i), reason, sets)
+         call run_case(runner, values(:, i), rows(:, i), reason, sets)
       end do
       !$omp end do
    end subroutine take_cases
