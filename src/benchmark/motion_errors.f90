@@ -2,9 +2,12 @@
 module motion_errors
    use beam_model, only: beam_model_t
    use failures, only: failure_t
+   use free_modes, only: free_modes_t
    use history_list, only: eta_stop, eta_tip
    use kinds, only: lambda1_power4, wp
+   use mode_choice, only: rates_of_modes
    use response_types, only: event_capture, event_contact, event_impact, response_t
+   use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, multiply, skyline_t, solve_factorised
    implicit none (type, external)
    private
@@ -26,12 +29,12 @@ module motion_errors
 
    !> What the balance of impulses needs of a beam.
    type :: balance_t
-      !> M s, s the static shape of a unit force at the stop, and s there
+      !> M s and C s, s the static shape of a unit force at the stop, and s there
       real(wp), allocatable :: mass(:)
+      real(wp), allocatable :: damping(:)
       real(wp) :: flexibility = 0.0_wp
-      !> delta and 2 zeta
+      !> delta
       real(wp) :: preload = 0.0_wp
-      real(wp) :: two_zeta = 0.0_wp
    end type balance_t
 
    !> Differences of two runs.
@@ -71,7 +74,7 @@ contains
 
    !> Take the facts of a run.
    pure subroutine facts_of(response, horizon, balance, facts, every)
-      !> The run, with all histories, energies, and the shape at the horizon
+      !> The run, with all histories, energies, and the shapes at the start, where it rests, and at the horizon
       type(response_t), intent(in) :: response
       !> Up to here
       real(wp), intent(in) :: horizon
@@ -103,11 +106,11 @@ contains
    end subroutine facts_of
 
    !> What the stop has given to the beam up to the last sample, from the balance with the static shape s of a unit
-   !> force at the stop: s.(M y'' + 2 zeta K y' + K y) = s_c f with s.K y = y_c, integrated. Only y_c is integrated over
-   !> samples; the force itself falls within a fraction of a sample after each impact. The shape kept is that at this
-   !> instant.
+   !> force at the stop: s.(M y'' + C y' + K y) = s_c f with s.K y = y_c, integrated. Only y_c is integrated over
+   !> samples; the force itself falls within a fraction of a sample after each impact. The last shape kept is that at
+   !> this instant.
    pure function contact_impulse(response, balance, last, every) result(impulse)
-      !> The run, with one shape
+      !> The run, with these shapes
       type(response_t), intent(in) :: response
       type(balance_t), intent(in) :: balance
       !> Last sample, and the distance of those to take
@@ -121,26 +124,29 @@ contains
       n = (last - 1)/every + 1
       associate (eta => response%history(eta_stop)%values(:last:every), tau => response%tau(:last:every))
          way = sum(0.5_wp*(eta(2:) + eta(:n - 1))*(tau(2:) - tau(:n - 1))) + balance%preload*tau(n)
-         impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, 1)) &
-            + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, 1)) &
-            + balance%two_zeta*(eta(n) - eta(1)) + way
+         associate (y => response%shape_displacement, slope => response%shape_slope, now => size(response%shape_tau))
+            impulse = sum(balance%mass(1::2)*response%shape_velocity(1:, now)) &
+               + sum(balance%mass(2::2)*response%shape_slope_velocity(1:, now)) &
+               + sum(balance%damping(1::2)*(y(1:, now) - y(1:, 1))) &
+               + sum(balance%damping(2::2)*(slope(1:, now) - slope(1:, 1))) + way
+         end associate
          impulse = impulse/balance%flexibility
       end associate
    end function contact_impulse
 
    !> Prepare the balance of impulses.
-   pure subroutine make_balance(model, preload, zeta, balance, error)
+   pure subroutine make_balance(model, modes, settings, balance, error)
       type(beam_model_t), intent(in) :: model
-      !> delta
-      real(wp), intent(in) :: preload
-      !> zeta
-      real(wp), intent(in) :: zeta
+      !> All that it has
+      type(free_modes_t), intent(in) :: modes
+      !> Preload and damping of the run
+      type(run_settings_t), intent(in) :: settings
       type(balance_t), intent(out) :: balance
       !> Set when the stiffness cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: factors
-      real(wp) :: static(model%stiffness%order)
+      real(wp), dimension(model%stiffness%order) :: static, momentum, damping
 
       factors = model%stiffness
       call factorise(factors, error)
@@ -148,11 +154,15 @@ contains
       static = 0.0_wp
       static(model%stop_dof) = lambda1_power4
       call solve_factorised(factors, static)
-      allocate (balance%mass(size(static)))
-      call multiply(model%mass, static, balance%mass)
+      call multiply(model%mass, static, momentum)
+      ! damping besides 2 zeta K: each mode has a rate of its own
+      call multiply(model%mass, matmul(modes%mode, rates_of_modes(settings, modes%square)* &
+         matmul(momentum, modes%mode)), damping)
+      damping(model%stop_dof) = damping(model%stop_dof) + 2.0_wp*settings%zeta
+      balance%mass = momentum
+      balance%damping = damping
       balance%flexibility = static(model%stop_dof)
-      balance%preload = preload
-      balance%two_zeta = 2.0_wp*zeta
+      balance%preload = settings%stop%preload
    end subroutine make_balance
 
    !> The difference of two runs sampled at the same instants, or one of them at every k-th of the other's.

@@ -10,6 +10,7 @@ module motion_precision
       varied_step
    use response_types, only: miss_of_energies
    use run_settings, only: response_settings_t, strict_mode_tolerance
+   use scene_beam_model, only: run_of
    use scene_types, only: contender_average, contender_exact, mass_auto, mass_consistent, mass_redistributed, &
       precision_settings_t, scene_t
    use stop_laws, only: is_rigid
@@ -52,11 +53,11 @@ contains
          if (allocated(error)) return
          if (scene%precision%against_beam) study%horizon = horizon_of(finest%response, scene%precision%duration, &
             grid_of(scene))
-         finest%output%shape_times = [study%horizon]
+         finest%output%shape_times = [0.0_wp, study%horizon]
          call finest%run(error)
          if (allocated(error)) return
       end if
-      reference%output%shape_times = [study%horizon]
+      reference%output%shape_times = [0.0_wp, study%horizon]
       call reference%run(error)
       if (allocated(error)) return
       call check_reference(scene, study%horizon, reference, study%check)
@@ -157,7 +158,7 @@ contains
       type(task_t), intent(out) :: task
       !> Set when it fails
       type(failure_t), allocatable, intent(out) :: error
-      !> Keep the shape at this instant
+      !> Keep the shapes at the start and at this instant
       real(wp), intent(in), optional :: horizon
 
       call prepare_task(scene, elements, task, error, with_modes=.true., mass=mass)
@@ -165,7 +166,7 @@ contains
       task%what = task_motion
       task%output = full_output()
       task%output%measures = .true.
-      if (present(horizon)) task%output%shape_times = [horizon]
+      if (present(horizon)) task%output%shape_times = [0.0_wp, horizon]
       task%settings = settings_for(contender_exact, scene%precision, comparison_step)
       task%settings%hop_tolerance = tightest_hop
       task%settings%keep_all_modes = .true.
@@ -193,7 +194,7 @@ contains
       newmark%scene = scene
       newmark%model = reference%model
       newmark%output = reference%output
-      call make_balance(reference%model, scene%stop%preload, scene%zeta, balance, error)
+      call make_balance(reference%model, reference%modes, run_of(scene), balance, error)
       if (allocated(error)) then
          check%failure = error%message
          return
@@ -295,7 +296,7 @@ contains
          call reference%run(error)
          if (allocated(error)) return
       end if
-      call make_balance(reference%model, reference%scene%stop%preload, reference%scene%zeta, balance, error)
+      call make_balance(reference%model, reference%modes, run_of(reference%scene), balance, error)
       if (allocated(error)) return
       call facts_of(reference%response, horizon, balance, facts, every)
    end subroutine reference_facts
@@ -342,7 +343,7 @@ contains
          task%settings%mode_tolerance = entry%mode_tolerance
       end if
       if (.not. allocated(error)) call task%run(error)
-      if (.not. allocated(error)) call make_balance(task%model, scene%stop%preload, scene%zeta, balance, error)
+      if (.not. allocated(error)) call make_balance(task%model, task%modes, run_of(scene), balance, error)
       if (.not. allocated(error)) then
          if (entry%varied == varied_mesh .and. every(1) > 0) then
             call reference_facts(reference, entry%step, horizon, exact, error, every(2))

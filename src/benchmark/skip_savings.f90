@@ -3,12 +3,13 @@
 module skip_savings
    use command_line, only: argument_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t
-   use damped_oscillators, only: make_oscillators
+   use damped_oscillators, only: damping_order, make_oscillators
    use failures, only: failure_t
    use free_modes, only: find_free_modes
    use held_sets, only: free_beam_t
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
+   use mode_choice, only: rates_of_modes
    use motion_precision, only: comparison_step
    use motion_tasks, only: no_output, prepare_task, settings_for, task_assembly, task_motion, task_run, task_t
    use number_text, only: to_text
@@ -17,7 +18,8 @@ module skip_savings
    use program_run, only: read_scenes
    use response_types, only: response_t
    use results_file, only: write_results
-   use run_settings, only: output_settings_t, strict_mode_tolerance
+   use run_settings, only: output_settings_t, run_settings_t, strict_mode_tolerance
+   use scene_beam_model, only: run_of
    use scene_types, only: contender_exact, scene_t, shape_height_table, shape_taper
    use skyline_matrix, only: to_dense
    use stop_laws, only: make_yielding_stop
@@ -368,14 +370,19 @@ contains
       type(contact_set_t), pointer :: set
       class(yielding_stop_t), allocatable :: stop
       type(impedance_t) :: impedance
+      type(run_settings_t) :: settings
+      integer, allocatable :: order(:)
       logical :: is_new
 
       call make_yielding_stop(self%scene%stop, stop)
       if (allocated(stop)) impedance = stop%impedance_t
-      associate (free => self%modes)
-         call make_oscillators(free%square, self%scene%zeta, beam%oscillators)
-         beam%value = reshape(free%mode(free%stop_dof, :), [size(free%square), 1])
-         beam%tip_value = free%mode(free%tip_dof, :)
+      settings = run_of(self%scene)
+      associate (free => self%modes, rate => rates_of_modes(settings, self%modes%square))
+         order = damping_order(free%square, settings%zeta, rate)
+         call make_oscillators(free%square(order), settings%zeta, beam%oscillators, rate(order))
+         beam%has_own_rates = allocated(settings%mode_ratios)
+         beam%value = reshape(free%mode(free%stop_dof, order), [size(order), 1])
+         beam%tip_value = free%mode(free%tip_dof, order)
          beam%height = [self%scene%stop%preload]
          beam%tip_sign = [merge(1.0_wp, 0.0_wp, free%stop_dof == free%tip_dof)]
       end associate
