@@ -14,6 +14,7 @@ module contact_phase
    use phase_drives, only: find_rows_at
    use phase_intervals, only: phase_interval_t
    use phase_losses, only: find_losses, force_at, keep_indentation, leave_behind
+   use phase_rows, only: can_search_rows, search_contacts
    use phase_searches, only: search_surface
    use phase_state, only: end_force, end_gap, free_state, keep_state, move_alone, move_to, phase_state_t, signal_of, &
       take_over, whole_gap
@@ -92,22 +93,30 @@ contains
       !> Time left to the end of the run
       real(wp), intent(in) :: limit
 
+      type(search_t) :: search
+      logical :: is_told(size(self%now%states))
       integer :: ended_by, k
 
       self%search = search_t(outcome=found_none, time=limit)
       if (self%now%longest < limit) self%search = search_t(outcome=found_break, time=self%now%longest)
       self%ended = 0
+      is_told = .not. self%now%states%acts
+      if (can_search_rows(self%now)) then
+         call search_contacts(self%now, self%search%time, self%interval%searches, is_told, self%ended, self%ended_by, &
+            self%search%time)
+         if (self%ended > 0) self%search%outcome = found_zero
+         self%search%evaluations = self%now%path%evaluations
+      end if
       do k = 1, size(self%now%states)
-         associate (state => self%now%states(k), search => self%interval%searches(k))
-            if (.not. state%acts) cycle
-            call search_surface(self%now, k, self%search%time, search, ended_by)
-            self%search%evaluations = self%search%evaluations + search%evaluations
-            if (search%outcome == found_none) cycle
-            self%ended = k
-            self%ended_by = ended_by
-            self%search%time = search%time
-            self%search%outcome = search%outcome
-         end associate
+         if (is_told(k)) cycle
+         call search_surface(self%now, k, self%search%time, search, ended_by)
+         self%search%evaluations = self%search%evaluations + search%evaluations
+         if (self%ended /= k .or. search%outcome /= found_none) self%interval%searches(k) = search
+         if (search%outcome == found_none) cycle
+         self%ended = k
+         self%ended_by = ended_by
+         self%search%time = search%time
+         self%search%outcome = search%outcome
       end do
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%interval%searches(k))

@@ -9,6 +9,7 @@ module contact_sets
    use kinds, only: wp
    use modal_signal, only: modal_state_t
    use phase_drives, only: set_drive_t
+   use row_basis, only: row_basis_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
    use yielding_stop, only: holds, impedance_t
@@ -41,6 +42,19 @@ module contact_sets
       type(span_t) :: span
       !> Its answers to loads; unallocated: there are none, or it was not used yet
       type(set_drive_t), allocatable :: drive
+      !> Gaps and forces as rows of its terms and of the loads' harmonics; whether they are made, and can be searched
+      type(row_basis_t) :: rows
+      logical :: has_rows = .false.
+      logical :: can_search_rows = .false.
+      !> The row of each gap and its sign, of each force that its gap does not tell, and of the tip, 0: there is none,
+      !> [surfaces]
+      integer, allocatable :: gap_row(:), force_row(:)
+      !> The contact whose gap a row is, but for the sign, [rows at most]
+      integer, allocatable :: row_contact(:)
+      real(wp), allocatable :: gap_sign(:)
+      integer :: tip_row = 0
+      !> Terms but for harmonics
+      integer :: motion_terms = 0
       !> Room for the state of its modes as a phase starts and as it ends: displacements and rates of both, [modes, 4]
       real(wp), allocatable :: state(:, :)
       !> And for that where a search of a gap evaluated it last, less what loads do
@@ -190,6 +204,7 @@ contains
          if (.not. all(set%is_closed .eqv. is_closed)) cycle
          is_new = set%run /= store%run
          if (is_new) then
+            set%has_rows = .false.
             if (.not. is_equal(set%held%oscillators%two_zeta, store%beam%oscillators%two_zeta)) then
                call damp_held_set(store%beam, set%held)
             end if

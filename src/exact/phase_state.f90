@@ -14,6 +14,7 @@ module phase_state
    use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t
    use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
+   use row_search, only: row_path_t
    use slow_loads, only: drive_terms
    use surface_states, only: impedance_of, reactions_t, surface_state_t
    use yielding_stop, only: impedance_t
@@ -64,6 +65,8 @@ module phase_state
       !> What the search that ends the phase saw of the gap of a rigid surface, and which; 0: none
       type(trail_t) :: trail
       integer :: trail_of = 0
+      !> The steps of a search of all contacts at once
+      type(row_path_t) :: path
    end type phase_state_t
 
 contains
@@ -99,6 +102,7 @@ contains
 
       self%pressing_at = 0
       self%trail_of = 0
+      self%path%is_complete = .false.
       self%node_depth = sum(self%states%depth, mask=self%states%is_node)
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
       if (allocated(error)) return

@@ -3,12 +3,10 @@ module signal_peaks
    use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, local_t, search_t, &
       viewed_signal_t
    use kinds, only: i8, wp
+   use row_search, only: peak_tolerance
    implicit none (type, external)
    private
    public :: looks_t, exceeds, greatest_value, last_time_above, peak_tolerance
-
-   !> A higher peak in the same phase is missed only if it is higher by less than this share.
-   real(wp), parameter :: peak_tolerance = 1.0e-6_wp
 
    !> Looks that the searches for an extreme of a run may take besides those of each phase, before their tolerance is
    !> raised tenfold: undamped, a beam swings for ever.

@@ -1,0 +1,355 @@
+!> The gaps and forces of a phase as rows of one basis, and the search of all contacts at once (docs/theory.md,
+!> section 23).
+module phase_rows
+   use certified_search, only: found_none, found_zero, search_t
+   use damped_oscillators, only: lanes, padded
+   use kinds, only: wp
+   use phase_state, only: end_force, end_gap, end_home, end_pull, phase_state_t, whole_gap, whole_tip
+   use row_basis, only: make_row_basis, set_row
+   use row_search, only: most_nodes, row_signal_t, search_rows
+   use yielding_stop, only: holds, impedance_t
+   use surface_states, only: impedance_of
+   implicit none (type, external)
+   private
+   public :: can_search_rows, search_contacts, row_signal, is_row
+
+   !> Two exponents of a mode that are nearer to each other than this share of its frequency make great amplitudes.
+   real(wp), parameter :: least_spread = 0.02_wp
+   !> Frequencies, in units of the first, whose powers are numbers.
+   real(wp), parameter :: lowest_frequency = 1.0e-3_wp
+   real(wp), parameter :: greatest_speed = 1.0e20_wp
+
+contains
+
+   !> Can all contacts of the phase be searched at once?
+   function can_search_rows(self) result(can)
+      type(phase_state_t), intent(inout) :: self
+      logical :: can
+
+      can = .false.
+      if (self%is_at_rest) return
+      if (self%loads%count > 0) then
+         if (size(self%drive%pair) > 0 .or. size(self%drive%frequency) /= size(self%loads%frequencies)) return
+      end if
+      if (.not. self%set%has_rows) call make_rows(self)
+      can = self%set%can_search_rows
+   end function can_search_rows
+
+   !> The rows of the set.
+   subroutine make_rows(self)
+      type(phase_state_t), intent(inout) :: self
+
+      complex(wp), allocatable :: exponent(:)
+      type(impedance_t) :: spring
+      integer :: j, k, n, rows
+
+      n = size(self%states)
+      associate (set => self%set, beam => self%beam)
+         set%has_rows = .true.
+         exponent = exponents_of(self)
+         set%motion_terms = size(exponent)
+         set%can_search_rows = .not. is_hard(self, exponent)
+         if (.not. set%can_search_rows) return
+         if (self%loads%count > 0) exponent = [exponent, cmplx(0.0_wp, self%loads%frequencies, wp)]
+         set%gap_row = [(0, k=1, n)]
+         set%force_row = set%gap_row
+         set%row_contact = set%gap_row
+         set%gap_sign = [(1.0_wp, k=1, n)]
+         rows = 0
+         do k = 1, n
+            if (.not. self%states(k)%acts) cycle
+            do j = 1, k - 1
+               if (set%gap_row(j) == 0) cycle
+               if (all(abs(abs(beam%value(:, j)) - abs(beam%value(:, k))) <= 0.0_wp)) exit
+            end do
+            if (j < k) then
+               set%gap_row(k) = set%gap_row(j)
+               if (any(abs(beam%value(:, j) - beam%value(:, k)) > 0.0_wp)) set%gap_sign(k) = -set%gap_sign(j)
+            else
+               rows = rows + 1
+               set%gap_row(k) = rows
+            end if
+            if (j == k .or. set%is_closed(k)) set%row_contact(set%gap_row(k)) = k
+            if (.not. set%is_closed(k)) cycle
+            spring = impedance_of(self%states(k))
+            if (any(set%pressed == k) .and. spring%branch_stiffness <= 0.0_wp .and. .not. holds(spring)) cycle
+            rows = rows + 1
+            set%force_row(k) = rows
+         end do
+         set%tip_row = rows + 1
+         call make_row_basis(exponent, rows + 1, set%rows)
+         do k = 1, n
+            if (set%gap_row(k) == 0) cycle
+            if (set%row_contact(set%gap_row(k)) == k) call set_row(set%rows, set%gap_row(k), 1, &
+               set%gap_sign(k)*coefficients_of(self, k, end_gap))
+            if (set%force_row(k) > 0) call set_row(set%rows, set%force_row(k), 1, coefficients_of(self, k, end_force))
+         end do
+         call set_row(set%rows, set%tip_row, 1, coefficients_of(self, 0, whole_tip))
+      end associate
+   end subroutine make_rows
+
+   !> Exponents of the motion of the set, without loads.
+   pure function exponents_of(self) result(exponent)
+      type(phase_state_t), intent(in) :: self
+      complex(wp), allocatable :: exponent(:)
+
+      if (size(self%set%pressed) > 0) then
+         exponent = self%set%joint%exponent
+      else
+         associate (oscillators => self%set%held%oscillators)
+            associate (n => oscillators%count, swinging => oscillators%oscillating)
+               exponent = [cmplx(-oscillators%decay(:n), [oscillators%spread(:swinging), &
+                  0.0_wp*oscillators%spread(swinging + 1:n)], wp), &
+                  cmplx(-oscillators%decay(swinging + 1:n) - 2.0_wp*oscillators%spread(swinging + 1:n), 0.0_wp, wp)]
+            end associate
+         end associate
+      end if
+   end function exponents_of
+
+   !> Are amplitudes or bounds too great?
+   pure function is_hard(self, exponent) result(is)
+      type(phase_state_t), intent(in) :: self
+      complex(wp), intent(in) :: exponent(:)
+      logical :: is
+
+      is = size(exponent) == 0
+      if (is) return
+      is = any(abs(exponent) > greatest_speed) .or. any(abs(exponent) < lowest_frequency)
+      if (size(self%set%pressed) > 0) then
+         is = is .or. size(self%set%joint%inactive) > 0
+      else
+         associate (oscillators => self%set%held%oscillators)
+            is = is .or. any(oscillators%spread(:oscillators%count) < least_spread*oscillators%frequency)
+         end associate
+      end if
+   end function is_hard
+
+   !> Coefficients of a row per unit of the amplitudes of the terms.
+   pure function coefficients_of(self, k, kind) result(coefficient)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> `end_gap`, `end_force` or `whole_tip`
+      integer, intent(in) :: kind
+      complex(wp) :: coefficient(self%set%motion_terms)
+
+      associate (set => self%set, held => self%set%held)
+         if (size(set%pressed) > 0) then
+            if (kind == end_gap) then
+               coefficient = set%gap(k, :)
+            else if (kind == whole_tip) then
+               coefficient = matmul(held%tip_value, set%joint%shape)
+            else if (any(set%pressed == k)) then
+               coefficient = set%joint%force(findloc(set%pressed, k, dim=1), :)
+            else
+               coefficient = set%reaction(findloc(held%held, k, dim=1), :)
+            end if
+         else if (kind == end_gap) then
+            coefficient = of_modes(held%value(:, k))
+         else if (kind == whole_tip) then
+            coefficient = of_modes(held%tip_value)
+         else
+            ! 1 + 2 zeta s without cancellation
+            associate (s => exponents_of(self))
+               coefficient = of_modes(held%reaction(findloc(held%held, k, dim=1), :)/held%oscillators%square)
+               coefficient = -s*(s + of_modes(held%oscillators%mass_rate(:held%count)))*coefficient
+            end associate
+         end if
+      end associate
+
+   contains
+
+      !> Beyond critical damping a mode has two terms.
+      pure function of_modes(values) result(terms)
+         real(wp), intent(in) :: values(:)
+         complex(wp) :: terms(self%set%motion_terms)
+
+         terms = cmplx([values, values(self%set%held%oscillators%oscillating + 1:)], 0.0_wp, wp)
+      end function of_modes
+   end function coefficients_of
+
+   !> Amplitudes at the start of the phase, and the rows of the loads' harmonics.
+   subroutine begin_path(self)
+      type(phase_state_t), intent(inout) :: self
+
+      integer :: harmonics, i, k, m, n
+
+      associate (set => self%set, path => self%path, basis => self%set%rows)
+         n = size(basis%decay)
+         if (allocated(path%z)) then
+            if (size(path%z, 1) /= n .or. size(path%rows, 1) /= lanes*basis%blocks) deallocate (path%z, path%rows, &
+               path%bounds)
+         end if
+         if (.not. allocated(path%z)) allocate (path%z(n, 2, 0:most_nodes), path%rows(lanes*basis%blocks, &
+            0:most_nodes), path%bounds(lanes*basis%blocks, 0:most_nodes))
+         associate (z => path%z(:, :, 0))
+            z = 0.0_wp
+            if (size(set%pressed) > 0) then
+               do m = 1, size(self%amplitude)
+                  z(m, 1) = real(self%amplitude(m), wp)
+                  z(m, 2) = aimag(self%amplitude(m))
+               end do
+            else
+               associate (oscillators => set%held%oscillators)
+                  do i = 1, oscillators%oscillating
+                     z(i, 1) = self%z(i)
+                     z(i, 2) = -(self%v(i) + oscillators%decay(i)*self%z(i))*oscillators%inverse_spread(i)
+                  end do
+                  do i = oscillators%oscillating + 1, oscillators%count
+                     m = i + oscillators%count - oscillators%oscillating
+                     z(m, 1) = -0.5_wp*(self%v(i) + oscillators%decay(i)*self%z(i))*oscillators%inverse_spread(i)
+                     z(i, 1) = self%z(i) - z(m, 1)
+                  end do
+               end associate
+            end if
+            if (self%loads%count == 0) return
+            harmonics = basis%terms - set%motion_terms
+            z(set%motion_terms + 1:basis%terms, 1) = 1.0_wp
+         end associate
+         if (harmonics == 0) return
+         do k = 1, size(self%states)
+            if (set%gap_row(k) == 0) cycle
+            if (set%row_contact(set%gap_row(k)) == k) call set_row(basis, set%gap_row(k), &
+               set%motion_terms + 1, set%gap_sign(k)*self%drive%harmonic(set%drive%at%gaps + k, :))
+            if (set%force_row(k) > 0) call set_row(basis, set%force_row(k), set%motion_terms + 1, &
+               self%drive%harmonic(set%drive%at%forces + k, :))
+         end do
+         call set_row(basis, set%tip_row, set%motion_terms + 1, self%drive%harmonic(set%drive%at%tip + 1, :))
+      end associate
+   end subroutine begin_path
+
+   !> Is what ends a phase, or is observed, a sum of rows? A surface that relaxes is none.
+   pure function is_row(self, k, kind) result(is)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> One of the `end_` or `whole_` constants
+      integer, intent(in) :: kind
+      logical :: is
+
+      is = .true.
+      if (kind == whole_tip) return
+      is = self%set%gap_row(k) > 0
+      if (kind == end_force) return
+      associate (state => self%states(k))
+         if (kind == end_gap) is = is .and. (state%follows .or. .not. state%depth > 0.0_wp)
+         if (kind == whole_gap) is = is .and. .not. (state%is_node .and. self%node_depth > 0.0_wp)
+      end associate
+   end function is_row
+
+   !> What ends a phase, or is observed, as a signal.
+   pure function row_signal(self, k, kind) result(signal)
+      type(phase_state_t), intent(in) :: self
+      integer, intent(in) :: k
+      !> As of `is_row`, for which that is true
+      integer, intent(in) :: kind
+      type(row_signal_t) :: signal
+
+      type(impedance_t) :: spring
+      integer :: of_loads
+      real(wp) :: factor, of_rate
+
+      associate (set => self%set, held => self%set%held)
+         of_loads = 0
+         if (kind == whole_tip) then
+            signal%row = set%tip_row
+            signal%offset = held%static_tip
+            if (size(set%pressed) > 0) signal%offset = signal%offset + sum(held%tip_value*set%rest)
+            if (self%loads%count > 0) of_loads = set%drive%at%tip + 1
+         else if (kind == end_force .and. set%force_row(k) > 0) then
+            signal%row = set%force_row(k)
+            if (size(set%pressed) == 0) then
+               signal%offset = held%static_force(findloc(held%held, k, dim=1))
+            else if (any(set%pressed == k)) then
+               signal%offset = set%rest_force(findloc(set%pressed, k, dim=1))
+            else
+               signal%offset = set%rest_reaction(findloc(held%held, k, dim=1))
+            end if
+            if (self%loads%count > 0) of_loads = set%drive%at%forces + k
+         else
+            signal%row = set%gap_row(k)
+            signal%factor = set%gap_sign(k)
+            signal%offset = held%static_gap(k)
+            if (size(set%pressed) > 0) signal%offset = set%rest_gap(k)
+            if (self%loads%count > 0) of_loads = set%drive%at%gaps + k
+         end if
+         if (of_loads > 0) then
+            signal%offset = signal%offset + self%drive%constant(of_loads)
+            signal%slope = self%drive%slope(of_loads)
+         end if
+         if (kind == end_gap .or. kind == whole_gap .or. kind == whole_tip) return
+         if (kind == end_force .and. set%force_row(k) > 0) return
+         spring = impedance_of(self%states(k))
+         factor = -1.0_wp
+         of_rate = 0.0_wp
+         if (kind /= end_home) then
+            factor = merge(-1.0_wp, 1.0_wp, kind == end_force)*spring%stiffness
+            of_rate = merge(-1.0_wp, 1.0_wp, kind == end_force)*spring%viscosity
+         end if
+         signal%offset = factor*signal%offset + of_rate*signal%slope
+         signal%slope = factor*signal%slope
+         signal%of_rate = of_rate*signal%factor
+         signal%factor = factor*signal%factor
+      end associate
+   end function row_signal
+
+   !> When does the first contact end the phase? Contacts for which that could not be told are to be asked alone.
+   subroutine search_contacts(self, limit, searches, is_told, ended, ended_by, time)
+      type(phase_state_t), intent(inout) :: self
+      !> Where the search ends
+      real(wp), intent(in) :: limit
+      !> Of each contact, [surfaces]
+      type(search_t), intent(inout) :: searches(:)
+      logical, intent(out) :: is_told(:)
+      !> The contact that does, 0: none, and one of the `end_` constants
+      integer, intent(out) :: ended
+      integer, intent(out) :: ended_by
+      !> When, or the limit
+      real(wp), intent(out) :: time
+
+      type(row_signal_t) :: signals(2*size(searches))
+      integer, dimension(2*size(searches)) :: contact, kind
+      integer :: first, k, n
+
+      call begin_path(self)
+      n = 0
+      do k = 1, size(searches)
+         associate (state => self%states(k))
+            if (.not. state%acts) cycle
+            n = n + 1
+            contact(n) = k
+            kind(n) = end_gap
+            if (state%is_closed) kind(n) = end_force
+            if (state%is_indented) kind(n) = end_pull
+            signals(n) = row_signal(self, k, kind(n))
+            signals(n)%is_sure = is_row(self, k, kind(n))
+            signals(n)%start_order = state%start_order
+            if (.not. state%is_indented) cycle
+            n = n + 1
+            contact(n) = k
+            kind(n) = end_home
+            signals(n) = row_signal(self, k, end_home)
+         end associate
+      end do
+      call search_rows(self%set%rows, limit, signals(:n), self%path, first, time)
+      ended = 0
+      ended_by = end_gap
+      if (first > 0) then
+         ended = contact(first)
+         ended_by = kind(first)
+         if (ended_by == end_force .and. signals(first)%greatest <= 64.0_wp*signals(first)%rounding) then
+            ! a force that never rose beyond its rounding error is no force
+            signals%is_sure = .false.
+            ended = 0
+            time = limit
+         end if
+      end if
+      is_told = .true.
+      do k = 1, n
+         is_told(contact(k)) = is_told(contact(k)) .and. signals(k)%is_sure
+         if (kind(k) == end_home) cycle
+         searches(contact(k)) = search_t(outcome=found_none, time=time, greatest=signals(k)%greatest, &
+            rounding=signals(k)%rounding, ceiling=signals(k)%ceiling)
+      end do
+      if (ended > 0) searches(ended)%outcome = found_zero
+   end subroutine search_contacts
+
+end module phase_rows

@@ -1,0 +1,211 @@
+!> Rows of a phase as sums of the same exponentials, advanced by steps whose powers are stored (docs/theory.md,
+!> section 23).
+!>
+!> A row is Re sum c_m z_m(t) with z_m(t) = z_m(0) exp(s_m t), Re s_m <= 0. One product of the coefficients and the
+!> amplitudes z gives all rows and their first three derivatives. A step multiplies the amplitudes by stored powers
+!> exp(s_m 2**k), so that no exponential and no sine is evaluated on the way.
+module row_basis
+   use damped_oscillators, only: lanes, padded
+   use exponential_powers, only: powers
+   use kinds, only: wp
+   implicit none (type, external)
+   private
+   public :: row_basis_t, make_row_basis, set_row, advance, advance_by, evaluate_rows, bound_rows, place_of
+   public :: lowest_step, row_columns, bound_columns, sixth_column, seventh_column, size_column, rate_size_column
+
+   !> The shortest stored step is 2**lowest_step.
+   integer, parameter :: lowest_step = -40
+
+   !> A row and its first three derivatives.
+   integer, parameter :: row_columns = 4
+
+   !> Bounds from an instant on of the magnitudes of a row's sixth and seventh derivative, of the row and of its rate.
+   integer, parameter :: bound_columns = 4
+   integer, parameter :: sixth_column = 0
+   integer, parameter :: seventh_column = 1
+   integer, parameter :: size_column = 2
+   integer, parameter :: rate_size_column = 3
+
+   type :: row_basis_t
+      !> Number of rows, of terms, and of vectors for one column of all rows and derivatives
+      integer :: rows = 0
+      integer :: terms = 0
+      integer :: blocks = 0
+      !> Exponent of 2 of the longest stored step
+      integer :: highest = 0
+      !> -Re s, Im s and |s|, filled up with zeros to whole vectors, [padded terms]
+      real(wp), allocatable :: decay(:), swing(:), speed(:)
+      !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row, [lanes, 2, terms, blocks]
+      real(wp), allocatable :: column(:, :, :, :)
+      !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, terms, blocks]
+      real(wp), allocatable :: weight(:, :, :)
+      !> Real and imaginary part of exp(s 2**k), [padded terms, 2, lowest_step:highest]
+      real(wp), allocatable :: power(:, :, :)
+      logical, allocatable :: has_power(:)
+   end type row_basis_t
+
+contains
+
+   !> Room for rows of the given exponents; `set_row` fills it.
+   pure subroutine make_row_basis(exponents, rows, basis)
+      !> Re s <= 0, [terms]
+      complex(wp), intent(in) :: exponents(:)
+      integer, intent(in) :: rows
+      type(row_basis_t), intent(out) :: basis
+
+      real(wp) :: slowest
+      integer :: n
+
+      n = size(exponents)
+      basis%rows = rows
+      basis%terms = n
+      basis%blocks = padded(row_columns*rows)/lanes
+      allocate (basis%decay(padded(n)), basis%swing(padded(n)), basis%speed(padded(n)), source=0.0_wp)
+      basis%decay(:n) = -real(exponents, wp)
+      basis%swing(:n) = aimag(exponents)
+      basis%speed(:n) = abs(exponents)
+      allocate (basis%column(lanes, 2, n, basis%blocks), basis%weight(lanes, n, basis%blocks), source=0.0_wp)
+      ! a step longer than four radians of the slowest term is of no use
+      slowest = minval(basis%speed(:n), mask=basis%speed(:n) > 0.0_wp)
+      basis%highest = 2 - min(max(exponent(slowest), -20), 20)
+      allocate (basis%power(padded(n), 2, lowest_step:basis%highest))
+      allocate (basis%has_power(lowest_step:basis%highest), source=.false.)
+   end subroutine make_row_basis
+
+   !> Place of a derivative of a row, or of one of its bounds, among those of all rows.
+   elemental function place_of(basis, row, column) result(place)
+      type(row_basis_t), intent(in) :: basis
+      !> 1 ... rows
+      integer, intent(in) :: row
+      !> From 0
+      integer, intent(in) :: column
+      integer :: place
+
+      place = row + basis%rows*column
+   end function place_of
+
+   !> Give a row its coefficients.
+   pure subroutine set_row(basis, row, first, coefficient)
+      type(row_basis_t), intent(inout) :: basis
+      integer, intent(in) :: row
+      !> The first term that gets one
+      integer, intent(in) :: first
+      !> c_m
+      complex(wp), intent(in) :: coefficient(:)
+
+      complex(wp) :: s, turned
+      real(wp) :: weight(0:bound_columns - 1)
+      integer :: k, m, place
+
+      do m = first, first + size(coefficient) - 1
+         s = cmplx(-basis%decay(m), basis%swing(m), wp)
+         turned = coefficient(m - first + 1)
+         weight(size_column) = abs(turned)
+         weight(rate_size_column) = weight(size_column)*basis%speed(m)
+         weight(sixth_column) = weight(size_column)*basis%speed(m)**6
+         weight(seventh_column) = weight(sixth_column)*basis%speed(m)
+         do k = 0, row_columns - 1
+            place = place_of(basis, row, k) - 1
+            basis%column(mod(place, lanes) + 1, 1, m, place/lanes + 1) = real(turned, wp)
+            basis%column(mod(place, lanes) + 1, 2, m, place/lanes + 1) = -aimag(turned)
+            basis%weight(mod(place, lanes) + 1, m, place/lanes + 1) = weight(k)
+            turned = s*turned
+         end do
+      end do
+   end subroutine set_row
+
+   !> Amplitudes one stored step later.
+   pure subroutine advance(basis, step, z, later)
+      type(row_basis_t), intent(inout) :: basis
+      !> Its exponent of 2
+      integer, intent(in) :: step
+      !> Real and imaginary parts, [padded terms, 2]
+      real(wp), contiguous, intent(in) :: z(:, :)
+      real(wp), contiguous, intent(out) :: later(:, :)
+
+      integer :: i
+
+      if (.not. basis%has_power(step)) then
+         call powers(size(basis%decay)/lanes, basis%decay, basis%swing, 2.0_wp**step, basis%power(:, 1, step), &
+            basis%power(:, 2, step))
+         basis%has_power(step) = .true.
+      end if
+      associate (power => basis%power)
+         !$omp simd
+         do i = 1, size(z, 1)
+            later(i, 1) = z(i, 1)*power(i, 1, step) - z(i, 2)*power(i, 2, step)
+            later(i, 2) = z(i, 1)*power(i, 2, step) + z(i, 2)*power(i, 1, step)
+         end do
+      end associate
+   end subroutine advance
+
+   !> Amplitudes some time later.
+   pure subroutine advance_by(basis, time, z, later)
+      type(row_basis_t), intent(in) :: basis
+      real(wp), intent(in) :: time
+      !> As of `advance`
+      real(wp), contiguous, intent(in) :: z(:, :)
+      real(wp), contiguous, intent(out) :: later(:, :)
+
+      real(wp), dimension(size(z, 1)) :: power, turned
+      integer :: i
+
+      call powers(size(basis%decay)/lanes, basis%decay, basis%swing, time, power, turned)
+      !$omp simd
+      do i = 1, size(z, 1)
+         later(i, 1) = z(i, 1)*power(i) - z(i, 2)*turned(i)
+         later(i, 2) = z(i, 1)*turned(i) + z(i, 2)*power(i)
+      end do
+   end subroutine advance_by
+
+   !> All rows and their derivatives.
+   pure subroutine evaluate_rows(basis, z, rows)
+      type(row_basis_t), intent(in) :: basis
+      !> [padded terms, 2]
+      real(wp), contiguous, intent(in) :: z(:, :)
+      !> At the places of `place_of`, [lanes*blocks]
+      real(wp), contiguous, intent(out) :: rows(:)
+
+      real(wp) :: sums(lanes)
+      integer :: block, i, m
+
+      do block = 1, basis%blocks
+         sums = 0.0_wp
+         do m = 1, basis%terms
+            !$omp simd
+            do i = 1, lanes
+               sums(i) = sums(i) + (basis%column(i, 1, m, block)*z(m, 1) + basis%column(i, 2, m, block)*z(m, 2))
+            end do
+         end do
+         rows(lanes*(block - 1) + 1:lanes*block) = sums
+      end do
+   end subroutine evaluate_rows
+
+   !> Bounds from now on, which only fall.
+   pure subroutine bound_rows(basis, z, bounds)
+      type(row_basis_t), intent(in) :: basis
+      !> [padded terms, 2]
+      real(wp), contiguous, intent(in) :: z(:, :)
+      !> At the places of `place_of`, [lanes*blocks]
+      real(wp), contiguous, intent(out) :: bounds(:)
+
+      real(wp) :: magnitude(size(z, 1)), sums(lanes)
+      integer :: block, i, m
+
+      !$omp simd
+      do i = 1, size(z, 1)
+         magnitude(i) = sqrt(z(i, 1)**2 + z(i, 2)**2)
+      end do
+      do block = 1, basis%blocks
+         sums = 0.0_wp
+         do m = 1, basis%terms
+            !$omp simd
+            do i = 1, lanes
+               sums(i) = sums(i) + basis%weight(i, m, block)*magnitude(m)
+            end do
+         end do
+         bounds(lanes*(block - 1) + 1:lanes*block) = sums
+      end do
+   end subroutine bound_rows
+
+end module row_basis
