@@ -10,6 +10,7 @@ module contact_sets
    use modal_signal, only: modal_state_t
    use phase_drives, only: set_drive_t
    use row_basis, only: row_basis_t
+   use signal_integrals, only: squares_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
    use yielding_stop, only: holds, impedance_t
@@ -42,6 +43,8 @@ module contact_sets
       type(span_t) :: span
       !> Its answers to loads; unallocated: there are none, or it was not used yet
       type(set_drive_t), allocatable :: drive
+      !> What its terms make of squares of signals, where those are integrated
+      type(squares_t) :: squares
       !> Gaps and forces as rows of its terms and of the loads' harmonics; whether they are made, and can be searched
       type(row_basis_t) :: rows
       logical :: has_rows = .false.
@@ -257,6 +260,7 @@ contains
 
       bytes = word*real(set%held%count, wp)*real(3*set%held%count + 12*size(set%is_closed), wp) &
          + 4.0_wp*word*real(set%held%count, wp)*real(set%joint%count, wp)
+      if (allocated(set%squares%matrix)) bytes = bytes + 2.0_wp*word*real(size(set%squares%matrix), wp)
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%joint%count, wp)**2
    end function bytes_of
 

@@ -8,7 +8,7 @@ module phase_intervals
    use kinds, only: wp
    use moment_signals, only: moments_t
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
-   use phase_integrals, only: find_signals, integrate_stretch
+   use phase_integrals, only: find_signals
    use phase_losses, only: keep_indentation, leave_behind
    use phase_rows, only: is_row, row_signal
    use phase_state, only: end_force, force_terms, keep_state, move_alone, move_to, phase_state_t, signal_of, &
@@ -16,8 +16,8 @@ module phase_intervals
    use point_forces, only: slow
    use power_integrals, only: find_span, integral, integrals_in
    use response_types, only: quiet_level
-   use row_search, only: greatest_on_path, row_signal_t
-   use signal_integrals, only: signals_t, squares_t
+   use row_search, only: greatest_on_path, node_at_time, row_signal_t, value_at_node
+   use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
    use surface_states, only: energy_in, of_rigid_stop, surface_state_t
    implicit none (type, external)
@@ -36,7 +36,8 @@ module phase_intervals
       real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
       !> Made where integrals are asked for, and kept from phase to phase
       type(signals_t), allocatable :: signals
-      type(squares_t) :: squares
+      !> Contacts whose gaps are theirs, one at each place, and closed contacts, whose forces are
+      integer, allocatable :: sites(:), closed(:)
    contains
       procedure :: contact
       procedure :: evaluate
@@ -88,7 +89,15 @@ contains
       real(wp) :: state(2)
 
       class(viewed_signal_t), pointer :: signal
+      integer :: node
 
+      if (is_on_path(self, row)) then
+         node = node_at_time(self%now%path, time)
+         if (node >= 0) then
+            state = value_at_node(self%now%set%rows, self%now%path, signal_of_row(self, row), node)
+            return
+         end if
+      end if
       call find_signal(self, row, signal)
       call signal%evaluate(time, state(1), state(2))
       state = row%factor*state + [row%offset, 0.0_wp]
@@ -266,11 +275,33 @@ contains
       real(wp), intent(out) :: first(:)
       real(wp), intent(out) :: second(:)
 
-      if (.not. allocated(self%signals)) then
-         allocate (self%signals)
-         call find_signals(self%now, self%length, self%signals)
-      end if
-      call integrate_stretch(self%signals, stretch, self%pieces, self%piece_length, self%squares, first, second)
+      real(wp), dimension(2*size(self%now%states) + 1) :: mean, square
+      integer :: i, k, n
+
+      associate (now => self%now, set => self%now%set)
+         if (.not. allocated(self%signals)) then
+            allocate (self%signals)
+            self%sites = pack([(k, k=1, self%contacts)], [(now%alike(k) == k, k=1, self%contacts)])
+            self%closed = pack([(k, k=1, self%contacts)], set%is_closed)
+            call find_signals(now, self%length, self%sites, self%closed, self%signals)
+         end if
+         n = size(self%sites)
+         i = n + 1 + size(self%closed)
+         call integrate_signals(self%signals, stretch(1), stretch(2), set%squares, mean(:i), square(:i))
+         first = 0.0_wp
+         second = 0.0_wp
+         do k = 1, self%contacts
+            i = findloc(self%sites, now%alike(k), dim=1)
+            first(k) = now%alike_sign(k)*mean(i)
+            second(k) = square(i)
+         end do
+         first(self%tip_row()) = mean(n + 1)
+         second(self%tip_row()) = square(n + 1)
+         do i = 1, size(self%closed)
+            first(self%force_row(self%closed(i))) = mean(n + 1 + i)
+            second(self%force_row(self%closed(i))) = square(n + 1 + i)
+         end do
+      end associate
    end subroutine integrate
 
    !> Energy of beam and stops.

@@ -44,7 +44,7 @@ contains
       integer :: j, k, n, rows
 
       n = size(self%states)
-      associate (set => self%set, beam => self%beam)
+      associate (set => self%set)
          set%has_rows = .true.
          exponent = exponents_of(self)
          set%motion_terms = size(exponent)
@@ -58,17 +58,11 @@ contains
          rows = 0
          do k = 1, n
             if (.not. self%states(k)%acts) cycle
-            do j = 1, k - 1
-               if (set%gap_row(j) == 0) cycle
-               if (all(abs(abs(beam%value(:, j)) - abs(beam%value(:, k))) <= 0.0_wp)) exit
-            end do
-            if (j < k) then
-               set%gap_row(k) = set%gap_row(j)
-               if (any(abs(beam%value(:, j) - beam%value(:, k)) > 0.0_wp)) set%gap_sign(k) = -set%gap_sign(j)
-            else
-               rows = rows + 1
-               set%gap_row(k) = rows
-            end if
+            ! the first of those at one place that can be met
+            j = findloc(self%alike(:k) == self%alike(k) .and. self%states(:k)%acts, .true., dim=1)
+            set%gap_sign(k) = self%alike_sign(j)*self%alike_sign(k)
+            if (j == k) rows = rows + 1
+            set%gap_row(k) = merge(rows, set%gap_row(j), j == k)
             if (j == k .or. set%is_closed(k)) set%row_contact(set%gap_row(k)) = k
             if (.not. set%is_closed(k)) cycle
             spring = impedance_of(self%states(k))

@@ -65,6 +65,9 @@ module phase_state
       !> What the search that ends the phase saw of the gap of a rigid surface, and which; 0: none
       type(trail_t) :: trail
       integer :: trail_of = 0
+      !> The first surface at the place of each, and whether it is on the same side there, 1, or on the other, -1
+      integer, allocatable :: alike(:)
+      real(wp), allocatable :: alike_sign(:)
       !> The steps of a search of all contacts at once
       type(row_path_t) :: path
    end type phase_state_t
@@ -77,11 +80,24 @@ contains
       type(phase_state_t), intent(inout) :: self
       type(set_store_t), target, intent(inout) :: store
 
-      integer :: k
+      integer :: j, k
 
       call open_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
       self%store => store
       allocate (self%drive%frequency(0))
+      self%alike = [(k, k=1, size(self%states))]
+      self%alike_sign = [(1.0_wp, k=1, size(self%states))]
+      do k = 1, size(self%states)
+         do j = 1, k - 1
+            associate (apart => self%beam%value(:, j) - self%beam%value(:, k), mirrored => self%beam%value(:, j) &
+               + self%beam%value(:, k))
+               if (any(abs(apart) > 0.0_wp) .and. any(abs(mirrored) > 0.0_wp)) cycle
+               if (any(abs(apart) > 0.0_wp)) self%alike_sign(k) = -1.0_wp
+            end associate
+            self%alike(k) = j
+            exit
+         end do
+      end do
    end subroutine open_store
 
    !> Begin a phase with the set that is closed now.

@@ -26,8 +26,6 @@ contains
       if (.not. interval%length > 0.0_wp) return
       associate (tau => interval%start, length => interval%length)
          if (tau < blocks%edge(last) .and. tau + length > blocks%edge(0)) then
-            interval%pieces = blocks_begun(blocks, tau + length) - blocks_begun(blocks, tau) - 1
-            interval%piece_length = width_of_blocks(blocks)
             do block = max(blocks_begun(blocks, tau), 1), last
                stretch = [max(blocks%edge(block - 1) - tau, 0.0_wp), min(blocks%edge(block) - tau, length)]
                if (stretch(2) > stretch(1)) call take_stretch(interval, stretch, block, blocks)

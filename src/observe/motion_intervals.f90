@@ -71,9 +71,6 @@ module motion_intervals
       logical :: is_last = .false.
       !> Beam and stops may hold more energy after it than before
       logical :: may_gain = .false.
-      !> So many stretches of one length will be integrated over, and that length
-      integer :: pieces = 0
-      real(wp) :: piece_length = 0.0_wp
       !> Peaks are looked for from a share above those known on: searching takes time
       real(wp) :: tolerance = 0.0_wp
    contains

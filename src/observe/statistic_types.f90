@@ -3,7 +3,6 @@
 module statistic_types
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count
-   use signal_integrals, only: squares_t
    use signal_peaks, only: looks_t, peak_tolerance
    implicit none (type, external)
    private
@@ -86,8 +85,6 @@ module statistic_types
       integer :: seen = 0
       !> What searches for extremes have left, those of all surfaces together
       type(looks_t) :: looks(sum_count)
-      !> What the terms of a phase make of their squares within a whole block
-      type(squares_t) :: squares
    end type block_sums_t
 
    !> What it told.

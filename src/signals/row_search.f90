@@ -12,7 +12,7 @@ module row_search
       row_basis_t, seventh_column, sixth_column, size_column
    implicit none (type, external)
    private
-   public :: row_signal_t, row_path_t, search_rows, greatest_on_path, most_nodes, peak_tolerance
+   public :: row_signal_t, row_path_t, search_rows, greatest_on_path, node_at_time, value_at_node, most_nodes, peak_tolerance
 
    !> Room for so many steps; of a longer path the end is known, and not the way.
    integer, parameter :: most_nodes = 64
@@ -400,6 +400,31 @@ contains
       end associate
       path%time(at) = from + zero
    end subroutine polish
+
+   !> The node at the start or at the end of a path; -1: neither is at that time.
+   pure function node_at_time(path, time) result(node)
+      type(row_path_t), intent(in) :: path
+      real(wp), intent(in) :: time
+      integer :: node
+
+      node = -1
+      if (.not. time > 0.0_wp) node = 0
+      if (.not. abs(time - path%time(path%count)) > 0.0_wp) node = path%count
+   end function node_at_time
+
+   !> A signal and its rate at a node.
+   pure function value_at_node(basis, path, signal, node) result(state)
+      type(row_basis_t), intent(in) :: basis
+      type(row_path_t), intent(in) :: path
+      type(row_signal_t), intent(in) :: signal
+      integer, intent(in) :: node
+      real(wp) :: state(2)
+
+      real(wp) :: values(0:2)
+
+      call values_of(basis, signal, path%rows(:, node), path%time(node), values)
+      state = values(:1)
+   end function value_at_node
 
    !> The greatest value of a signal from one instant of a path to another, if it exceeds what is known.
    subroutine greatest_on_path(basis, path, signal, ends, scale, is_found, value, time)

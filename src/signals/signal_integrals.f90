@@ -1,14 +1,13 @@
 !> Integrals of signals and of their squares over a stretch of a phase, in closed form (docs/theory.md, section 20).
 !>
 !> All signals of a phase are sums of the same exponentials with amplitudes of their own, besides a constant and a
-!> slope; a square is one sum over pairs of exponents. Over stretches of one length, again and again, that sum is a real
-!> matrix made once.
+!> slope; a square is one sum over pairs of exponents, a real matrix that serves all stretches of one length.
 module signal_integrals
    use kinds, only: wp
    use power_integrals, only: integral
    implicit none (type, external)
    private
-   public :: signals_t, squares_t, integrate_signals, make_squares, are_squares_of
+   public :: signals_t, squares_t, integrate_signals
 
    !> offset + slope t + Re sum amplitude exp(exponent t), of each signal.
    type :: signals_t
@@ -23,9 +22,11 @@ module signal_integrals
    !> What the terms of signals make of their squares over a stretch of one length: x^T matrix x with x the real parts
    !> of all amplitudes, then the imaginary ones.
    type :: squares_t
-      real(wp) :: length = 0.0_wp
+      real(wp), private :: length = 0.0_wp
       !> [terms]
-      complex(wp), allocatable :: exponent(:)
+      complex(wp), allocatable, private :: exponent(:)
+      !> 1/(s_m + s_n) and 1/(s_m + conjg(s_n)), 0 where that is infinite, [terms, terms, 2]
+      complex(wp), allocatable, private :: inverse(:, :, :)
       !> [2 terms, 2 terms]
       real(wp), allocatable :: matrix(:, :)
    end type squares_t
@@ -33,86 +34,118 @@ module signal_integrals
 contains
 
    !> Integrals from one instant to another.
-   pure subroutine integrate_signals(signals, from, to, first, second, squares)
+   pure subroutine integrate_signals(signals, from, to, squares, first, second)
       type(signals_t), intent(in) :: signals
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
+      !> Of stretches before, made anew for other exponents or another length
+      type(squares_t), intent(inout) :: squares
       !> Of each signal and of its square, [signals]
       real(wp), intent(out) :: first(:)
       real(wp), intent(out) :: second(:)
-      !> Of their exponents, and of that length but for rounding; not given: all pairs are summed up
-      type(squares_t), intent(in), optional :: squares
 
+      ! the ends of a stretch are rounded
+      real(wp), parameter :: rounding = 1.0e-9_wp
       complex(wp) :: amplitude(size(signals%amplitude, 1), size(signals%exponent)), power(size(signals%exponent))
-      complex(wp) :: plain, conjugate, ramp
-      real(wp) :: offset(size(first)), length, share
-      integer :: m, n
+      complex(wp) :: plain, ramp
+      real(wp) :: offset(size(first)), length
+      integer :: n
 
       length = to - from
       offset = signals%offset + signals%slope*from
       associate (s => signals%exponent, slope => signals%slope)
+         call find_inverses(s, squares)
+         if (abs(length - squares%length) > rounding*squares%length) call make_squares(length, squares)
          first = length*(offset + 0.5_wp*slope*length)
          second = length*(offset*(offset + slope*length) + slope**2*length**2/3.0_wp)
          power = exp(s*length)
          do n = 1, size(s)
-            amplitude(:, n) = signals%amplitude(:, n)*exp(s(n)*from)
+            amplitude(:, n) = signals%amplitude(:, n)
+            if (from > 0.0_wp) amplitude(:, n) = amplitude(:, n)*exp(s(n)*from)
             plain = integral(s(n), length, power(n))
-            ramp = ramp_integral(s(n), length, power(n))
+            ramp = (0.0_wp, 0.0_wp)
+            if (any(abs(slope) > 0.0_wp)) ramp = ramp_integral(s(n), length, power(n))
             first = first + real(amplitude(:, n)*plain, wp)
             second = second + 2.0_wp*real(amplitude(:, n)*(offset*plain + slope*ramp), wp)
-            if (present(squares)) cycle
-            ! symmetric in the two terms, up to conjugation
-            do m = 1, n
-               share = merge(0.5_wp, 1.0_wp, m == n)
-               plain = share*integral(s(m) + s(n), length, power(m)*power(n))
-               conjugate = share*integral(s(m) + conjg(s(n)), length, power(m)*conjg(power(n)))
-               second = second + real(amplitude(:, m)*(amplitude(:, n)*plain + conjg(amplitude(:, n))*conjugate), wp)
-            end do
          end do
-         ! rounding of its ends may make a stretch a little longer
-         if (present(squares)) second = second + squares_by(squares, amplitude) + (length - squares%length) &
+         second = second + squares_by(squares, amplitude) + (length - squares%length) &
             *real(matmul(amplitude, power), wp)**2
       end associate
    end subroutine integrate_signals
 
-   !> Prepare for many stretches of one length.
-   pure subroutine make_squares(exponent, length, squares)
+   !> Prepare for exponents.
+   pure subroutine find_inverses(exponent, squares)
       complex(wp), intent(in) :: exponent(:)
-      real(wp), intent(in) :: length
-      type(squares_t), intent(out) :: squares
+      type(squares_t), intent(inout) :: squares
 
-      complex(wp) :: conjugate, plain, power(size(exponent))
       integer :: m, n
 
-      squares%length = length
+      if (allocated(squares%exponent)) then
+         if (size(squares%exponent) == size(exponent)) then
+            if (all(abs(real(squares%exponent - exponent, wp)) + abs(aimag(squares%exponent - exponent)) <= 0.0_wp)) return
+         end if
+         deallocate (squares%exponent, squares%inverse, squares%matrix)
+      end if
+      squares%length = 0.0_wp
       allocate (squares%exponent, source=exponent)
-      power = exp(exponent*length)
       associate (k => size(exponent), s => exponent)
+         allocate (squares%inverse(k, k, 2), source=(0.0_wp, 0.0_wp))
          allocate (squares%matrix(2*k, 2*k))
          do n = 1, k
             do m = 1, k
-               plain = 0.5_wp*integral(s(m) + s(n), length, power(m)*power(n))
-               conjugate = 0.5_wp*integral(s(m) + conjg(s(n)), length, power(m)*conjg(power(n)))
-               squares%matrix(m, n) = real(conjugate, wp) + real(plain, wp)
-               squares%matrix(k + m, k + n) = real(conjugate, wp) - real(plain, wp)
-               squares%matrix(m, k + n) = aimag(conjugate) - aimag(plain)
-               squares%matrix(k + m, n) = -aimag(conjugate) - aimag(plain)
+               if (abs(s(m) + s(n)) > 0.0_wp) squares%inverse(m, n, 1) = 1.0_wp/(s(m) + s(n))
+               if (abs(s(m) + conjg(s(n))) > 0.0_wp) squares%inverse(m, n, 2) = 1.0_wp/(s(m) + conjg(s(n)))
             end do
          end do
       end associate
-   end subroutine make_squares
+   end subroutine find_inverses
 
-   !> Are they those of these exponents, over such a length?
-   pure function are_squares_of(squares, exponent, length) result(are)
-      type(squares_t), intent(in) :: squares
-      complex(wp), intent(in) :: exponent(:)
+   !> Prepare for stretches of one length.
+   pure subroutine make_squares(length, squares)
       real(wp), intent(in) :: length
-      logical :: are
+      !> Has the inverses
+      type(squares_t), intent(inout) :: squares
 
-      are = allocated(squares%exponent)
-      if (are) are = size(squares%exponent) == size(exponent) .and. abs(squares%length - length) <= 0.0_wp
-      if (are) are = all(abs(squares%exponent - exponent) <= 0.0_wp)
-   end function are_squares_of
+      complex(wp) :: conjugate, plain, power(size(squares%exponent))
+      integer :: m, n
+
+      squares%length = length
+      power = exp(squares%exponent*length)
+      associate (k => size(power), s => squares%exponent)
+         do n = 1, k
+            ! symmetric in the two terms, up to conjugation
+            do m = 1, n
+               plain = 0.5_wp*pair_integral(s(m) + s(n), squares%inverse(m, n, 1), power(m)*power(n))
+               conjugate = 0.5_wp*pair_integral(s(m) + conjg(s(n)), squares%inverse(m, n, 2), power(m)*conjg(power(n)))
+               squares%matrix(m, n) = real(conjugate, wp) + real(plain, wp)
+               squares%matrix(n, m) = squares%matrix(m, n)
+               squares%matrix(k + m, k + n) = real(conjugate, wp) - real(plain, wp)
+               squares%matrix(k + n, k + m) = squares%matrix(k + m, k + n)
+               squares%matrix(m, k + n) = aimag(conjugate) - aimag(plain)
+               squares%matrix(k + n, m) = squares%matrix(m, k + n)
+               squares%matrix(k + m, n) = -aimag(conjugate) - aimag(plain)
+               squares%matrix(n, k + m) = squares%matrix(k + m, n)
+            end do
+         end do
+      end associate
+
+   contains
+
+      !> Integral of exp(s t), without a division where that does not cancel.
+      pure function pair_integral(s, inverse, end) result(value)
+         complex(wp), intent(in) :: s
+         complex(wp), intent(in) :: inverse
+         !> exp(s t)
+         complex(wp), intent(in) :: end
+         complex(wp) :: value
+
+         if ((abs(real(s, wp)) + abs(aimag(s)))*length < 0.1_wp) then
+            value = integral(s, length, end)
+         else
+            value = (end - 1.0_wp)*inverse
+         end if
+      end function pair_integral
+   end subroutine make_squares
 
    !> Integrals of the squares of sums of terms.
    pure function squares_by(squares, amplitude) result(integrals)
