@@ -21,8 +21,7 @@ module row_search
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
 
    !> Errors of a quintic Hermite polynomial as shares of B h**6, where the signal and its first derivatives vanish at
-   !> the start: x**3 (1 - x)**3/720 is at most so many times x**order. And of its derivative: Birkhoff and Priver,
-   !> J. Math. Phys. 46 (1967) 440.
+   !> the start: x**3 (1 - x)**3/720 is at most so many times x**order. And of its derivative: [Birkhoff].
    real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
    real(wp), parameter :: slope_error_share = sqrt(5.0_wp)/30000.0_wp
@@ -388,7 +387,7 @@ contains
          correction = -values(0)/values(1)
          correction = correction - 0.5_wp*values(2)*correction**2/values(1)
          zero = min(max(zero + correction, 0.0_wp), length)
-         if (abs(correction) <= last_correction*length) exit
+         if (abs(correction) <= last_correction*length .and. abs(correction*values(2)) <= last_correction*abs(values(1))) exit
       end do
       n = basis%rows
       associate (rows => path%rows(:, at))
@@ -475,7 +474,7 @@ contains
                t = stretch%from + length*top_of(coefficients(stretch%here, stretch%there, length))
             end associate
             if (.not. (t > stretch%from .and. t < stretch%to) .or. waiting + 2 > size(open)) cycle
-            call values_at(t, middle)
+            call climb(stretch%from, stretch%to, t, middle)
             call take(t, middle(0))
             open(waiting + 1) = stretch
             open(waiting + 1)%to = t
@@ -517,6 +516,28 @@ contains
          path%evaluations = path%evaluations + 1_i8
          call values_of(basis, signal, rows, instant, values)
       end subroutine values_at
+
+      !> To the top by Newton's method, while that stays within a stretch.
+      subroutine climb(least, most, instant, values)
+         real(wp), intent(in) :: least
+         real(wp), intent(in) :: most
+         real(wp), intent(inout) :: instant
+         real(wp), intent(out) :: values(0:2)
+
+         integer, parameter :: most_rounds = 6
+         real(wp), parameter :: least_shift = 1.0e-9_wp
+         real(wp) :: shift
+         integer :: round
+
+         do round = 1, most_rounds
+            call values_at(instant, values)
+            if (.not. values(2) < 0.0_wp) return
+            shift = -values(1)/values(2)
+            if (.not. (instant + shift > least .and. instant + shift < most)) return
+            if (abs(shift) <= least_shift*(most - least)) return
+            instant = instant + shift
+         end do
+      end subroutine climb
 
       !> Begin or end a stretch within a step.
       subroutine cut(instant, end, values)
