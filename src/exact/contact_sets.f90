@@ -47,17 +47,12 @@ module contact_sets
       type(squares_t) :: squares
       !> Gaps and forces as rows of its terms and of the loads' harmonics; whether they are made, and can be searched
       type(row_basis_t) :: rows
-      logical :: has_rows = .false.
-      logical :: can_search_rows = .false.
-      !> The row of each gap and its sign, of each force that its gap does not tell, and of the tip, 0: there is none,
-      !> [surfaces]
-      integer, allocatable :: gap_row(:), force_row(:)
-      !> The contact whose gap a row is, but for the sign, [rows at most]
-      integer, allocatable :: row_contact(:)
+      logical :: has_rows = .false., can_search_rows = .false.
+      !> The row of each gap and its sign, of each force that its gap does not tell, 0: there is none, and of the tip; the
+      !> contact whose gap a row is but for the sign; number of terms but for harmonics
+      integer, allocatable :: gap_row(:), force_row(:), row_contact(:)
       real(wp), allocatable :: gap_sign(:)
-      integer :: tip_row = 0
-      !> Terms but for harmonics
-      integer :: motion_terms = 0
+      integer :: tip_row = 0, motion_terms = 0
       !> Room for the state of its modes as a phase starts and as it ends: displacements and rates of both, [modes, 4]
       real(wp), allocatable :: state(:, :)
       !> And for that where a search of a gap evaluated it last, less what loads do

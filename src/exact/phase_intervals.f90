@@ -10,13 +10,14 @@ module phase_intervals
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
    use phase_integrals, only: find_signals
    use phase_losses, only: keep_indentation, leave_behind
-   use phase_rows, only: is_row, row_signal
+   use phase_rows, only: is_on_path, signal_of_row
    use phase_state, only: end_force, force_terms, keep_state, move_alone, move_to, phase_state_t, signal_of, &
       whole_gap, whole_tip
    use point_forces, only: slow
    use power_integrals, only: find_span, integral, integrals_in
    use response_types, only: quiet_level
-   use row_search, only: greatest_on_path, node_at_time, row_signal_t, value_at_node
+   use row_peaks, only: greatest_on_path
+   use row_signals, only: node_at_time, value_at_node
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
    use surface_states, only: energy_in, of_rigid_stop, surface_state_t
@@ -91,12 +92,11 @@ contains
       class(viewed_signal_t), pointer :: signal
       integer :: node
 
-      if (is_on_path(self, row)) then
-         node = node_at_time(self%now%path, time)
-         if (node >= 0) then
-            state = value_at_node(self%now%set%rows, self%now%path, signal_of_row(self, row), node)
-            return
-         end if
+      node = -1
+      if (is_on_path(self%now, self%length, row)) node = node_at_time(self%now%path, time)
+      if (node >= 0) then
+         state = value_at_node(self%now%set%rows, self%now%path, signal_of_row(self%now, row), node)
+         return
       end if
       call find_signal(self, row, signal)
       call signal%evaluate(time, state(1), state(2))
@@ -155,9 +155,9 @@ contains
             if (does) return
          end associate
       end if
-      if (is_on_path(self, row)) then
+      if (is_on_path(self%now, self%length, row)) then
          greatest = level
-         call greatest_on_path(self%now%set%rows, self%now%path, signal_of_row(self, row), [0.0_wp, self%length], &
+         call greatest_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), [0.0_wp, self%length], &
             0.0_wp, does, greatest, time)
          return
       end if
@@ -196,9 +196,9 @@ contains
       is_bare = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp)
       peak%still_rises = .false.
       threshold = known
-      if (is_on_path(self, row)) then
+      if (is_on_path(self%now, self%length, row)) then
          peak%value = known
-         call greatest_on_path(self%now%set%rows, self%now%path, signal_of_row(self, row), stretch, &
+         call greatest_on_path(self%now%set%rows, self%now%path, signal_of_row(self%now, row), stretch, &
             max(row%scale, 0.0_wp), peak%is_found, peak%value, peak%time)
          peak%still_rises = peak%is_found .and. .not. peak%time < stretch(2)
          return
@@ -366,38 +366,6 @@ contains
       time = max(time, lower)
       is_at_end = is_at_end .or. is_low
    end subroutine last_beyond
-
-   !> Did the search of all contacts at once go through the phase, and see this row?
-   pure function is_on_path(self, row) result(is)
-      class(phase_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
-      logical :: is
-
-      associate (path => self%now%path, k => row%number - self%tip_row())
-         is = path%is_complete .and. k <= self%contacts
-         if (is) is = path%time(path%count) >= self%length
-         if (is .and. k /= 0) is = is_row(self%now, merge(k, row%number, k > 0), merge(end_force, whole_gap, k > 0))
-      end associate
-   end function is_on_path
-
-   !> The row as a signal of that search.
-   pure function signal_of_row(self, row) result(signal)
-      class(phase_interval_t), intent(in) :: self
-      type(row_t), intent(in) :: row
-      type(row_signal_t) :: signal
-
-      associate (k => row%number - self%tip_row())
-         if (k > 0) then
-            signal = row_signal(self%now, k, end_force)
-         else
-            signal = row_signal(self%now, row%number, merge(whole_tip, whole_gap, k == 0))
-         end if
-      end associate
-      signal%offset = row%offset + row%factor*signal%offset
-      signal%slope = row%factor*signal%slope
-      signal%factor = row%factor*signal%factor
-      signal%of_rate = row%factor*signal%of_rate
-   end function signal_of_row
 
    !> A row, without its factor and offset, as a signal.
    subroutine find_signal(self, row, signal)

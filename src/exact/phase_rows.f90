@@ -2,16 +2,18 @@
 !> section 23).
 module phase_rows
    use certified_search, only: found_none, found_zero, search_t
-   use damped_oscillators, only: lanes, padded
+   use damped_oscillators, only: lanes
    use kinds, only: wp
+   use motion_intervals, only: row_t
    use phase_state, only: end_force, end_gap, end_home, end_pull, phase_state_t, whole_gap, whole_tip
    use row_basis, only: make_row_basis, set_row
-   use row_search, only: most_nodes, row_signal_t, search_rows
+   use row_search, only: search_rows
+   use row_signals, only: most_nodes, row_signal_t
    use yielding_stop, only: holds, impedance_t
    use surface_states, only: impedance_of
    implicit none (type, external)
    private
-   public :: can_search_rows, search_contacts, row_signal, is_row
+   public :: can_search_rows, search_contacts, is_on_path, signal_of_row
 
    !> Two exponents of a mode that are nearer to each other than this share of its frequency make great amplitudes.
    real(wp), parameter :: least_spread = 0.02_wp
@@ -345,5 +347,40 @@ contains
       end do
       if (ended > 0) searches(ended)%outcome = found_zero
    end subroutine search_contacts
+
+   !> Did the search of all contacts at once go through the phase, and see this row?
+   pure function is_on_path(self, length, row) result(is)
+      type(phase_state_t), intent(in) :: self
+      !> Of the phase
+      real(wp), intent(in) :: length
+      type(row_t), intent(in) :: row
+      logical :: is
+
+      associate (path => self%path, contacts => size(self%states))
+         is = path%is_complete .and. row%number <= 2*contacts + 1
+         if (is) is = path%time(path%count) >= length
+         if (is .and. row%number /= contacts + 1) is = is_row(self, mod(row%number - 1, contacts + 1) + 1, &
+            merge(end_force, whole_gap, row%number > contacts))
+      end associate
+   end function is_on_path
+
+   !> A row that observers ask for, as a signal of that search.
+   pure function signal_of_row(self, row) result(signal)
+      type(phase_state_t), intent(in) :: self
+      type(row_t), intent(in) :: row
+      type(row_signal_t) :: signal
+
+      associate (contacts => size(self%states))
+         if (row%number > contacts + 1) then
+            signal = row_signal(self, row%number - contacts - 1, end_force)
+         else
+            signal = row_signal(self, row%number, merge(whole_tip, whole_gap, row%number > contacts))
+         end if
+      end associate
+      signal%offset = row%offset + row%factor*signal%offset
+      signal%slope = row%factor*signal%slope
+      signal%factor = row%factor*signal%factor
+      signal%of_rate = row%factor*signal%of_rate
+   end function signal_of_row
 
 end module phase_rows

@@ -14,7 +14,7 @@ module phase_state
    use load_courses, only: piece_at, piece_t
    use modal_signal, only: make_modal_signal, modal_signal_t
    use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
-   use row_search, only: row_path_t
+   use row_signals, only: row_path_t
    use slow_loads, only: drive_terms
    use surface_states, only: impedance_of, reactions_t, surface_state_t
    use yielding_stop, only: impedance_t

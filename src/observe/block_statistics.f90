@@ -13,7 +13,7 @@ module block_statistics
    use student, only: student_quantile
    implicit none (type, external)
    private
-   public :: open_blocks, empty_block, blocks_begun, width_of_blocks, take_events, take_contact, take_flight
+   public :: open_blocks, empty_block, blocks_begun, take_events, take_contact, take_flight
    public :: finish_blocks, finish_statistics
 
    !> How a statistic follows from sums.

@@ -1,7 +1,7 @@
 !> What an interval adds to the statistics of a run: integrals of forces and displacements and of their squares, and
 !> their extremes, block by block (docs/theory.md, section 20).
 module interval_statistics
-   use block_statistics, only: blocks_begun, take_contact, take_flight, width_of_blocks
+   use block_statistics, only: blocks_begun, take_contact, take_flight
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, peak_t, row_t
    use signal_peaks, only: looks_t

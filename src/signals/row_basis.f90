@@ -11,7 +11,7 @@ module row_basis
    implicit none (type, external)
    private
    public :: row_basis_t, make_row_basis, set_row, advance, advance_by, evaluate_rows, bound_rows, place_of
-   public :: lowest_step, row_columns, bound_columns, sixth_column, seventh_column, size_column, rate_size_column
+   public :: lowest_step, sixth_column, seventh_column, size_column, rate_size_column
 
    !> The shortest stored step is 2**lowest_step.
    integer, parameter :: lowest_step = -40

@@ -3,7 +3,7 @@ module signal_peaks
    use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, local_t, search_t, &
       viewed_signal_t
    use kinds, only: i8, wp
-   use row_search, only: peak_tolerance
+   use row_peaks, only: peak_tolerance
    implicit none (type, external)
    private
    public :: looks_t, exceeds, greatest_value, last_time_above, peak_tolerance

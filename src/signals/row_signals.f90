@@ -1,0 +1,147 @@
+!> Signals that are made of rows, their values at the nodes of a path of steps, and what bounds them between two nodes
+!> (docs/theory.md, section 23).
+!>
+!> Over a step of length h a signal differs from the quintic Hermite polynomial that shares its value, slope and curvature
+!> at both ends by at most B h**6/46080, where B bounds its sixth derivative; the coefficients of the polynomial in
+!> Bernstein's form bound the polynomial.
+module row_signals
+   use kinds, only: i8, wp
+   use row_basis, only: place_of, rate_size_column, row_basis_t, seventh_column, sixth_column, size_column
+   implicit none (type, external)
+   private
+   public :: row_signal_t, row_path_t, most_nodes, error_share, values_of, bounds_of, coefficients, node_at_time, &
+      value_at_node
+
+   !> Room for so many steps; of a longer path the end is known, and not the way.
+   integer, parameter :: most_nodes = 64
+
+   !> Errors of a quintic Hermite polynomial as shares of B h**6, where the signal and its first derivatives vanish at
+   !> the start: x**3 (1 - x)**3/720 is at most so many times x**order.
+   real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
+      1.0_wp/720.0_wp]
+
+   !> A signal offset + slope t + factor row + of_rate row'.
+   type :: row_signal_t
+      integer :: row = 1
+      real(wp) :: factor = 1.0_wp
+      real(wp) :: of_rate = 0.0_wp
+      real(wp) :: offset = 0.0_wp
+      real(wp) :: slope = 0.0_wp
+      !> It and so many of its derivatives less one vanish at the start, and the next is positive; 0: it is positive
+      integer :: start_order = 0
+      !> Whether it has a zero could be told
+      logical :: is_sure = .true.
+      !> Greatest value seen on the way, and what it does not exceed there
+      real(wp) :: greatest = 0.0_wp
+      real(wp) :: ceiling = 0.0_wp
+      !> Rounding error of its value at the start
+      real(wp) :: rounding = 0.0_wp
+   end type row_signal_t
+
+   !> The steps of a phase.
+   type :: row_path_t
+      !> Number of nodes, and whether they reach from the start to the end
+      integer :: count = 0
+      logical :: is_complete = .false.
+      !> Since the start of the phase, [nodes]
+      real(wp) :: time(0:most_nodes)
+      !> Amplitudes, rows and bounds of rows there, as `row_basis` has them, [.., 0:most_nodes]
+      real(wp), allocatable :: z(:, :, :), rows(:, :), bounds(:, :)
+      integer(i8) :: evaluations = 0_i8
+   end type row_path_t
+
+contains
+
+   !> Value, slope and curvature.
+   pure subroutine values_of(basis, signal, rows, time, values)
+      type(row_basis_t), intent(in) :: basis
+      type(row_signal_t), intent(in) :: signal
+      real(wp), contiguous, intent(in) :: rows(:)
+      real(wp), intent(in) :: time
+      real(wp), intent(out) :: values(0:2)
+
+      associate (n => basis%rows, i => signal%row)
+         values(0) = signal%offset + signal%slope*time + signal%factor*rows(i) + signal%of_rate*rows(i + n)
+         values(1) = signal%slope + signal%factor*rows(i + n) + signal%of_rate*rows(i + 2*n)
+         values(2) = signal%factor*rows(i + 2*n) + signal%of_rate*rows(i + 3*n)
+      end associate
+   end subroutine values_of
+
+   !> Bound of the sixth derivative, rounding error, and what the signal does not come below before the limit.
+   pure subroutine bounds_of(basis, signal, bounds, time, steps, bound, noise, limit, floor)
+      type(row_basis_t), intent(in) :: basis
+      type(row_signal_t), intent(in) :: signal
+      real(wp), contiguous, intent(in) :: bounds(:)
+      !> Since the start, and by so many products
+      real(wp), intent(in) :: time
+      integer, intent(in) :: steps
+      real(wp), intent(out) :: bound
+      real(wp), intent(out) :: noise
+      real(wp), intent(in), optional :: limit
+      real(wp), intent(out), optional :: floor
+
+      real(wp) :: curvature, magnitude, rate
+
+      associate (factor => abs(signal%factor), of_rate => abs(signal%of_rate), row => signal%row)
+         associate (sixth => bounds(place_of(basis, row, sixth_column)), &
+            size_of_rate => bounds(place_of(basis, row, rate_size_column)))
+            bound = factor*sixth
+            magnitude = factor*bounds(place_of(basis, row, size_column))
+            rate = factor*size_of_rate
+            if (of_rate > 0.0_wp) then
+               bound = bound + of_rate*bounds(place_of(basis, row, seventh_column))
+               magnitude = magnitude + of_rate*size_of_rate
+               ! Hoelder's inequality
+               curvature = 0.0_wp
+               if (size_of_rate > 0.0_wp) curvature = size_of_rate*(sixth/size_of_rate)**0.2_wp
+               rate = rate + of_rate*curvature
+            end if
+         end associate
+      end associate
+      noise = epsilon(1.0_wp)*((4.0_wp + 2.0_wp*real(steps, wp))*magnitude + time*rate &
+         + 4.0_wp*(abs(signal%offset) + abs(signal%slope)*time))
+      if (present(floor)) floor = signal%offset + min(signal%slope*time, signal%slope*limit) - magnitude
+   end subroutine bounds_of
+
+   !> Coefficients of the polynomial in Bernstein's form.
+   pure function coefficients(here, there, length) result(b)
+      !> Value, slope and curvature at both ends
+      real(wp), intent(in) :: here(0:2)
+      real(wp), intent(in) :: there(0:2)
+      real(wp), intent(in) :: length
+      real(wp) :: b(0:5)
+
+      b(0) = here(0)
+      b(1) = here(0) + 0.2_wp*length*here(1)
+      b(2) = here(0) + 0.4_wp*length*here(1) + 0.05_wp*length**2*here(2)
+      b(3) = there(0) - 0.4_wp*length*there(1) + 0.05_wp*length**2*there(2)
+      b(4) = there(0) - 0.2_wp*length*there(1)
+      b(5) = there(0)
+   end function coefficients
+
+   !> The node at the start or at the end of a path; -1: neither is at that time.
+   pure function node_at_time(path, time) result(node)
+      type(row_path_t), intent(in) :: path
+      real(wp), intent(in) :: time
+      integer :: node
+
+      node = -1
+      if (.not. time > 0.0_wp) node = 0
+      if (.not. abs(time - path%time(path%count)) > 0.0_wp) node = path%count
+   end function node_at_time
+
+   !> A signal and its rate at a node.
+   pure function value_at_node(basis, path, signal, node) result(state)
+      type(row_basis_t), intent(in) :: basis
+      type(row_path_t), intent(in) :: path
+      type(row_signal_t), intent(in) :: signal
+      integer, intent(in) :: node
+      real(wp) :: state(2)
+
+      real(wp) :: values(0:2)
+
+      call values_of(basis, signal, path%rows(:, node), path%time(node), values)
+      state = values(:1)
+   end function value_at_node
+
+end module row_signals
