@@ -40,7 +40,7 @@ install(FILES packaging/completion/_impactbeam DESTINATION "${CMAKE_INSTALL_DATA
 # One archive of all folders, so that others link one library.
 set(objects "")
 foreach(folder IN ITEMS base posix system settings scene blas_threads algebra beam frequencies modes signals contact loads
-    observe exact newmark motion periodic output study app)
+    observe exact newmark motion periodic output analysis study app)
   list(APPEND objects "$<TARGET_OBJECTS:impactbeam_${folder}>")
 endforeach()
 add_library(impactbeam_archive STATIC ${objects})

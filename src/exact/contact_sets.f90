@@ -9,9 +9,9 @@ module contact_sets
    use kinds, only: wp
    use modal_signal, only: modal_state_t
    use phase_drives, only: set_drive_t
+   use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use row_basis, only: row_basis_t
    use signal_integrals, only: squares_t
-   use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use small_equations, only: solve_small
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
@@ -48,8 +48,8 @@ module contact_sets
       !> Gaps and forces as rows of its terms and of the loads' harmonics; whether they are made, and can be searched
       type(row_basis_t) :: rows
       logical :: has_rows = .false., can_search_rows = .false.
-      !> The row of each gap and its sign, of each force that its gap does not tell, 0: there is none, and of the tip; the
-      !> contact whose gap a row is but for the sign; number of terms but for harmonics
+      !> The row of each gap and its sign, of each force that its gap does not tell, 0: there is none, and of the tip;
+      !> the contact whose gap a row is but for the sign; number of terms but for harmonics
       integer, allocatable :: gap_row(:), force_row(:), row_contact(:)
       real(wp), allocatable :: gap_sign(:)
       integer :: tip_row = 0, motion_terms = 0

@@ -12,7 +12,8 @@ module phase_integrals
 
 contains
 
-   !> Displacements at some surfaces away from them, that of the tip up, and forces of some closed surfaces, in this order.
+   !> Displacements at some surfaces away from them, that of the tip up, and forces of some closed surfaces, in this
+   !> order.
    subroutine find_signals(self, length, places, closed, signals)
       type(phase_state_t), intent(in) :: self
       !> Of the phase

@@ -9,8 +9,8 @@ module phase_rows
    use row_basis, only: make_row_basis, set_row
    use row_search, only: search_rows
    use row_signals, only: most_nodes, row_signal_t
-   use yielding_stop, only: holds, impedance_t
    use surface_states, only: impedance_of
+   use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row

@@ -80,26 +80,26 @@ contains
       type(stretch_t), intent(in) :: step
       type(best_t), intent(inout) :: best
 
-      type(stretch_t) :: open(64), stretch
+      type(stretch_t) :: parts(64), stretch
       real(wp) :: b(0:5), bound, level, length, middle(0:2), noise, t
       integer :: waiting
 
       call bounds_of(basis, signal, path%bounds(:, node), path%time(node), node, bound, noise)
-      open(1) = step
+      parts(1) = step
       waiting = 1
       do while (waiting > 0)
-         stretch = open(waiting)
+         stretch = parts(waiting)
          waiting = waiting - 1
          length = stretch%to - stretch%from
          b = coefficients(stretch%here, stretch%there, length)
          level = best%value + peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
          if (.not. maxval(b) + bound*length**6*error_share(0) > level) cycle
          t = stretch%from + length*top_of(b)
-         if (.not. (t > stretch%from .and. t < stretch%to) .or. waiting + 2 > size(open)) cycle
+         if (.not. (t > stretch%from .and. t < stretch%to) .or. waiting + 2 > size(parts)) cycle
          call climb(basis, path, signal, node, stretch, t, middle)
          call take(t, middle(0), best)
-         open(waiting + 1) = stretch_t(stretch%from, t, stretch%here, middle)
-         open(waiting + 2) = stretch_t(t, stretch%to, middle, stretch%there)
+         parts(waiting + 1) = stretch_t(stretch%from, t, stretch%here, middle)
+         parts(waiting + 2) = stretch_t(t, stretch%to, middle, stretch%there)
          waiting = waiting + 2
       end do
    end subroutine seek_in_step

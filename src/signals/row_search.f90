@@ -1,8 +1,8 @@
 !> The first zero among many signals that are made of the same rows, so that none before it can be missed
 !> (docs/theory.md, section 23).
 !>
-!> All signals take the same steps. A step over which a signal may have a zero is halved until there is certainly none, or
-!> certainly just one.
+!> All signals take the same steps. A step over which a signal may have a zero is halved until there is certainly
+!> none, or certainly just one.
 module row_search
    use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: i8, wp
@@ -107,8 +107,8 @@ contains
       call bound_rows(basis, path%z(:, :, at), path%bounds(:, at))
       do n = 1, size(signals)
          call values_of(basis, signals(n), path%rows(:, at), step%from, step%here(:, n))
-         call bounds_of(basis, signals(n), path%bounds(:, at), step%from, step%count, step%bound(n), step%noise(n), limit, &
-            step%floor(n))
+         call bounds_of(basis, signals(n), path%bounds(:, at), step%from, step%count, step%bound(n), step%noise(n), &
+            limit, step%floor(n))
          ! what has died away so far that its digits underflow has no zero
          if (max(maxval(abs(step%here(:, n))), step%bound(n)) < tiny(1.0_wp)/epsilon(1.0_wp)) step%floor(n) = &
             huge(1.0_wp)
@@ -318,7 +318,8 @@ contains
          correction = -values(0)/values(1)
          correction = correction - 0.5_wp*values(2)*correction**2/values(1)
          zero = min(max(zero + correction, 0.0_wp), length)
-         if (abs(correction) <= last_correction*length .and. abs(correction*values(2)) <= last_correction*abs(values(1))) exit
+         if (abs(correction) <= last_correction*length .and. &
+            abs(correction*values(2)) <= last_correction*abs(values(1))) exit
       end do
       n = basis%rows
       associate (rows => path%rows(:, at))

@@ -1,9 +1,9 @@
 !> Signals that are made of rows, their values at the nodes of a path of steps, and what bounds them between two nodes
 !> (docs/theory.md, section 23).
 !>
-!> Over a step of length h a signal differs from the quintic Hermite polynomial that shares its value, slope and curvature
-!> at both ends by at most B h**6/46080, where B bounds its sixth derivative; the coefficients of the polynomial in
-!> Bernstein's form bound the polynomial.
+!> Over a step of length h a signal differs from the quintic Hermite polynomial that shares its value, slope and
+!> curvature at both ends by at most B h**6/46080, where B bounds its sixth derivative; the coefficients of the
+!> polynomial in Bernstein's form bound the polynomial.
 module row_signals
    use kinds, only: i8, wp
    use row_basis, only: place_of, rate_size_column, row_basis_t, seventh_column, sixth_column, size_column

@@ -82,7 +82,9 @@ contains
 
       if (allocated(squares%exponent)) then
          if (size(squares%exponent) == size(exponent)) then
-            if (all(abs(real(squares%exponent - exponent, wp)) + abs(aimag(squares%exponent - exponent)) <= 0.0_wp)) return
+            associate (change => squares%exponent - exponent)
+               if (all(abs(real(change, wp)) + abs(aimag(change)) <= 0.0_wp)) return
+            end associate
          end if
          deallocate (squares%exponent, squares%inverse, squares%matrix)
       end if
