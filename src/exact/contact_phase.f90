@@ -105,7 +105,8 @@ contains
          call search_contacts(self%now, self%search%time, self%interval%searches, is_told, self%ended, self%ended_by, &
             self%search%time)
          if (self%ended > 0) self%search%outcome = found_zero
-         self%search%evaluations = self%now%path%evaluations
+         ! each evaluates the sums of all contacts
+         self%search%evaluations = self%now%path%evaluations*count(self%now%states%acts)
       end if
       do k = 1, size(self%now%states)
          if (is_told(k)) cycle

@@ -18,6 +18,9 @@ module row_search
    !> A step is chosen so that the error is about this share of the value and of its change.
    real(wp), parameter :: chosen_share = 0.03_wp
 
+   !> A search that takes more evaluations is left to searches of the signals one by one.
+   integer(i8), parameter :: most_evaluations = 4_i8*most_nodes
+
    !> Can a signal vanish in a step?
    integer, parameter :: is_safe = 0
    integer, parameter :: is_unclear = 1
@@ -66,8 +69,10 @@ contains
       do
          call begin_step(basis, limit, signals, path, at, step)
          if (.not. any(signals%is_sure .and. .not. step%floor > step%noise) .or. .not. step%from < limit) exit
-         if (at == most_nodes) path%is_complete = .false.
-         step%next = merge(0, at + 1, at == most_nodes)
+         ! stiff terms make steps short, even if they are small: a search of one signal bounds them otherwise
+         if (at == most_nodes .or. path%evaluations > most_evaluations) signals%is_sure = .false.
+         if (.not. any(signals%is_sure)) exit
+         step%next = at + 1
          call take_step(basis, limit, signals, path, at, step)
          if (.not. any(signals%is_sure)) exit
          step%count = step%count + 1
@@ -308,7 +313,7 @@ contains
       real(wp) :: correction, from, values(0:2)
       integer :: before, i, n, round
 
-      before = merge(most_nodes, at - 1, at == 0)
+      before = at - 1
       from = path%time(before)
       do round = 1, 10
          call advance_by(basis, zero, path%z(:, :, before), path%z(:, :, at))

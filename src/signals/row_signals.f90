@@ -12,7 +12,7 @@ module row_signals
    public :: row_signal_t, row_path_t, most_nodes, error_share, values_of, bounds_of, coefficients, node_at_time, &
       value_at_node
 
-   !> Room for so many steps; of a longer path the end is known, and not the way.
+   !> Room for so many steps.
    integer, parameter :: most_nodes = 64
 
    !> Errors of a quintic Hermite polynomial as shares of B h**6, where the signal and its first derivatives vanish at
