@@ -59,7 +59,7 @@ module held_sets
    end type held_set_t
 
    !> Below this, W^2 times the square of a rounding error is no energy to speak of.
-   real(wp), parameter :: least_stiff = 1.0e14_wp
+   real(wp), parameter :: least_stiff = 1.0e12_wp
 
 contains
 
