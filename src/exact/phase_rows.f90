@@ -56,7 +56,7 @@ contains
          if (self%loads%count > 0) exponent = [exponent, cmplx(0.0_wp, self%loads%frequencies, wp)]
          set%gap_row = [(0, k=1, n)]
          set%force_row = set%gap_row
-         set%row_contact = set%gap_row
+         set%row_contact = [(0, k=1, 2*n)]
          set%gap_sign = [(1.0_wp, k=1, n)]
          rows = 0
          do k = 1, n
