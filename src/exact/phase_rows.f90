@@ -31,9 +31,8 @@ contains
       can = .false.
       ! few signals without loads are searched faster one by one
       if (self%is_at_rest .or. self%loads%count == 0 .or. count(self%states%acts) < 2) return
-      if (self%loads%count > 0) then
-         if (size(self%drive%pair) > 0 .or. size(self%drive%frequency) /= size(self%loads%frequencies)) return
-      end if
+      ! modes driven from rest, and swings that stand for slow loads, are no terms of the set
+      if (size(self%drive%pair) > 0 .or. size(self%drive%frequency) /= size(self%loads%frequencies)) return
       if (.not. self%set%has_rows) call make_rows(self)
       can = self%set%can_search_rows
    end function can_search_rows
@@ -53,7 +52,7 @@ contains
          set%motion_terms = size(exponent)
          set%can_search_rows = .not. is_hard(self, exponent)
          if (.not. set%can_search_rows) return
-         if (self%loads%count > 0) exponent = [exponent, cmplx(0.0_wp, self%loads%frequencies, wp)]
+         exponent = [exponent, cmplx(0.0_wp, self%loads%frequencies, wp)]
          set%gap_row = [(0, k=1, n)]
          set%force_row = set%gap_row
          set%row_contact = [(0, k=1, 2*n)]
