@@ -48,7 +48,7 @@ contains
       n = size(self%states)
       associate (set => self%set)
          set%has_rows = .true.
-         exponent = exponents_of(self)
+         allocate (exponent, source=exponents_of(self))
          set%motion_terms = size(exponent)
          set%can_search_rows = .not. is_hard(self, exponent)
          if (.not. set%can_search_rows) return
