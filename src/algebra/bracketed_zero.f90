@@ -23,8 +23,8 @@ module bracketed_zero
       !> or the bracket no longer than this share of its end; negative: never
       real(wp) :: least_length = -1.0_wp
       !> or after so many looks
-      integer :: most_looks = 200
-      integer :: looks = 0
+      integer :: most_evaluations = 200
+      integer :: evaluations = 0
       !> Values at the ends, for the chord; that of an end that stays is halved (Illinois)
       real(wp) :: value_low = 0.0_wp
       real(wp) :: value_high = 0.0_wp
@@ -51,8 +51,8 @@ contains
          if (bracket%last_side == side) bracket%value_low = 0.5_wp*bracket%value_low
       end if
       bracket%last_side = side
-      bracket%looks = bracket%looks + 1
-      bracket%is_found = abs(value) <= bracket%least_value .or. bracket%looks >= bracket%most_looks .or. &
+      bracket%evaluations = bracket%evaluations + 1
+      bracket%is_found = abs(value) <= bracket%least_value .or. bracket%evaluations >= bracket%most_evaluations .or. &
          bracket%high - bracket%low <= bracket%least_length*abs(bracket%high)
    end subroutine enter
 
@@ -80,7 +80,7 @@ contains
 
       associate (low => bracket%low, high => bracket%high, value_low => bracket%value_low)
          point = low + (high - low)*(value_low/(value_low - bracket%value_high))
-         if (.not. (point > low .and. point < high) .or. modulo(bracket%looks, 8) == 7) then
+         if (.not. (point > low .and. point < high) .or. modulo(bracket%evaluations, 8) == 7) then
             point = low + 0.5_wp*(high - low)
          end if
       end associate

@@ -13,7 +13,7 @@ module frequency_response
    use response_types, only: response_t
    use run_settings, only: run_settings_t
    use scene_types, only: frequency_response_settings_t, scene_t
-   use stop_surfaces, only: surface_t, surfaces_of
+   use stop_contacts, only: contact_t, contacts_of
    implicit none (type, external)
    private
    public :: frequency_response_t
@@ -49,7 +49,7 @@ contains
 
       type(free_modes_t) :: modes
       type(applied_loads_t) :: loads
-      type(surface_t), allocatable :: surfaces(:)
+      type(contact_t), allocatable :: contacts(:)
       real(wp), allocatable :: damping(:), force(:, :)
       complex(wp), allocatable :: coordinate(:)
       integer :: i, k, kept
@@ -58,13 +58,13 @@ contains
       if (allocated(error)) return
       kept = size(modes%square)
       if (settings%response%mode_count > 0) kept = min(kept, settings%response%mode_count)
-      allocate (surfaces, source=surfaces_of(settings))
+      allocate (contacts, source=contacts_of(settings))
       call gather_loads(model, settings, loads)
       force = matmul(transpose(modes%mode(:, :kept)), loads%vector)
       damping = 2.0_wp*settings%zeta*modes%square(:kept) + rates_of_modes(settings, modes%square(:kept))
       associate (unused => response, points => scene%frequency_response%points)
          self%frequency = frequencies_of(scene%frequency_response)
-         allocate (self%tip(points), self%stop(size(surfaces), points))
+         allocate (self%tip(points), self%stop(size(contacts), points))
       end associate
       do i = 1, size(self%frequency)
          associate (omega => self%frequency(i))
@@ -72,9 +72,9 @@ contains
                omega*damping, wp)
          end associate
          self%tip(i) = sum(modes%mode(modes%tip_dof, :kept)*coordinate)
-         do k = 1, size(surfaces)
-            associate (dof => model%stop_dofs(surfaces(k)%stop))
-               self%stop(surfaces(k)%number, i) = sum(modes%mode(dof, :kept)*coordinate)
+         do k = 1, size(contacts)
+            associate (dof => model%stop_dofs(contacts(k)%stop))
+               self%stop(contacts(k)%number, i) = sum(modes%mode(dof, :kept)*coordinate)
             end associate
          end do
       end do

@@ -9,7 +9,7 @@ module scene_checks
    use scene_beam_model, only: motion_model_of, run_of
    use scene_reader, only: complain_of_scene, draft_t, set_parameters
    use scene_types, only: mass_redistributed, scene_t
-   use stop_surfaces, only: has_one_contact
+   use stop_contacts, only: has_one_contact
    use sweep_plan, only: case_values, make_plan, plan_t
    use sweep_settings, only: is_swept, parameter_t
    implicit none (type, external)

@@ -12,7 +12,7 @@ module scene_needs
    use run_settings, only: method_exact, run_settings_t
    use scene_beam_model, only: run_of
    use scene_types, only: default_mode_count, scene_t, solver_auto, solver_dsygv, solver_lanczos
-   use stop_surfaces, only: has_one_contact, surfaces_of
+   use stop_contacts, only: has_one_contact, contacts_of
    use sweep_plan, only: cases_of_part, section_values
    use sweep_settings, only: is_swept, place_of, values_given
    use sweep_study, only: cases_of, threads_for, values_of
@@ -147,7 +147,7 @@ contains
 
       real(wp), parameter :: copies = 3.0_wp
       real(wp) :: samples, shapes, runs
-      integer :: histories, surfaces
+      integer :: histories, contacts
 
       runs = 1.0_wp
       if (scene%wants_cases) runs = real(max(size(scene%cases%values), 1), wp)
@@ -158,10 +158,10 @@ contains
          if (output%energy) histories = histories + 8
          if (scene%wants_stress .and. scene%stress%history) histories = histories + 1 + 2*size(scene%stress%position)
          if (histories > 0) histories = histories + 1
-         surfaces = surfaces_recorded(scene)
-         histories = histories + surfaces*count(output%history([eta_stop, velocity_stop, force_stop]))
+         contacts = contacts_recorded(scene)
+         histories = histories + contacts*count(output%history([eta_stop, velocity_stop, force_stop]))
          ! of each what it holds and what it took
-         if (output%energy) histories = histories + 2*surfaces
+         if (output%energy) histories = histories + 2*contacts
          samples = scene%response%duration/scene%response%step
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
             //so_many(runs*samples)//' samples', &
@@ -180,7 +180,7 @@ contains
       type(scene_t), intent(in) :: scene
       integer :: numbers
 
-      numbers = 5 + 2*size(surfaces_of(run_of(scene)))
+      numbers = 5 + 2*size(contacts_of(run_of(scene)))
       if (.not. scene%poincare%keeps_modes) return
       associate (all => 2*elements_of(scene, scene%mesh%elements))
          numbers = numbers + 2*merge(min(scene%response%mode_count, all), all, scene%response%mode_count > 0)
@@ -209,7 +209,7 @@ contains
    end subroutine add_sections
 
    !> Surfaces with histories of their own.
-   pure function surfaces_recorded(scene) result(number)
+   pure function contacts_recorded(scene) result(number)
       type(scene_t), intent(in) :: scene
       integer :: number
 
@@ -217,8 +217,8 @@ contains
 
       settings = run_of(scene)
       number = 0
-      if (.not. has_one_contact(settings, merge(1, 0, allocated(scene%supports)))) number = size(surfaces_of(settings))
-   end function surfaces_recorded
+      if (.not. has_one_contact(settings, merge(1, 0, allocated(scene%supports)))) number = size(contacts_of(settings))
+   end function contacts_recorded
 
    !> Elements of the largest mesh.
    pure function elements_of(scene, given) result(elements)

@@ -184,7 +184,7 @@ contains
       real(wp) :: weight, width
       integer :: low
 
-      low = piece_at(section%tip_distance, tip_distance)
+      low = load_segment_at(section%tip_distance, tip_distance)
       if (section%profile == profile_stepped) then
          value = values(low)
          return
@@ -317,7 +317,7 @@ contains
       integer :: low
       real(wp) :: weight
 
-      low = piece_at(tip_distances, tip_distance)
+      low = load_segment_at(tip_distances, tip_distance)
       associate (high => low + 1)
          weight = (tip_distance - tip_distances(high))/(tip_distances(low) - tip_distances(high))
          value = values(high) + weight*(values(low) - values(high))
@@ -325,7 +325,7 @@ contains
    end function interpolate
 
    !> The last station before a distance to the tip.
-   pure function piece_at(tip_distances, tip_distance) result(low)
+   pure function load_segment_at(tip_distances, tip_distance) result(low)
       !> Distances of the stations, descending
       real(wp), intent(in) :: tip_distances(:)
       !> Where
@@ -344,6 +344,6 @@ contains
             high = middle
          end if
       end do
-   end function piece_at
+   end function load_segment_at
 
 end module beam_section

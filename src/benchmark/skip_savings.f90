@@ -6,7 +6,7 @@ module skip_savings
    use damped_oscillators, only: damping_order, make_oscillators
    use failures, only: failure_t
    use free_modes, only: find_free_modes
-   use held_sets, only: free_beam_t
+   use constrained_sets, only: free_beam_t
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
    use mode_choice, only: rates_of_modes
@@ -30,7 +30,7 @@ module skip_savings
    public :: measure_savings
 
    !> Surface of a stop that the beam never reaches, delta: it swings down to -0.5 at most.
-   real(wp), parameter :: surface_out_of_reach = -0.6_wp
+   real(wp), parameter :: contact_out_of_reach = -0.6_wp
    !> Distance of the shapes that are kept, tau.
    real(wp), parameter :: shape_step = 0.1_wp
 
@@ -159,7 +159,7 @@ contains
 
       if (allocated(found%error)) return
       call copy(found%base, with)
-      with%scene%stop%preload = surface_out_of_reach
+      with%scene%stop%preload = contact_out_of_reach
       with%settings%keep_all_modes = .true.
       call find_free_modes(with%model, with%modes, found%error)
       call copy(with, without)

@@ -72,11 +72,11 @@ contains
       type(struck_t), intent(inout) :: struck(:)
 
       real(wp) :: impulse(size(struck))
-      logical :: acts(size(struck))
+      logical :: is_active(size(struck))
 
-      call solve_complementarity(mobility, struck%before + struck%restitution*struck%before, impulse, acts)
+      call solve_complementarity(mobility, struck%before + struck%restitution*struck%before, impulse, is_active)
       struck%impulse = impulse
-      struck%after = merge(-struck%restitution*struck%before, struck%before + matmul(mobility, impulse), acts)
+      struck%after = merge(-struck%restitution*struck%before, struck%before + matmul(mobility, impulse), is_active)
       struck%energy_change = 0.5_wp*impulse*(struck%before + struck%after)
    end subroutine find_impulses
 

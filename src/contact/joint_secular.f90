@@ -54,7 +54,7 @@ contains
 
       integer, parameter :: iteration_cap = 500
       type(search_t) :: search
-      logical :: leads(size(near)), follows(size(near))
+      logical :: leads(size(near)), relaxes(size(near))
       complex(wp) :: s
       integer :: iteration, m
 
@@ -69,16 +69,16 @@ contains
          leads(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
             size_of(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
       end do
-      follows = [.false., leads(:size(near) - 1)]
+      relaxes = [.false., leads(:size(near) - 1)]
       do iteration = 1, iteration_cap
          do m = 1, size(near)
-            if (search%done(m) .or. follows(m)) cycle
+            if (search%done(m) .or. relaxes(m)) cycle
             call improve_root(problem, m, iteration, search)
             if (.not. leads(m)) cycle
             leads(m) = stays_apart(problem%pole(search%near(m)) + search%offset(m))
             search%near(m + 1) = partner_of(problem, search%near(m))
             search%offset(m + 1) = conjg(search%offset(m))
-            follows(m + 1) = leads(m)
+            relaxes(m + 1) = leads(m)
             search%done(m:m + 1) = search%done(m) .and. leads(m)
          end do
          if (all(search%done)) exit

@@ -21,7 +21,7 @@ module joint_terms
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: weight(:)
       !> -Re s and Im s, filled up with zeros to whole vectors
-      real(wp), allocatable :: decay(:), swing(:)
+      real(wp), allocatable :: decay(:), omega(:)
       !> P of each stop, its indentation and its P2 per unit of amplitude, [stops, count]
       complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
       !> Each mode of the beam per unit of amplitude, [modes, count], and 1 + 2 zeta s, [count]
@@ -106,9 +106,9 @@ contains
       type(joint_modes_t), intent(inout) :: modes
 
       associate (n => modes%count)
-         allocate (modes%decay(padded(n)), modes%swing(padded(n)), source=0.0_wp)
+         allocate (modes%decay(padded(n)), modes%omega(padded(n)), source=0.0_wp)
          modes%decay(:n) = -real(modes%exponent, wp)
-         modes%swing(:n) = aimag(modes%exponent)
+         modes%omega(:n) = aimag(modes%exponent)
          allocate (modes%parts(padded(n), size(modes%of_mode, 1), 3), source=0.0_wp)
          modes%parts(:n, :, 1) = transpose(real(modes%of_mode, wp))
          modes%parts(:n, :, 2) = transpose(aimag(modes%of_mode))
@@ -137,8 +137,8 @@ contains
       complex(wp), intent(out) :: amplitude(:)
 
       ! W^2 z, z, v, alpha z
-      integer, parameter :: forces = 1, places = 2, rates = 3, brakes = 4
-      complex(wp) :: as_is, held, inverse, other, sums(4)
+      integer, parameter :: forces = 1, places = 2, rates = 3, arrests = 4
+      complex(wp) :: as_is, closed, inverse, other, sums(4)
       real(wp) :: scale, speed, other_scale, sizes(4), state(size(z), 4)
       ! sums over the modes for all terms: real and imaginary part, magnitude
       real(wp) :: total(size(modes%decay), 3, 4)
@@ -153,24 +153,24 @@ contains
       state(:, forces) = square*z
       state(:, places) = z
       state(:, rates) = v
-      state(:, brakes) = modes%mass_rate*z
+      state(:, arrests) = modes%mass_rate*z
       call add_up(size(modes%decay), size(z), modes%parts, state, total)
-      total(:, :, brakes) = 0.0_wp
+      total(:, :, arrests) = 0.0_wp
       if (any(modes%mass_rate > 0.0_wp)) then
-         total(:, 1, brakes) = matmul(modes%parts(:, :, 1), state(:, brakes))
-         total(:, 2, brakes) = matmul(modes%parts(:, :, 2), state(:, brakes))
-         total(:, 3, brakes) = matmul(modes%parts(:, :, 3), abs(state(:, brakes)))
+         total(:, 1, arrests) = matmul(modes%parts(:, :, 1), state(:, arrests))
+         total(:, 2, arrests) = matmul(modes%parts(:, :, 2), state(:, arrests))
+         total(:, 3, arrests) = matmul(modes%parts(:, :, 3), abs(state(:, arrests)))
       end if
       do m = 1, modes%count
          sums = cmplx(total(m, 1, :), total(m, 2, :), wp)
          sizes = total(m, 3, :)
          inverse = 1.0_wp/modes%exponent(m)
-         speed = abs(modes%decay(m)) + abs(modes%swing(m))
+         speed = abs(modes%decay(m)) + abs(modes%omega(m))
          ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
          ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation, and with
          ! (k + c s)/s - c = k/s
-         as_is = -(modes%exponent(m)*sums(places) + sums(brakes)) - modes%two_zeta*sums(forces)
-         scale = speed*sizes(places) + sizes(brakes) + modes%two_zeta*sizes(forces)
+         as_is = -(modes%exponent(m)*sums(places) + sums(arrests)) - modes%two_zeta*sums(forces)
+         scale = speed*sizes(places) + sizes(arrests) + modes%two_zeta*sizes(forces)
          other = sums(forces)
          other_scale = sizes(forces)
          amplitude(m) = -sums(rates)
@@ -179,10 +179,10 @@ contains
                ! |Re| + |Im|
                scale = scale + (abs(real(of_height, wp)) + abs(aimag(of_height)))*abs(height(j))/speed &
                   + (abs(real(of_memory, wp)) + abs(aimag(of_memory)))*abs(viscous(j))
-               held = merge(of_memory*elastic(j), of_height*indentation(j), has_damper(j))
-               other_scale = other_scale + abs(real(held, wp)) + abs(aimag(held))
+               closed = merge(of_memory*elastic(j), of_height*indentation(j), has_damper(j))
+               other_scale = other_scale + abs(real(closed, wp)) + abs(aimag(closed))
                as_is = as_is + of_height*height(j)*inverse - of_memory*viscous(j)
-               other = other + held
+               other = other + closed
                amplitude(m) = amplitude(m) + of_memory*memory(j)
             end associate
          end do
@@ -226,7 +226,7 @@ contains
 
       real(wp), dimension(size(modes%decay)) :: fall, imaginary_part, less_one
 
-      call find_terms(amplitude, modes%decay, modes%swing, time, term, imaginary_part, less_one, fall)
+      call find_terms(amplitude, modes%decay, modes%omega, time, term, imaginary_part, less_one, fall)
    end function terms_at
 
 end module joint_terms

@@ -143,7 +143,7 @@ contains
       step%mean_slope = 0.5_wp*self%stiffness + mean_gain
       step%mean_indentation = 0.5_wp*self%stiffness - mean_gain
       if (self%branch_stiffness > 0.0_wp) step%mean_branch = step%gain/self%branch_stiffness
-      step%surface = surface_decay(self, length)
+      step%contact = surface_decay(self, length)
    end function step
 
    !> Take what is left of the force off at once: both springs give, the damper does not move. The

@@ -33,7 +33,7 @@ module yielding_stop
       real(wp) :: decay = 1.0_wp
       real(wp) :: gain = 0.0_wp
       !> Without force u+ = surface u
-      real(wp) :: surface = 1.0_wp
+      real(wp) :: contact = 1.0_wp
    end type stop_step_t
 
    type, abstract, extends(impedance_t) :: yielding_stop_t

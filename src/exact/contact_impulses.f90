@@ -8,14 +8,14 @@ module contact_impulses
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
-   use response_types, only: append_event, event_blow, event_impact, event_release, event_t, response_t
+   use response_types, only: append_event, event_closed_impulse, event_impact, event_release, event_t, response_t
    use run_recorder, only: charge_event
-   use surface_changes, only: start_flight
-   use surface_values, only: along, event_of, speed_noise, velocity_of
+   use contact_changes, only: start_flight
+   use contact_values, only: along, event_of, speed_noise, velocity_of
    use tangent_columns, only: strike_columns
    implicit none (type, external)
    private
-   public :: capture_t, solve_impact, bring_to_rest, brake
+   public :: capture_t, solve_impact, bring_to_rest, arrest
 
    !> Is a surface brought to rest, and what did that take?
    type :: capture_t
@@ -40,7 +40,7 @@ contains
 
       associate (capture => captures(k))
          capture%velocity = velocity_of(self, k, motion)
-         call brake(self, k, capture%velocity, motion, response, capture%impulse)
+         call arrest(self, k, capture%velocity, motion, response, capture%impulse)
          capture%energy_change = 0.5_wp*capture%impulse*capture%velocity
          call charge_event(motion%recorder%ledger, capture%energy_change)
          self%states(k)%lost_at_impacts = self%states(k)%lost_at_impacts - capture%energy_change
@@ -49,7 +49,7 @@ contains
 
    !> Take some velocity away from a stop point by an impulse there; rigid contacts that hold the beam keep it, each by
    !> an impulse of its own.
-   subroutine brake(self, k, velocity, motion, response, impulse)
+   subroutine arrest(self, k, velocity, motion, response, impulse)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: velocity
@@ -58,31 +58,31 @@ contains
       !> At the point, away from its contact
       real(wp), intent(out) :: impulse
 
-      integer :: braked(1 + count(self%states%is_rigid .and. self%states%is_closed)), i, j
-      real(wp) :: value(size(motion%v), size(braked)), mobility(size(braked), size(braked))
-      real(wp), dimension(size(braked)) :: change, impulses
-      logical :: acts(size(braked))
+      integer :: arrested(1 + count(self%states%is_rigid .and. self%states%is_closed)), i, j
+      real(wp) :: value(size(motion%v), size(arrested)), mobility(size(arrested), size(arrested))
+      real(wp), dimension(size(arrested)) :: change, impulses
+      logical :: is_active(size(arrested))
       type(event_t) :: event
 
-      braked = [k, pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed)]
-      value = self%beam%value(:, braked)
+      arrested = [k, pack([(i, i=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed)]
+      value = self%beam%value(:, arrested)
       change = 0.0_wp
-      acts = .true.
-      if (allocated(motion%tangent)) call strike_columns(value, change, acts, motion%tangent)
+      is_active = .true.
+      if (allocated(motion%tangent)) call strike_columns(value, change, is_active, motion%tangent)
       change(1) = velocity
-      do j = 1, size(braked)
-         mobility(:, j) = [(sum(value(:, i)*value(:, j)), i=1, size(braked))]
+      do j = 1, size(arrested)
+         mobility(:, j) = [(sum(value(:, i)*value(:, j)), i=1, size(arrested))]
       end do
-      call solve_active(mobility, change, acts, impulses)
+      call solve_active(mobility, change, is_active, impulses)
       motion%v = motion%v + matmul(value, impulses)
       impulse = impulses(1)
-      do i = 2, size(braked)
-         event = event_of(self, braked(i), event_blow, motion, 0.0_wp, 0.0_wp)
+      do i = 2, size(arrested)
+         event = event_of(self, arrested(i), event_closed_impulse, motion, 0.0_wp, 0.0_wp)
          event%impulse = impulses(i)
          call append_event(response, event)
-         call measure_impulse(motion%observers%measures, braked(i), motion%tau, impulses(i))
+         call measure_impulse(motion%observers%measures, arrested(i), motion%tau, impulses(i))
       end do
-   end subroutine brake
+   end subroutine arrest
 
    !> One impact problem.
    subroutine solve_impact(self, reached, first, hop_tolerance, captures, motion, response)
@@ -106,7 +106,7 @@ contains
          velocity = velocity_of(self, k, motion)
          ! without restitution, and so without a gain of energy, what is on its way out may be turned back
          if (k == first) velocity = min(velocity, 0.0_wp)
-         call take_part(k, part_of(k), velocity, self%states(k)%surface%settings%restitution, struck, n)
+         call take_part(k, part_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
       end do
       if (allocated(self%beam%nodal_shape)) then
          associate (shape => self%beam%nodal_shape)
@@ -166,7 +166,8 @@ contains
          outcome = outcome_of(struck, noise)
          select case (struck%part)
          case (holds)
-            if (outcome == is_pushed) call keep_impulse(event_blow, struck%before, struck%impulse, struck%energy_change)
+            if (outcome == is_pushed) call keep_impulse(event_closed_impulse, struck%before, struck%impulse, &
+               struck%energy_change)
             if (outcome == is_thrown_off) call keep_impulse(event_release, struck%before, 0.0_wp, 0.0_wp)
          case (comes_to_rest)
             capture%velocity = capture%velocity + struck%before

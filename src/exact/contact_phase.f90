@@ -11,20 +11,20 @@ module contact_phase
    use load_work, only: work_of_loads
    use moment_signals, only: begin_moments, sample_moments
    use motion_phases, only: found_break, found_taken_back, motion_t, phase_t
-   use phase_drives, only: find_rows_at
+   use forced_responses, only: find_rows_at
    use phase_intervals, only: phase_interval_t
    use phase_losses, only: find_losses, force_at, keep_indentation, leave_behind
    use phase_rows, only: can_search_rows, search_contacts
-   use phase_searches, only: search_surface
+   use phase_searches, only: search_contact
    use phase_state, only: end_force, end_gap, free_state, keep_state, move_alone, move_to, phase_state_t, signal_of, &
       take_over, whole_gap
    use phase_transitions, only: follow_end
-   use response_types, only: response_t, surface_record_t
+   use response_types, only: response_t, contact_record_t
    use run_observers, only: observe, observe_events
    use run_recorder, only: asked_t, charge_event, sample_t
    use section_states, only: keep_modes, state_at
    use section_types, only: section_state_t
-   use surface_states, only: energy_in, force_in, indent, keep_start, node_at, of_rigid_stop, surface_state_t
+   use contact_states, only: energy_in, force_in, indent, keep_start, node_at, of_rigid_stop, contact_state_t
    use tangent_events, only: begin_columns, end_columns, take_back_columns, take_sizes
    implicit none (type, external)
    private
@@ -44,7 +44,7 @@ module contact_phase
       !> Energy of the modes as the phase starts
       real(wp) :: start_energy = 0.0_wp
       !> What is kept of each surface, and of how many samples
-      type(surface_record_t), allocatable :: records(:)
+      type(contact_record_t), allocatable :: records(:)
       integer :: kept = 0
       !> The phase as observers see it
       type(phase_interval_t) :: interval
@@ -81,7 +81,8 @@ contains
       self%interval%v_end => self%now%set%state(:, 4)
       if (keeps_losses(self, motion)) then
          call move_to(self%now, 0.0_wp, self%interval%z_end, self%interval%v_end)
-         self%start_energy = sum(modal_energy(self%now%set%held%oscillators, self%interval%z_end, self%interval%v_end))
+         self%start_energy = sum(modal_energy(self%now%set%constrained%oscillators, self%interval%z_end, &
+            self%interval%v_end))
       end if
       call self%now%set%sampler%restart()
       call begin_moments(self%interval%moments, self%now)
@@ -100,17 +101,17 @@ contains
       self%search = search_t(outcome=found_none, time=limit)
       if (self%now%longest < limit) self%search = search_t(outcome=found_break, time=self%now%longest)
       self%ended = 0
-      is_told = .not. self%now%states%acts
+      is_told = .not. self%now%states%is_active
       if (can_search_rows(self%now)) then
          call search_contacts(self%now, self%search%time, self%interval%searches, is_told, self%ended, self%ended_by, &
             self%search%time)
          if (self%ended > 0) self%search%outcome = found_zero
          ! each evaluates the sums of all contacts
-         self%search%evaluations = self%now%path%evaluations*count(self%now%states%acts)
+         self%search%evaluations = self%now%path%evaluations*count(self%now%states%is_active)
       end if
       do k = 1, size(self%now%states)
          if (is_told(k)) cycle
-         call search_surface(self%now, k, self%search%time, search, ended_by)
+         call search_contact(self%now, k, self%search%time, search, ended_by)
          self%search%evaluations = self%search%evaluations + search%evaluations
          if (self%ended /= k .or. search%outcome /= found_none) self%interval%searches(k) = search
          if (search%outcome == found_none) cycle
@@ -121,7 +122,7 @@ contains
       end do
       do k = 1, size(self%now%states)
          associate (state => self%now%states(k), search => self%interval%searches(k))
-            if (.not. state%acts .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
+            if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
             state%is_low = state%is_low .and. search%greatest < state%hop_tolerance
             if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call judge_hop(self, k)
          end associate
@@ -145,9 +146,9 @@ contains
       type(search_t) :: rise
       real(wp) :: noise
 
-      associate (state => self%now%states(k), held => self%now%set%held)
+      associate (state => self%now%states(k), constrained => self%now%set%constrained)
          call signal_of(self%now, k, whole_gap, gap)
-         noise = 4.0_wp*epsilon(1.0_wp)*(abs(held%static_gap(k)) + sum(abs(held%value(:, k)*self%now%z)))
+         noise = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) + sum(abs(constrained%value(:, k)*self%now%z)))
          call gap%view(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, room)
          call first_zero(room, self%search%time, rise)
          state%is_low = rise%outcome == found_none
@@ -169,10 +170,11 @@ contains
       call free_state(self%now, z, rate, q, v)
       if (.not. present(node)) return
       node = 0.0_wp
-      if (self%now%pulled == 0) return
-      associate (state => self%now%states(self%now%pulled), value => self%now%beam%value(:, self%now%pulled))
+      if (self%now%release_contact == 0) return
+      associate (state => self%now%states(self%now%release_contact), value => self%now%beam%value(:, &
+         self%now%release_contact))
          if (state%is_node .and. state%is_closed) then
-            node = [self%now%beam%height(self%now%pulled) - sum(value*q), -sum(value*v)]
+            node = [self%now%beam%height(self%now%release_contact) - sum(value*q), -sum(value*v)]
          else
             node = node_at(state, time)
          end if
@@ -191,37 +193,37 @@ contains
       complex(wp), allocatable :: term(:)
       real(wp) :: gap, rate, total, node(2)
       integer :: k
-      logical :: is_held
+      logical :: is_constrained
 
       self%kept = self%kept + 1
       call sample_moments(self%interval%moments, time, sample)
-      associate (now => self%now, set => self%now%set, held => self%now%set%held)
-         if (size(set%pressed) > 0) then
+      associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
+         if (size(set%compliant) > 0) then
             allocate (term, source=terms_at(set%joint, now%amplitude, time))
             call move_alone(now, time, alone, alone_rate)
          else
             allocate (term(0))
-            call next_sample(set%sampler, held%oscillators, now%z, now%v, step, time)
+            call next_sample(set%sampler, constrained%oscillators, now%z, now%v, step, time)
             alone = set%sampler%z
             alone_rate = set%sampler%v
          end if
          z = alone
          v = alone_rate
          if (now%loads%count > 0) then
-            call find_rows_at(set%drive, now%drive, 1, size(z), time, z, v)
+            call find_rows_at(set%forced, now%forced, 1, size(z), time, z, v)
             z = alone + z
             v = alone_rate + v
          end if
          total = 0.0_wp
          do k = 1, size(now%states)
-            associate (record => self%records(k), sign => now%states(k)%surface%sign)
+            associate (record => self%records(k), sign => now%states(k)%contact%sign)
                node = node_at(now%states(k), time)
-               gap = held%static_gap(k) + sum(held%value(:, k)*z) + node(1)
-               rate = sum(held%value(:, k)*v) + node(2)
-               is_held = set%is_closed(k) .and. of_rigid_stop(now%states(k))
+               gap = constrained%static_gap(k) + sum(constrained%value(:, k)*z) + node(1)
+               rate = sum(constrained%value(:, k)*v) + node(2)
+               is_constrained = set%is_closed(k) .and. of_rigid_stop(now%states(k))
                ! exactly, not to rounding
-               if (is_held) gap = 0.0_wp
-               if (is_held) rate = 0.0_wp
+               if (is_constrained) gap = 0.0_wp
+               if (is_constrained) rate = 0.0_wp
                if (allocated(record%eta)) record%eta(self%kept) = sign*gap
                if (allocated(record%velocity)) record%velocity(self%kept) = sign*rate
                if (asked%history(force_stop)) then
@@ -235,18 +237,19 @@ contains
                      total = total + record%force(self%kept)
                   end if
                end if
-               if (k /= now%pulled) cycle
+               if (k /= now%release_contact) cycle
                sample%history(eta_stop) = sign*gap
                sample%history(velocity_stop) = sign*rate
-               sample%history(eta_tip) = (held%static_tip - sign*now%beam%height(k)) + sum(held%tip_value*z)
+               sample%history(eta_tip) = (constrained%static_tip - sign*now%beam%height(k)) &
+                  + sum(constrained%tip_value*z)
                if (abs(now%beam%tip_sign(k)) > 0.0_wp) sample%history(eta_tip) = merge(0.0_wp, &
-                  sample%history(eta_tip) + sign*node(1), is_held)
+                  sample%history(eta_tip) + sign*node(1), is_constrained)
             end associate
          end do
-         if (now%pulled == 0) then
+         if (now%release_contact == 0) then
             ! without a stop its place is the tip
-            sample%history([eta_stop, eta_tip]) = held%static_tip + sum(held%tip_value*z)
-            sample%history(velocity_stop) = sum(held%tip_value*v)
+            sample%history([eta_stop, eta_tip]) = constrained%static_tip + sum(constrained%tip_value*z)
+            sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
          sample%history(force_stop) = total
          if (asked%energy) call sample_energy(self, time, reshape([z, v, alone, alone_rate], [size(z), 4]), term, &
@@ -263,17 +266,17 @@ contains
       complex(wp), intent(in) :: term(:)
       type(sample_t), intent(inout) :: sample
 
-      type(surface_state_t) :: state
-      real(wp) :: lost(1 + size(self%now%set%pressed))
+      type(contact_state_t) :: state
+      real(wp) :: lost(1 + size(self%now%set%compliant))
       integer :: k, place
 
-      associate (now => self%now, set => self%now%set, held => self%now%set%held)
-         sample%beam_energy = modal_energy(held%oscillators, modes(:, 1), modes(:, 2))
+      associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
+         sample%beam_energy = modal_energy(constrained%oscillators, modes(:, 1), modes(:, 2))
          sample%lost = 0.0_wp
          sample%stop_energy = 0.0_wp
          call find_losses(self%now, self%interval%at_start, self%start_energy, time, modes, term, lost, sample%work)
          sample%lost(1) = lost(1)
-         sample%beam_energy(2) = sample%beam_energy(2) + held%static_energy
+         sample%beam_energy(2) = sample%beam_energy(2) + constrained%static_energy
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) then
                if (allocated(self%records(k)%energy)) then
@@ -282,12 +285,12 @@ contains
                cycle
             end if
             state = now%states(k)
-            place = findloc(set%pressed, k, dim=1)
+            place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
                call keep_indentation(self%now, place, time, term, state)
                state%dissipated = state%dissipated + lost(1 + place)
             else
-               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*modes(:, 1)), time, state)
+               call leave_behind(constrained%static_gap(k) + sum(constrained%value(:, k)*modes(:, 1)), time, state)
             end if
             if (state%is_node) then
                sample%beam_energy(2) = sample%beam_energy(2) + energy_in(state)
@@ -309,11 +312,11 @@ contains
       type(motion_t), intent(inout) :: motion
 
       call end_variations(self, self%ended, motion)
-      call close_books(self, motion)
+      call finish_energy_balance(self, motion)
       if (self%ended > 0) self%from_rest = self%now%states(self%ended)%start_order > 1
       self%now%states%is_new_flight = .false.
       self%now%states%start_order = 0
-      if (self%ended_by == end_gap .or. self%ended_by == end_force) call put_right(self, motion)
+      if (self%ended_by == end_gap .or. self%ended_by == end_force) call project_gap(self, motion)
       if (.not. self%now%is_at_rest) call free_state(self%now, self%interval%z_end, self%interval%v_end, motion%q, &
          motion%v)
    end subroutine finish
@@ -332,18 +335,19 @@ contains
    end subroutine end_variations
 
    !> State, surfaces and ledger at the end of the phase.
-   subroutine close_books(self, motion)
+   subroutine finish_energy_balance(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%pressed)), work
-      complex(wp) :: term(self%now%set%joint%count), turn(size(self%now%drive%frequency))
+      real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%compliant)), work
+      complex(wp) :: term(self%now%set%joint%count), turn(size(self%now%forced%frequency))
       integer :: k, place
 
-      associate (now => self%now, set => self%now%set, held => self%now%set%held, time => self%search%time, &
+      associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained, &
+         time => self%search%time, &
          ledger => motion%recorder%ledger)
-         turn = turn_of(now%drive%frequency, time)
-         if (size(set%pressed) > 0) call find_last_terms(set, now%amplitude, time, term)
+         turn = turn_of(now%forced%frequency, time)
+         if (size(set%compliant) > 0) call find_last_terms(set, now%amplitude, time, term)
          ! observers ask for the state at the end of the phase again
          call keep_state(now, time, term)
          self%interval%z_end(:) = set%last%z
@@ -359,13 +363,14 @@ contains
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
-            place = findloc(set%pressed, k, dim=1)
+            place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
                call keep_indentation(self%now, place, time, term, now%states(k))
                if (keeps_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
             else
-               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*self%interval%z_end), time, now%states(k))
+               call leave_behind(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), time, &
+                  now%states(k))
             end if
          end do
          ledger%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
@@ -373,7 +378,7 @@ contains
          ledger%dissipated_beam = ledger%dissipated_beam + sum(now%states%dissipated, mask=now%states%is_node)
          where (now%states%is_node) now%states%dissipated = 0.0_wp
       end associate
-   end subroutine close_books
+   end subroutine finish_energy_balance
 
    !> Is it asked what is lost in the phase? Measures ask for what stops that yield lose alone.
    pure function keeps_losses(self, motion) result(keeps)
@@ -382,12 +387,12 @@ contains
       logical :: keeps
 
       keeps = motion%recorder%asked%energy .or. (motion%observers%measures%is_wanted .and. &
-         size(self%now%set%pressed) > 0)
+         size(self%now%set%compliant) > 0)
    end function keeps_losses
 
    !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that
    !> is: by a static shape, as that takes the least energy, with which the ledger is charged.
-   subroutine put_right(self, motion)
+   subroutine project_gap(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
@@ -395,18 +400,18 @@ contains
       real(wp) :: dip, force, reached
 
       if (self%ended == 0) return
-      associate (held => self%now%set%held, state => self%now%states(self%ended))
+      associate (constrained => self%now%set%constrained, state => self%now%states(self%ended))
          if (state%is_rigid .neqv. self%ended_by == end_gap) return
-         reached = sum(held%value(:, self%ended)*self%interval%z_end)
-         dip = -state%depth - held%static_gap(self%ended) - reached
+         reached = sum(constrained%value(:, self%ended)*self%interval%z_end)
+         dip = -state%depth - constrained%static_gap(self%ended) - reached
          if (state%is_rigid .and. dip < least) return
-         associate (shape => moved_by(self%now%set, self%ended, held%oscillators%square))
-            force = dip/sum(held%value(:, self%ended)*shape)
+         associate (shape => moved_by(self%now%set, self%ended, constrained%oscillators%square))
+            force = dip/sum(constrained%value(:, self%ended)*shape)
             if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(reached + 0.5_wp*dip))
             self%interval%z_end = self%interval%z_end + shape*force
          end associate
       end associate
-   end subroutine put_right
+   end subroutine project_gap
 
    !> What observers see of the phase.
    subroutine measure(self, is_last, motion)
@@ -421,7 +426,7 @@ contains
          if (is_last .and. allocated(self%carried)) call state_at(self%now, motion%tau, self%search%time, self%carried)
          if (is_last .and. observers%measures%is_wanted) then
             self%ended = 0
-            call close_books(self, motion)
+            call finish_energy_balance(self, motion)
          end if
          interval%start = motion%tau
          interval%length = self%search%time

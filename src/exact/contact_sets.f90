@@ -4,11 +4,12 @@
 module contact_sets
    use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
-   use held_sets, only: damp_held_set, free_beam_t, held_set_t, make_held_set, rest_on_heights
+   use constrained_sets, only: damp_constrained_set, free_beam_t, constrained_set_t, make_constrained_set, &
+      find_static_state
    use joint_modes, only: joint_modes_t, make_joint_modes, terms_at
    use kinds, only: wp
    use modal_signal, only: modal_state_t
-   use phase_drives, only: set_drive_t
+   use forced_responses, only: unit_responses_t
    use power_integrals, only: find_span, make_power_form, power_form_t, span_t, taken_by
    use row_basis, only: row_basis_t
    use signal_integrals, only: squares_t
@@ -25,9 +26,9 @@ module contact_sets
       !> Which surfaces are closed, [surfaces]
       logical, allocatable :: is_closed(:)
       !> The beam held at the rigid ones, if modes swing alone then
-      type(held_set_t) :: held
+      type(constrained_set_t) :: constrained
       !> All others, and the terms of the motion on them
-      integer, allocatable :: pressed(:)
+      integer, allocatable :: compliant(:)
       type(joint_modes_t) :: joint
       !> Terms of gaps and reactions per unit of amplitude, [surfaces, count], [held, count]
       complex(wp), allocatable :: gap(:, :), reaction(:, :)
@@ -42,7 +43,7 @@ module contact_sets
       !> The terms of the phase from its start to the time that was asked for last
       type(span_t) :: span
       !> Its answers to loads; unallocated: there are none, or it was not used yet
-      type(set_drive_t), allocatable :: drive
+      type(unit_responses_t), allocatable :: forced
       !> What its terms make of squares of signals, where those are integrated
       type(squares_t) :: squares
       !> Gaps and forces as rows of its terms and of the loads' harmonics; whether they are made, and can be searched
@@ -105,7 +106,7 @@ contains
          if (is_damped_by_mass(store%beam) .or. is_damped_by_mass(beam)) then
             call empty(store)
          else
-            call drop_pressed(store)
+            call drop_compliant(store)
          end if
       end if
       store%beam = beam
@@ -157,14 +158,14 @@ contains
    end function is_damped_by_mass
 
    !> Give back the sets in which surfaces are pressed: damping changes their terms.
-   subroutine drop_pressed(store)
+   subroutine drop_compliant(store)
       type(set_store_t), intent(inout) :: store
 
       integer :: i, kept
 
       kept = 0
       do i = 1, store%count
-         if (size(store%place(i)%set%pressed) > 0) then
+         if (size(store%place(i)%set%compliant) > 0) then
             deallocate (store%place(i)%set)
          else
             kept = kept + 1
@@ -172,7 +173,7 @@ contains
          end if
       end do
       store%count = kept
-   end subroutine drop_pressed
+   end subroutine drop_compliant
 
    !> To the last bit.
    elemental function is_equal(a, b) result(answer)
@@ -203,10 +204,10 @@ contains
          is_new = set%run /= store%run
          if (is_new) then
             set%has_rows = .false.
-            if (.not. is_equal(set%held%oscillators%two_zeta, store%beam%oscillators%two_zeta)) then
-               call damp_held_set(store%beam, set%held)
+            if (.not. is_equal(set%constrained%oscillators%two_zeta, store%beam%oscillators%two_zeta)) then
+               call damp_constrained_set(store%beam, set%constrained)
             end if
-            call rest_on_heights(store%beam, set%held)
+            call find_static_state(store%beam, set%constrained)
             set%sampler = sampler_t(matrices=step_matrices_t())
             call find_rest(set)
             set%run = store%run
@@ -253,8 +254,8 @@ contains
 
       real(wp), parameter :: word = 8.0_wp
 
-      bytes = word*real(set%held%count, wp)*real(3*set%held%count + 12*size(set%is_closed), wp) &
-         + 4.0_wp*word*real(set%held%count, wp)*real(set%joint%count, wp)
+      bytes = word*real(set%constrained%count, wp)*real(3*set%constrained%count + 12*size(set%is_closed), wp) &
+         + 4.0_wp*word*real(set%constrained%count, wp)*real(set%joint%count, wp)
       if (allocated(set%squares%matrix)) bytes = bytes + 2.0_wp*word*real(size(set%squares%matrix), wp)
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%joint%count, wp)**2
    end function bytes_of
@@ -281,26 +282,27 @@ contains
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: i, m
-      logical :: is_held(size(is_closed))
+      logical :: is_constrained(size(is_closed))
 
       allocate (set%is_closed, source=is_closed)
-      is_held = is_closed .and. is_rigid .and. .not. beam%has_own_rates
-      call make_held_set(beam, pack([(i, i=1, size(is_closed))], is_held), set%held)
-      associate (n => set%held%count)
+      is_constrained = is_closed .and. is_rigid .and. .not. beam%has_own_rates
+      call make_constrained_set(beam, pack([(i, i=1, size(is_closed))], is_constrained), set%constrained)
+      associate (n => set%constrained%count)
          allocate (set%state(n, 4), set%last%z(n), set%last%v(n))
       end associate
-      allocate (set%pressed, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_held))
-      if (size(set%pressed) == 0) return
-      call make_joint_modes(set%held%oscillators, set%held%value(:, set%pressed), spring(set%pressed), set%joint, error)
+      allocate (set%compliant, source=pack([(i, i=1, size(is_closed))], is_closed .and. .not. is_constrained))
+      if (size(set%compliant) == 0) return
+      call make_joint_modes(set%constrained%oscillators, set%constrained%value(:, set%compliant), &
+         spring(set%compliant), set%joint, error)
       if (allocated(error)) return
-      associate (held => set%held, joint => set%joint, n => set%joint%count)
-         allocate (set%gap(size(is_closed), n), set%reaction(size(held%held), n))
+      associate (constrained => set%constrained, joint => set%joint, n => set%joint%count)
+         allocate (set%gap(size(is_closed), n), set%reaction(size(constrained%closed), n))
          do m = 1, n
-            set%gap(:, m) = matmul(joint%shape(:, m), held%value)
-            set%gap(set%pressed, m) = -joint%indentation(:, m)
-            set%gap(held%held, m) = 0.0_wp
-            set%reaction(:, m) = matmul(held%reaction, joint%shape(:, m))*joint%viscous(m) &
-               - matmul(held%share(:, set%pressed), joint%force(:, m))
+            set%gap(:, m) = matmul(joint%shape(:, m), constrained%value)
+            set%gap(set%compliant, m) = -joint%indentation(:, m)
+            set%gap(constrained%closed, m) = 0.0_wp
+            set%reaction(:, m) = matmul(constrained%reaction, joint%shape(:, m))*joint%viscous(m) &
+               - matmul(constrained%share(:, set%compliant), joint%force(:, m))
          end do
       end associate
       call find_rest(set)
@@ -310,16 +312,16 @@ contains
    pure subroutine find_rest(set)
       type(contact_set_t), intent(inout) :: set
 
-      if (size(set%pressed) == 0) return
-      associate (held => set%held, joint => set%joint)
+      if (size(set%compliant) == 0) return
+      associate (constrained => set%constrained, joint => set%joint)
          ! heights above the state of rest of the held beam
-         associate (heights => -held%static_gap(set%pressed))
+         associate (heights => -constrained%static_gap(set%compliant))
             set%rest_force = matmul(joint%static_force, heights)
             set%rest = matmul(joint%static_shape, heights)
          end associate
-         set%rest_gap = held%static_gap + matmul(set%rest, held%value)
-         set%rest_reaction = held%static_force + matmul(held%reaction, set%rest) &
-            - matmul(held%share(:, set%pressed), set%rest_force)
+         set%rest_gap = constrained%static_gap + matmul(set%rest, constrained%value)
+         set%rest_reaction = constrained%static_force + matmul(constrained%reaction, set%rest) &
+            - matmul(constrained%share(:, set%compliant), set%rest_force)
       end associate
    end subroutine find_rest
 
@@ -337,11 +339,11 @@ contains
       integer, allocatable :: rigid(:)
       integer :: i, j
 
-      associate (value => set%held%value)
+      associate (value => set%constrained%value)
          shape = value(:, k)/divisor
-         if (size(set%pressed) == 0) return
+         if (size(set%compliant) == 0) return
          if (.not. any(holds(set%joint%spring))) return
-         allocate (rigid, source=pack(set%pressed, holds(set%joint%spring)))
+         allocate (rigid, source=pack(set%compliant, holds(set%joint%spring)))
          allocate (matrix(size(rigid), size(rigid)), force(size(rigid), 1))
          do j = 1, size(rigid)
             force(j, 1) = -sum(value(:, rigid(j))*shape)
@@ -420,7 +422,7 @@ contains
          end associate
       end do
       if (size(set%joint%inactive) == 0) return
-      call propagate(set%held%oscillators, time, z0, v0, alone, alone_rate)
+      call propagate(set%constrained%oscillators, time, z0, v0, alone, alone_rate)
       z(set%joint%inactive) = alone(set%joint%inactive)
       v(set%joint%inactive) = alone_rate(set%joint%inactive)
    end subroutine state_of_terms
@@ -434,13 +436,13 @@ contains
       complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
       integer :: j, m
 
-      if (size(set%pressed) == 0) return
+      if (size(set%compliant) == 0) return
       if (with_beam .and. .not. set%has_beam_losses) then
-         if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%pressed)))
+         if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
          associate (joint => set%joint, k => set%joint%count)
-            allocate (rate(set%held%count, k))
+            allocate (rate(set%constrained%count, k))
             do m = 1, k
-               rate(:, m) = sqrt(joint%two_zeta*set%held%oscillators%square + joint%mass_rate) &
+               rate(:, m) = sqrt(joint%two_zeta*set%constrained%oscillators%square + joint%mass_rate) &
                   *joint%exponent(m)*joint%shape(:, m)
             end do
             call make_power_form(joint%exponent, rate, set%losses(1))
@@ -449,11 +451,11 @@ contains
       end if
       if (set%has_stop_losses) return
       set%has_stop_losses = .true.
-      if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%pressed)))
+      if (.not. allocated(set%losses)) allocate (set%losses(1 + size(set%compliant)))
       associate (joint => set%joint, k => set%joint%count)
-         allocate (stop_rate(size(set%pressed), k))
+         allocate (stop_rate(size(set%compliant), k))
          do m = 1, k
-            do j = 1, size(set%pressed)
+            do j = 1, size(set%compliant)
                associate (spring => joint%spring(j))
                   if (spring%branch_stiffness > 0.0_wp) then
                      stop_rate(j, m) = sqrt(spring%relaxation_rate/spring%branch_stiffness)*joint%branch(j, m)
@@ -463,7 +465,7 @@ contains
                end associate
             end do
          end do
-         do j = 1, size(set%pressed)
+         do j = 1, size(set%compliant)
             call make_power_form(joint%exponent, stop_rate(j:j, :), set%losses(1 + j))
          end do
       end associate
@@ -491,8 +493,8 @@ contains
          lost(j) = taken_by(set%losses(j), set%span)
       end do
       if (size(set%joint%inactive) == 0) return
-      call propagate(set%held%oscillators, time, z0, v0, z, v)
-      associate (i => set%joint%inactive, w2 => set%held%oscillators%square)
+      call propagate(set%constrained%oscillators, time, z0, v0, z, v)
+      associate (i => set%joint%inactive, w2 => set%constrained%oscillators%square)
          lost(1) = lost(1) + 0.5_wp*sum(v0(i)**2 - v(i)**2 + w2(i)*(z0(i)**2 - z(i)**2))
       end associate
    end subroutine losses_in

@@ -275,17 +275,17 @@ contains
 
       if (kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
          settings%zeta_mass <= 0.0_wp) then
-         call run_among_surfaces(model, modes, settings, sets, response, error, carried)
+         call run_among_contacts(model, modes, settings, sets, response, error, carried)
       else
          few = modes
          ours = settings
          call take_modes(kept, few, ours)
-         call run_among_surfaces(model, few, ours, sets, response, error, carried)
+         call run_among_contacts(model, few, ours, sets, response, error, carried)
       end if
    end subroutine run_in_modes
 
    !> Any number of stops, with all modes.
-   subroutine run_among_surfaces(model, modes, settings, sets, response, error, carried)
+   subroutine run_among_contacts(model, modes, settings, sets, response, error, carried)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
@@ -328,14 +328,14 @@ contains
       end if
       call finish_exact(settings, phase, motion, response)
       if (.not. allocated(response%shape_tau)) return
-      if (phase%now%pulled > 0) then
-         associate (state => phase%now%states(phase%now%pulled))
-            call fill_shapes(modes, state%surface%sign*state%surface%height, motion%recorder, response)
+      if (phase%now%release_contact > 0) then
+         associate (state => phase%now%states(phase%now%release_contact))
+            call fill_shapes(modes, state%contact%sign*state%contact%height, motion%recorder, response)
          end associate
       else
          call fill_shapes(modes, 0.0_wp, motion%recorder, response)
       end if
-   end subroutine run_among_surfaces
+   end subroutine run_among_contacts
 
    !> The whole beam at the instants that were kept.
    subroutine fill_shapes(modes, height, recorder, response)

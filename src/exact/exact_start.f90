@@ -9,25 +9,25 @@ module exact_start
    use damped_oscillators, only: make_oscillators
    use failures, only: failure_t
    use free_modes, only: free_modes_t
-   use held_sets, only: free_beam_t
+   use constrained_sets, only: free_beam_t
    use kinds, only: wp
    use modal_starts, only: find_modal_start, node_flexibility
    use mode_choice, only: rates_of_modes
    use moment_signals, only: make_moments
    use motion_phases, only: motion_t
    use phase_state, only: find_load, open_store, phase_state_t
-   use phase_transitions, only: meet_at_start, resume
-   use response_records, only: open_surface_record
+   use phase_transitions, only: begin_contacts_at_start, resume
+   use response_records, only: open_contact_record
    use response_types, only: response_t
-   use run_measures, only: no_rest, open_tally
+   use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_recorder, only: ledger_t
    use run_settings, only: impulse_nodal, run_settings_t
    use section_states, only: put_state
    use section_types, only: run_sections_t
-   use stop_surfaces, only: acting, surface_t, surfaces_of
-   use surface_states, only: energy_in, make_surface_state, of_rigid_stop, put_node_before, surface_state_t
-   use surface_values, only: gap_at_home
+   use stop_contacts, only: active_contacts, contact_t, contacts_of
+   use contact_states, only: energy_in, make_contact_state, of_rigid_stop, put_node_before, contact_state_t
+   use contact_values, only: gap_to_undeformed
    use tangent_columns, only: open_tangent, tangent_t
    implicit none (type, external)
    private
@@ -51,57 +51,57 @@ contains
       !> Set when a surface is in the way
       type(failure_t), allocatable, intent(out) :: error
 
-      type(surface_t), allocatable :: surfaces(:)
+      type(contact_t), allocatable :: contacts(:)
       real(wp), allocatable :: rest(:)
-      logical, allocatable :: acts(:)
+      logical, allocatable :: is_active(:)
       real(wp) :: rest_energy
       integer :: k
 
-      allocate (surfaces, source=surfaces_of(settings))
-      allocate (acts, source=acting(surfaces, model%stop_dofs(surfaces%stop)))
-      allocate (rest(size(surfaces)))
+      allocate (contacts, source=contacts_of(settings))
+      allocate (is_active, source=active_contacts(contacts, model%stop_dofs(contacts%stop)))
+      allocate (rest(size(contacts)))
       associate (beam => phase%now%beam, now => phase%now)
-         now%pulled = findloc(surfaces%is_pulled, .true., dim=1)
-         call make_beam(model, modes, settings, surfaces, beam)
+         now%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
+         call make_beam(model, modes, settings, contacts, beam)
          if (has_loads(settings)) call take_loads(model, modes, settings, now)
-         if (allocated(response%moments)) call make_moments(model, modes, settings, surfaces, now%loads, &
+         if (allocated(response%moments)) call make_moments(model, modes, settings, contacts, now%loads, &
             phase%interval%moments)
-         allocate (now%states(size(surfaces)), phase%interval%searches(size(surfaces)), &
-            phase%records(size(surfaces)))
-         do k = 1, size(surfaces)
-            call make_surface_state(surfaces(k), now%states(k))
+         allocate (now%states(size(contacts)), phase%interval%searches(size(contacts)), &
+            phase%records(size(contacts)))
+         do k = 1, size(contacts)
+            call make_contact_state(contacts(k), now%states(k))
             if (modes%node_flexibility > 0.0_wp) call put_node_before(now%states(k), modes%node_flexibility, &
                beam%oscillators%two_zeta)
          end do
          rest = 0.0_wp
          rest_energy = no_rest
-         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_rest(now, acts, rest, rest_energy)
+         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_rest(now, is_active, rest, rest_energy)
          if (goes_on(phase)) then
             allocate (motion%q, source=phase%carried%q)
             allocate (motion%v, source=phase%carried%v)
             call put_state(phase%carried, now)
-            allocate (response%starts_closed(size(surfaces)))
-            response%starts_closed(surfaces%number) = phase%carried%is_closed
+            allocate (response%starts_closed(size(contacts)))
+            response%starts_closed(contacts%number) = phase%carried%is_closed
          else
-            call begin_anew(model, modes, settings, acts, now, motion, error)
+            call begin_anew(model, modes, settings, is_active, now, motion, error)
             if (allocated(error)) return
          end if
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
-            + sum([(energy_in(now%states(k)), k=1, size(surfaces))])
-         call open_measures(size(surfaces), now%pulled, settings%output%measures, settings%output%most_peaks, &
+            + sum([(energy_in(now%states(k)), k=1, size(contacts))])
+         call open_measures(size(contacts), now%release_contact, settings%output%measures, settings%output%most_peaks, &
             motion%observers%measures)
-         call open_tally(.false., response%initial_energy, 0.0_wp, rest_energy, settings%height_ratio, &
-            motion%observers%measures%of(0)%tally)
-         do k = 1, size(surfaces)
-            if (now%states(k)%is_node) call free_node(gap_at_home(now, k, motion%q), now%states(k), &
+         call open_accumulator(.false., response%initial_energy, 0.0_wp, rest_energy, settings%height_ratio, &
+            motion%observers%measures%of(0)%accumulator)
+         do k = 1, size(contacts)
+            if (now%states(k)%is_node) call free_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
                motion%recorder%ledger)
             ! all the energy of the start would not bring the beam there
-            now%states(k)%acts = acts(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
+            now%states(k)%is_active = is_active(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
-            call open_surface_record(surfaces(k), settings%output, samples + 1, phase%records(k))
-            call open_tally(.not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), rest_energy, &
-               settings%height_ratio, motion%observers%measures%of(k)%tally)
+            call open_contact_record(contacts(k), settings%output, samples + 1, phase%records(k))
+            call open_accumulator(.not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), rest_energy, &
+               settings%height_ratio, motion%observers%measures%of(k)%accumulator)
          end do
          call open_store(now, sets)
          phase%force_scale = settings%height_ratio
@@ -117,8 +117,8 @@ contains
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      call open_observers(settings, phase%now%states%surface%number, .not. phase%now%states%is_rigid, &
-         phase%now%pulled, response, motion%observers, size(motion%q))
+      call open_observers(settings, phase%now%states%contact%number, .not. phase%now%states%is_rigid, &
+         phase%now%release_contact, response, motion%observers, size(motion%q))
       if (allocated(settings%poincare)) then
          if (settings%poincare%wants_exponent .and. .not. allocated(motion%tangent)) call start_variation(phase%now, &
             motion%observers%sections, motion%tangent)
@@ -126,7 +126,7 @@ contains
       if (goes_on(phase)) then
          call resume(phase%now, motion, response)
       else
-         call meet_at_start(phase%now, settings%response%hop_tolerance, motion, response)
+         call begin_contacts_at_start(phase%now, settings%response%hop_tolerance, motion, response)
       end if
       call observe_events(motion%observers, response)
    end subroutine begin
@@ -141,26 +141,26 @@ contains
    end function goes_on
 
    !> As &start says, with the surfaces that carry the beam.
-   subroutine begin_anew(model, modes, settings, acts, now, motion, error)
+   subroutine begin_anew(model, modes, settings, is_active, now, motion, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
       !> Surfaces that can be met
-      logical, intent(in) :: acts(:)
+      logical, intent(in) :: is_active(:)
       type(phase_state_t), intent(inout) :: now
       !> Gets its state
       type(motion_t), intent(inout) :: motion
       !> Set when a surface is in the way
       type(failure_t), allocatable, intent(inout) :: error
 
-      real(wp) :: forces(size(acts))
+      real(wp) :: forces(size(is_active))
       integer :: k
 
-      call find_modal_start(model, modes, settings%start, now, acts, motion%q, motion%v, forces, error)
+      call find_modal_start(model, modes, settings%start, now, is_active, motion%q, motion%v, forces, error)
       if (allocated(error)) return
       do k = 1, size(forces)
          associate (state => now%states(k))
-            state%is_indented = forces(k) > 0.0_wp
+            state%is_deformed = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%depth = forces(k)/state%spring%stiffness
             ! the node of the beam that the force of the start pulls
             if (state%is_node) state%depth = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
@@ -173,7 +173,7 @@ contains
    pure subroutine free_node(gap, state, ledger)
       !> Distance of the modes' displacement from the stop
       real(wp), intent(in) :: gap
-      type(surface_state_t), intent(inout) :: state
+      type(contact_state_t), intent(inout) :: state
       !> Charged with the energy of the node
       type(ledger_t), intent(inout) :: ledger
 
@@ -182,7 +182,7 @@ contains
       if (state%spring%surface_rate < huge(1.0_wp)) return
       before = energy_in(state)
       state%depth = max(0.0_wp, -gap)
-      state%is_indented = state%depth > 0.0_wp
+      state%is_deformed = state%depth > 0.0_wp
       ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
    end subroutine free_node
 
@@ -216,11 +216,11 @@ contains
    end subroutine take_loads
 
    !> The beam and its surfaces in the free modes.
-   pure subroutine make_beam(model, modes, settings, surfaces, beam)
+   pure subroutine make_beam(model, modes, settings, contacts, beam)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
-      type(surface_t), intent(in) :: surfaces(:)
+      type(contact_t), intent(in) :: contacts(:)
       type(free_beam_t), intent(out) :: beam
 
       integer :: k
@@ -230,39 +230,39 @@ contains
       if (settings%stop%impulse == impulse_nodal) then
          allocate (beam%nodal_shape, source=modes%nodal_mass(:size(modes%square)))
       end if
-      allocate (beam%value(size(modes%square), size(surfaces)))
-      allocate (beam%height(size(surfaces)))
-      beam%height(:) = surfaces%height
+      allocate (beam%value(size(modes%square), size(contacts)))
+      allocate (beam%height(size(contacts)))
+      beam%height(:) = contacts%height
       allocate (beam%tip_value, source=modes%mode(modes%tip_dof, :))
-      allocate (beam%tip_sign(size(surfaces)), source=0.0_wp)
-      do k = 1, size(surfaces)
-         associate (dof => model%stop_dofs(surfaces(k)%stop))
-            beam%value(:, k) = surfaces(k)%sign*modes%mode(dof, :)
-            if (dof == modes%tip_dof) beam%tip_sign(k) = surfaces(k)%sign
+      allocate (beam%tip_sign(size(contacts)), source=0.0_wp)
+      do k = 1, size(contacts)
+         associate (dof => model%stop_dofs(contacts(k)%stop))
+            beam%value(:, k) = contacts(k)%sign*modes%mode(dof, :)
+            if (dof == modes%tip_dof) beam%tip_sign(k) = contacts(k)%sign
          end associate
       end do
    end subroutine make_beam
 
    !> Forces and energy at rest, in the modes of the motion.
-   pure subroutine find_rest(now, acts, force, energy)
+   pure subroutine find_rest(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
       !> Surfaces that act
-      logical, intent(in) :: acts(:)
+      logical, intent(in) :: is_active(:)
       !> P of each
       real(wp), intent(out) :: force(:)
       real(wp), intent(out) :: energy
 
-      real(wp) :: compliance(size(acts), size(acts))
-      logical :: carries(size(acts))
+      real(wp) :: compliance(size(is_active), size(is_active))
+      logical :: carries(size(is_active))
       integer :: j, k
 
-      do k = 1, size(acts)
-         do j = 1, size(acts)
+      do k = 1, size(is_active)
+         do j = 1, size(is_active)
             compliance(j, k) = sum(now%beam%value(:, j)*now%beam%value(:, k)/now%beam%oscillators%square)
          end do
          if (.not. now%states(k)%is_rigid) compliance(k, k) = compliance(k, k) + 1.0_wp/now%states(k)%spring%stiffness
       end do
-      call solve_complementarity(compliance, merge(-now%beam%height, huge(1.0_wp), acts), force, carries)
+      call solve_complementarity(compliance, merge(-now%beam%height, huge(1.0_wp), is_active), force, carries)
       energy = 0.5_wp*dot_product(force, now%beam%height)
    end subroutine find_rest
 
@@ -277,17 +277,17 @@ contains
       real(wp) :: lost_beam, lost_stop
       integer :: k
 
-      allocate (response%surfaces(size(phase%records)))
+      allocate (response%contacts(size(phase%records)))
       do k = 1, size(phase%records)
-         response%surfaces(phase%now%states(k)%surface%number) = phase%records(k)
+         response%contacts(phase%now%states(k)%contact%number) = phase%records(k)
       end do
       lost_stop = sum(phase%now%states%dissipated)
       associate (ledger => motion%recorder%ledger, measures => motion%observers%measures)
          ! the ledger closes to rounding
          lost_beam = response%initial_energy + ledger%work + ledger%created - ledger%dissipated_impact - lost_stop &
-            - measures%of(measures%pulled)%measures%final_energy
+            - measures%of(measures%release_contact)%measures%final_energy
          call finish_observers(motion%observers, settings%response%duration, [lost_beam, lost_stop, &
-            ledger%dissipated_impact], ledger%created, phase%now%states%surface%number, response)
+            ledger%dissipated_impact], ledger%created, phase%now%states%contact%number, response)
       end associate
    end subroutine finish_exact
 

@@ -1,11 +1,11 @@
 !> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md,
 !> section 18).
 module load_work
-   use driven_modes, only: make_driven_mode, work_on, work_on_swing
+   use driven_modes, only: make_driven_mode, work_on, work_on_free_motion
    use joint_modes, only: terms_at
    use kinds, only: wp
-   use load_courses, only: piece_t
-   use phase_drives, only: by_constant, by_harmonic
+   use load_courses, only: load_segment_t
+   use forced_responses, only: by_constant, by_harmonic
    use phase_state, only: phase_state_t
    use power_integrals, only: find_span, integral, span_t, taken_by
    implicit none (type, external)
@@ -29,9 +29,9 @@ contains
 
       work = 0.0_wp
       if (self%loads%count == 0 .or. .not. time > 0.0_wp) return
-      work = work_on_drive(self, time, turn)
+      work = work_on_driven_motion(self, time, turn)
       alone = 1.0_wp
-      if (size(self%set%pressed) > 0) then
+      if (size(self%set%compliant) > 0) then
          work = work + work_on_terms(self, time)
          alone = 0.0_wp
          alone(self%set%joint%inactive) = 1.0_wp
@@ -53,30 +53,32 @@ contains
       real(wp), contiguous, intent(in) :: v(:)
       real(wp), intent(inout) :: work
 
-      type(piece_t) :: steady, turning
+      type(load_segment_t) :: steady, turning
       logical :: has_driven, is_steady, turns
       integer :: g, m
 
-      has_driven = size(self%set%drive%driven) > 0
-      associate (set => self%set%drive, oscillators => self%set%held%oscillators, piece => self%drive%piece)
+      has_driven = size(self%set%forced%driven) > 0
+      associate (set => self%set%forced, oscillators => self%set%constrained%oscillators, &
+         segment => self%forced%segment)
          do g = 1, self%loads%count
-            is_steady = abs(piece(g)%constant) + abs(piece(g)%slope) > 0.0_wp
-            turns = swings(piece(g)%harmonic)
-            if (turns) work = work + work_of_harmonic(piece(g), turn(self%loads%harmonic(g)), alone, &
+            is_steady = abs(segment(g)%constant) + abs(segment(g)%slope) > 0.0_wp
+            turns = swings(segment(g)%harmonic)
+            if (turns) work = work + work_of_harmonic(segment(g), turn(self%loads%harmonic(g)), alone, &
                oscillators%square, set%backward(:, g), self%z, self%v, z, v)
             if (.not. (is_steady .or. has_driven)) cycle
-            steady = piece(g)
+            steady = segment(g)
             steady%harmonic = 0.0_wp
-            turning = piece_t(harmonic=piece(g)%harmonic, frequency=piece(g)%frequency)
+            turning = load_segment_t(harmonic=segment(g)%harmonic, frequency=segment(g)%frequency)
             do m = 1, size(z)
                if (.not. alone(m) > 0.0_wp) cycle
                associate (load => set%load(m, g), square => oscillators%square(m), &
                   is_slow => has_driven .and. is_driven(self, m, by_constant, 0))
-                  if (is_slow) work = work + load*work_on_swing(make_driven_mode(oscillators, m), &
+                  if (is_slow) work = work + load*work_on_free_motion(make_driven_mode(oscillators, m), &
                      [self%z(m), self%v(m)], steady, time)
                   if (has_driven .and. turns) then
                      if (is_driven(self, m, by_harmonic, g)) work = work &
-                        + load*work_on_swing(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], turning, time)
+                        + load*work_on_free_motion(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], turning, &
+                        time)
                   end if
                   if (is_steady .and. .not. is_slow) then
                      work = work + load*steady%constant*(z(m) - self%z(m))
@@ -91,14 +93,14 @@ contains
 
    !> Of a harmonic load on modes that swing alone.
    pure function work_of_harmonic(load, turn, alone, square, backward, z0, v0, z, v) result(work)
-      type(piece_t), intent(in) :: load
+      type(load_segment_t), intent(in) :: load
       !> What it has turned to
       complex(wp), intent(in) :: turn
       !> 1: the mode does so, else 0, [modes]
       real(wp), contiguous, intent(in) :: alone(:)
       !> W^2, [modes]
       real(wp), contiguous, intent(in) :: square(:)
-      !> As `set_drive_t` has it: nothing of modes that are driven, [modes]
+      !> As `unit_responses_t` has it: nothing of modes that are driven, [modes]
       complex(wp), contiguous, intent(in) :: backward(:)
       !> At the start, [modes]
       real(wp), contiguous, intent(in) :: z0(:)
@@ -145,7 +147,7 @@ contains
       integer, intent(in) :: load
       logical :: is
 
-      associate (driven => self%set%drive%driven)
+      associate (driven => self%set%forced%driven)
          is = any(driven%mode == mode .and. driven%part == part .and. driven%load == load)
       end associate
    end function is_driven
@@ -161,20 +163,20 @@ contains
       integer :: g, m
 
       work = 0.0_wp
-      turn = exp(cmplx(0.0_wp, self%drive%piece%frequency*time, wp))
+      turn = exp(cmplx(0.0_wp, self%forced%segment%frequency*time, wp))
       power = (1.0_wp, 0.0_wp)
-      associate (load => self%set%drive%term_load, joint => self%set%joint, piece => self%drive%piece)
+      associate (load => self%set%forced%term_load, joint => self%set%joint, segment => self%forced%segment)
          power = terms_at(joint, power, time)
          do m = 1, joint%count
             s = joint%exponent(m)
             do g = 1, self%loads%count
                rate = self%amplitude(m)*load(m, g)
-               if (abs(piece(g)%constant) + abs(piece(g)%slope) > 0.0_wp) then
-                  work = work + real(rate*(piece(g)%constant*(power(m) - 1.0_wp) + piece(g)%slope*(time*power(m) &
+               if (abs(segment(g)%constant) + abs(segment(g)%slope) > 0.0_wp) then
+                  work = work + real(rate*(segment(g)%constant*(power(m) - 1.0_wp) + segment(g)%slope*(time*power(m) &
                      - integral(s, time, power(m)))), wp)
                end if
-               if (abs(piece(g)%harmonic) <= 0.0_wp) cycle
-               associate (turning => cmplx(0.0_wp, piece(g)%frequency, wp), c => piece(g)%harmonic)
+               if (abs(segment(g)%harmonic) <= 0.0_wp) cycle
+               associate (turning => cmplx(0.0_wp, segment(g)%frequency, wp), c => segment(g)%harmonic)
                   work = work + 0.5_wp*real(s*rate*(c*integral(s + turning, time, power(m)*turn(g)) &
                      + conjg(c)*integral(s - turning, time, power(m)*conjg(turn(g)))), wp)
                end associate
@@ -184,7 +186,7 @@ contains
    end function work_on_terms
 
    !> On what the loads do themselves.
-   pure function work_on_drive(self, time, turn) result(work)
+   pure function work_on_driven_motion(self, time, turn) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
@@ -195,33 +197,34 @@ contains
       complex(wp) :: own, row
 
       work = 0.0_wp
-      associate (set => self%set%drive, drive => self%drive)
+      associate (set => self%set%forced, forced => self%forced)
          do g = 1, self%loads%count
-            do i = 1, size(drive%pair)
-               work = work + set%load(set%driven(drive%pair(i))%mode, g)*work_on(drive%mode(i), drive%piece(g), time)
+            do i = 1, size(forced%pair)
+               work = work + set%load(set%driven(forced%pair(i))%mode, g)*work_on(forced%mode(i), forced%segment(g), &
+                  time)
             end do
             own = (1.0_wp, 0.0_wp)
             if (self%loads%harmonic(g) > 0) own = turn(self%loads%harmonic(g))
-            associate (piece => drive%piece(g))
-               work = work + drive%slope(set%at%loads + g)*(piece%constant + 0.5_wp*piece%slope*time)*time
-               if (swings(piece%harmonic) .and. abs(drive%slope(set%at%loads + g)) > 0.0_wp) then
-                  associate (s => cmplx(0.0_wp, piece%frequency, wp))
-                     work = work + drive%slope(set%at%loads + g)*real(piece%harmonic*integral(s, time, own), wp)
+            associate (segment => forced%segment(g))
+               work = work + forced%slope(set%at%loads + g)*(segment%constant + 0.5_wp*segment%slope*time)*time
+               if (swings(segment%harmonic) .and. abs(forced%slope(set%at%loads + g)) > 0.0_wp) then
+                  associate (s => cmplx(0.0_wp, segment%frequency, wp))
+                     work = work + forced%slope(set%at%loads + g)*real(segment%harmonic*integral(s, time, own), wp)
                   end associate
                end if
-               do m = 1, size(drive%frequency)
-                  row = drive%harmonic(set%at%loads + g, m)
-                  if (swings(row)) work = work + work_on_harmonic(piece, own, row, drive%frequency(m), &
+               do m = 1, size(forced%frequency)
+                  row = forced%harmonic(set%at%loads + g, m)
+                  if (swings(row)) work = work + work_on_harmonic(segment, own, row, forced%frequency(m), &
                      turn(m), time)
                end do
             end associate
          end do
       end associate
-   end function work_on_drive
+   end function work_on_driven_motion
 
    !> Of a load on a point that moves with Re(row exp(i w t)).
    pure function work_on_harmonic(load, own, row, w, turn, time) result(work)
-      type(piece_t), intent(in) :: load
+      type(load_segment_t), intent(in) :: load
       !> What its own harmonic has turned to
       complex(wp), intent(in) :: own
       !> The point
@@ -259,20 +262,21 @@ contains
       real(wp) :: factor
       integer :: row
 
-      associate (set => self%set, joint => self%set%joint, drive => self%drive, spring => self%set%joint%spring(place))
+      associate (set => self%set, joint => self%set%joint, forced => self%forced, &
+         spring => self%set%joint%spring(place))
          if (spring%branch_stiffness > 0.0_wp) then
             factor = spring%relaxation_rate/spring%branch_stiffness
-            row = set%drive%at%branches + set%pressed(place)
-            allocate (amplitude, source=[joint%branch(place, :)*self%amplitude, drive%harmonic(row, :), &
-               cmplx(drive%constant(row), 0.0_wp, wp)])
+            row = set%forced%at%branches + set%compliant(place)
+            allocate (amplitude, source=[joint%branch(place, :)*self%amplitude, forced%harmonic(row, :), &
+               cmplx(forced%constant(row), 0.0_wp, wp)])
          else
             factor = spring%viscosity
-            row = set%drive%at%depths + set%pressed(place)
+            row = set%forced%at%depths + set%compliant(place)
             allocate (amplitude, source=[joint%exponent*joint%indentation(place, :)*self%amplitude, &
-               cmplx(0.0_wp, drive%frequency, wp)*drive%harmonic(row, :), cmplx(drive%slope(row), 0.0_wp, wp)])
+               cmplx(0.0_wp, forced%frequency, wp)*forced%harmonic(row, :), cmplx(forced%slope(row), 0.0_wp, wp)])
          end if
-         call find_span(set%drive%products, amplitude, time, span)
-         loss = factor*taken_by(set%drive%products, span)
+         call find_span(set%forced%products, amplitude, time, span)
+         loss = factor*taken_by(set%forced%products, span)
       end associate
    end function loss_in_stop
 

@@ -7,11 +7,11 @@ module modal_starts
    use free_modes, only: free_modes_t
    use kinds, only: wp
    use load_courses, only: value_at
-   use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_pull, start_settings_t, &
+   use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, start_settings_t, &
       start_table, start_velocity
    use phase_state, only: phase_state_t
    use point_forces, only: find_point_forces, slow
-   use surface_states, only: surface_state_t
+   use contact_states, only: contact_state_t
    implicit none (type, external)
    private
    public :: find_modal_start, node_flexibility
@@ -33,14 +33,14 @@ module modal_starts
 contains
 
    !> State of the free modes, and what carries the beam.
-   subroutine find_modal_start(model, modes, start, several, acts, q, v, forces, error)
+   subroutine find_modal_start(model, modes, start, several, is_active, q, v, forces, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(start_settings_t), intent(in) :: start
       !> The beam, its surfaces and the loads on it
       type(phase_state_t), intent(in) :: several
       !> Surfaces that can carry it
-      logical, intent(in) :: acts(:)
+      logical, intent(in) :: is_active(:)
       !> [modes]
       real(wp), allocatable, intent(out) :: q(:)
       real(wp), allocatable, intent(out) :: v(:)
@@ -57,13 +57,13 @@ contains
       beam%row = several%beam%value
       beam%square = several%beam%oscillators%square
       select case (start%kind)
-      case (start_pull)
-         associate (b => several%beam%value(:, several%pulled), square => several%beam%oscillators%square)
-            q(:) = (1.0_wp + several%beam%height(several%pulled))*b &
-               /(square*(sum(b**2/square) + node_flexibility(several%states(several%pulled))))
+      case (start_release)
+         associate (b => several%beam%value(:, several%release_contact), square => several%beam%oscillators%square)
+            q(:) = (1.0_wp + several%beam%height(several%release_contact))*b &
+               /(square*(sum(b**2/square) + node_flexibility(several%states(several%release_contact))))
          end associate
       case (start_balance)
-         call find_balance(several, beam, acts, q, forces, error)
+         call find_balance(several, beam, is_active, q, forces, error)
          if (is_mechanism(model)) call check_balance(several, forces, error)
       case (start_velocity, start_drop, start_mode, start_table)
          if (is_in_mode(start)) then
@@ -78,13 +78,13 @@ contains
          end if
       end select
       ! a pull was checked before the modes were found
-      if (start%kind /= start_pull) call check_start(beam, several%states%surface, forces, q, error)
-      if (.not. allocated(error)) call move_onto_contacts(beam, several%states%surface, acts, forces, q, error)
+      if (start%kind /= start_release) call check_start(beam, several%states%contact, forces, q, error)
+      if (.not. allocated(error)) call move_onto_contacts(beam, several%states%contact, is_active, forces, q, error)
    end subroutine find_modal_start
 
    !> Of a node without mass before a stop; 0: there is none.
    pure function node_flexibility(state) result(flexibility)
-      type(surface_state_t), intent(in) :: state
+      type(contact_state_t), intent(in) :: state
       real(wp) :: flexibility
 
       flexibility = 0.0_wp
@@ -92,10 +92,10 @@ contains
    end function node_flexibility
 
    !> At rest under the loads of tau = 0 on surfaces that push and never pull.
-   subroutine find_balance(several, beam, acts, q, forces, error)
+   subroutine find_balance(several, beam, is_active, q, forces, error)
       type(phase_state_t), intent(in) :: several
       type(modal_beam_t), intent(in) :: beam
-      logical, intent(in) :: acts(:)
+      logical, intent(in) :: is_active(:)
       !> [modes]
       real(wp), intent(inout) :: q(:)
       !> [surfaces]
@@ -109,12 +109,12 @@ contains
       load = 0.0_wp
       if (several%loads%count > 0) load = matmul(several%loads%mode, value_at(several%loads%course, 0.0_wp))
       if (any(beam%square < slow**2)) then
-         place = pack([(k, k=1, size(acts))], acts)
+         place = pack([(k, k=1, size(is_active))], is_active)
          call find_slow_balance(several, place, load, q, forces)
          return
       end if
       q = load/beam%square
-      call carry(beam, several%states%surface, acts, q, forces, error)
+      call carry(beam, several%states%contact, is_active, q, forces, error)
    end subroutine find_balance
 
    !> Does a beam that turns freely hang in the air?

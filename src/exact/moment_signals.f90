@@ -18,7 +18,7 @@ module moment_signals
    use phase_state, only: ready_reaction, phase_state_t
    use run_recorder, only: sample_t
    use run_settings, only: run_settings_t
-   use stop_surfaces, only: surface_t
+   use stop_contacts, only: contact_t
    use summed_signal, only: summed_signal_t
    implicit none (type, external)
    private
@@ -35,7 +35,7 @@ module moment_signals
       !> What each load acts beside the place and by the modes that are left out, [loads, places]
       real(wp), allocatable, private :: load(:, :)
       !> What the force of each surface acts by those, [surfaces, places]
-      real(wp), allocatable, private :: surface(:, :)
+      real(wp), allocatable, private :: contact(:, :)
       !> In the present phase, [places]; none: no moments are asked for
       type(signal_place_t), allocatable :: place(:)
    end type moments_t
@@ -43,12 +43,12 @@ module moment_signals
 contains
 
    !> The places in the free modes.
-   subroutine make_moments(model, modes, settings, surfaces, loads, moments)
+   subroutine make_moments(model, modes, settings, contacts, loads, moments)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       !> It asks for moments
       type(run_settings_t), intent(in) :: settings
-      type(surface_t), intent(in) :: surfaces(:)
+      type(contact_t), intent(in) :: contacts(:)
       type(applied_loads_t), intent(in) :: loads
       type(moments_t), intent(out) :: moments
 
@@ -60,15 +60,15 @@ contains
       allocate (moments%stiffness, source=matmul(transpose(modes%mode), places%stiffness))
       allocate (moments%mass, source=matmul(transpose(modes%mode), places%mass))
       call move_alloc(places%load, moments%load)
-      allocate (moments%surface(size(surfaces), size(settings%stress%position)), source=0.0_wp)
+      allocate (moments%contact(size(contacts), size(settings%stress%position)), source=0.0_wp)
       allocate (moments%place(size(settings%stress%position)))
       if (.not. allocated(modes%left_mode)) return
       ! at each place, per unit of what acts on each degree of freedom
       allocate (static, source=matmul(modes%left_mode, matmul(transpose(modes%left_mode), places%stiffness) &
          /spread(modes%left_square, 2, size(settings%stress%position))))
       if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector), static)
-      do k = 1, size(surfaces)
-         moments%surface(k, :) = surfaces(k)%sign*static(model%stop_dofs(surfaces(k)%stop), :)
+      do k = 1, size(contacts)
+         moments%contact(k, :) = contacts(k)%sign*static(model%stop_dofs(contacts(k)%stop), :)
       end do
    end subroutine make_moments
 
@@ -115,55 +115,57 @@ contains
       real(wp), allocatable :: weight(:), mass(:)
       real(wp) :: static
 
-      associate (held => now%set%held, stiffness => moments%stiffness(:, p), surface => moments%surface(:, p))
-         static = sum(stiffness*held%static) + sum(surface(held%held)*held%static_force)
-         if (allocated(held%mode)) then
-            allocate (mass, source=matmul(moments%mass(:, p), held%mode))
-            allocate (weight, source=matmul(stiffness, held%mode) - held%oscillators%square*mass &
-               + matmul(surface(held%held), held%reaction))
+      associate (constrained => now%set%constrained, stiffness => moments%stiffness(:, p), &
+         contact => moments%contact(:, p))
+         static = sum(stiffness*constrained%static) + sum(contact(constrained%closed)*constrained%static_force)
+         if (allocated(constrained%mode)) then
+            allocate (mass, source=matmul(moments%mass(:, p), constrained%mode))
+            allocate (weight, source=matmul(stiffness, constrained%mode) - constrained%oscillators%square*mass &
+               + matmul(contact(constrained%closed), constrained%reaction))
          else
             allocate (mass, source=moments%mass(:, p))
-            allocate (weight, source=stiffness - held%oscillators%square*mass)
+            allocate (weight, source=stiffness - constrained%oscillators%square*mass)
          end if
          ! a rotation about a pinned root bends nothing
-         where (held%oscillators%square <= rigid_square) weight = 0.0_wp
-         if (size(now%set%pressed) > 0) then
-            call find_pressed(now, static, weight, of_forces(now, mass, surface), signal)
+         where (constrained%oscillators%square <= rigid_square) weight = 0.0_wp
+         if (size(now%set%compliant) > 0) then
+            call find_compliant(now, static, weight, of_forces(now, mass, contact), signal)
          else
             allocate (modal)
-            call make_modal_signal(held%oscillators, static, weight, modal)
+            call make_modal_signal(constrained%oscillators, static, weight, modal)
             modal%is_viscous = .true.
             call ready_reaction(now%z, now%v, modal)
             call move_alloc(modal, signal)
          end if
       end associate
       if (now%loads%count == 0) return
-      call find_terms(now, weight, of_forces(now, mass, moments%surface(:, p)), moments%load(:, p) &
-         + matmul(mass, now%set%drive%load) - matmul(moments%surface(now%set%held%held, p), now%set%drive%share), terms)
+      call find_terms(now, weight, of_forces(now, mass, moments%contact(:, p)), moments%load(:, p) &
+         + matmul(mass, now%set%forced%load) - matmul(moments%contact(now%set%constrained%closed, p), &
+         now%set%forced%share), terms)
       call add_terms(terms, now%longest, signal)
    end subroutine find_signal
 
    !> Per unit of the force of each surface that yields.
-   pure function of_forces(now, mass, surface) result(moment)
+   pure function of_forces(now, mass, contact) result(moment)
       type(phase_state_t), intent(in) :: now
       !> Of what acts on the set's modes, [modes]
       real(wp), intent(in) :: mass(:)
       !> By the modes that are left out, [surfaces]
-      real(wp), intent(in) :: surface(:)
-      real(wp) :: moment(size(now%set%pressed))
+      real(wp), intent(in) :: contact(:)
+      real(wp) :: moment(size(now%set%compliant))
 
       integer :: m
 
-      associate (held => now%set%held, pressed => now%set%pressed)
-         do m = 1, size(pressed)
-            moment(m) = sum(mass*held%value(:, pressed(m))) + surface(pressed(m)) &
-               - sum(surface(held%held)*held%share(:, pressed(m)))
+      associate (constrained => now%set%constrained, compliant => now%set%compliant)
+         do m = 1, size(compliant)
+            moment(m) = sum(mass*constrained%value(:, compliant(m))) + contact(compliant(m)) &
+               - sum(contact(constrained%closed)*constrained%share(:, compliant(m)))
          end do
       end associate
    end function of_forces
 
    !> The same on surfaces that yield, less what loads do.
-   subroutine find_pressed(now, static, weight, of_force, signal)
+   subroutine find_compliant(now, static, weight, of_force, signal)
       type(phase_state_t), intent(in) :: now
       !> At rest on those that hold the beam
       real(wp), intent(in) :: static
@@ -179,7 +181,7 @@ contains
       real(wp) :: own(size(weight))
       integer :: m
 
-      associate (set => now%set, joint => now%set%joint, oscillators => now%set%held%oscillators)
+      associate (set => now%set, joint => now%set%joint, oscillators => now%set%constrained%oscillators)
          allocate (exponential)
          exponential%offset = static + sum(weight*set%rest) + sum(of_force*set%rest_force)
          allocate (exponential%exponent, source=joint%exponent)
@@ -201,7 +203,7 @@ contains
          call move_alloc(alone, whole%second)
          call move_alloc(whole, signal)
       end associate
-   end subroutine find_pressed
+   end subroutine find_compliant
 
    !> What loads do to it.
    pure subroutine find_terms(now, weight, of_force, of_load, terms)
@@ -217,29 +219,29 @@ contains
       complex(wp) :: s
       integer :: g, i, m
 
-      associate (set => now%set, at => now%set%drive%at, drive => now%drive, &
-         two_zeta => now%set%held%oscillators%two_zeta)
-         associate (modes => drive%constant(at%modes + 1:at%gaps), slopes => drive%slope(at%modes + 1:at%gaps))
-            terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(of_load*drive%piece%constant) &
-               + sum(of_force*drive%constant(at%forces + set%pressed))
-            terms%slope = sum(weight*slopes) + sum(of_load*drive%piece%slope) &
-               + sum(of_force*drive%slope(at%forces + set%pressed))
+      associate (set => now%set, at => now%set%forced%at, forced => now%forced, &
+         two_zeta => now%set%constrained%oscillators%two_zeta)
+         associate (modes => forced%constant(at%modes + 1:at%gaps), slopes => forced%slope(at%modes + 1:at%gaps))
+            terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(of_load*forced%segment%constant) &
+               + sum(of_force*forced%constant(at%forces + set%compliant))
+            terms%slope = sum(weight*slopes) + sum(of_load*forced%segment%slope) &
+               + sum(of_force*forced%slope(at%forces + set%compliant))
          end associate
-         allocate (terms%frequency, source=drive%frequency)
-         allocate (terms%harmonic(size(drive%frequency)))
-         do m = 1, size(drive%frequency)
-            s = cmplx(0.0_wp, drive%frequency(m), wp)
-            terms%harmonic(m) = (1.0_wp + two_zeta*s)*sum(weight*drive%harmonic(at%modes + 1:at%gaps, m)) &
-               + sum(of_force*drive%harmonic(at%forces + set%pressed, m))
+         allocate (terms%frequency, source=forced%frequency)
+         allocate (terms%harmonic(size(forced%frequency)))
+         do m = 1, size(forced%frequency)
+            s = cmplx(0.0_wp, forced%frequency(m), wp)
+            terms%harmonic(m) = (1.0_wp + two_zeta*s)*sum(weight*forced%harmonic(at%modes + 1:at%gaps, m)) &
+               + sum(of_force*forced%harmonic(at%forces + set%compliant, m))
          end do
          do g = 1, now%loads%count
             m = now%loads%harmonic(g)
-            if (m > 0) terms%harmonic(m) = terms%harmonic(m) + of_load(g)*drive%piece(g)%harmonic
+            if (m > 0) terms%harmonic(m) = terms%harmonic(m) + of_load(g)*forced%segment(g)%harmonic
          end do
-         terms%modes = size(drive%pair)
+         terms%modes = size(forced%pair)
          if (terms%modes == 0) return
-         allocate (terms%mode, source=drive%mode)
-         allocate (terms%share, source=[(weight(set%drive%driven(drive%pair(i))%mode), i=1, size(drive%pair))])
+         allocate (terms%mode, source=forced%mode)
+         allocate (terms%share, source=[(weight(set%forced%driven(forced%pair(i))%mode), i=1, size(forced%pair))])
          allocate (terms%share_of_rate, source=two_zeta*terms%share)
       end associate
    end subroutine find_terms

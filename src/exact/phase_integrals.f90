@@ -29,13 +29,13 @@ contains
       rows = n + 1 + size(closed)
       allocate (signals%offset(rows), signals%slope(rows), source=0.0_wp)
       allocate (signals%exponent(0), signals%amplitude(rows, 0))
-      signals%offset(:n) = self%set%held%static_gap(places) + self%beam%height(places)
-      signals%offset(n + 1) = self%set%held%static_tip
-      if (size(self%set%pressed) > 0) then
+      signals%offset(:n) = self%set%constrained%static_gap(places) + self%beam%height(places)
+      signals%offset(n + 1) = self%set%constrained%static_tip
+      if (size(self%set%compliant) > 0) then
          call add_terms(self, places, closed, signals)
          call add_swings(self, length, self%set%joint%inactive, places, closed, signals)
       else
-         call add_swings(self, length, [(n, n=1, self%set%held%count)], places, closed, signals)
+         call add_swings(self, length, [(n, n=1, self%set%constrained%count)], places, closed, signals)
       end if
       if (self%loads%count > 0) call add_drives(self, places, closed, signals)
    end subroutine find_signals
@@ -81,12 +81,12 @@ contains
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
       ! a mode in the signals: by itself, and with 2 zeta times its rate
       real(wp) :: share(size(signals%offset), 2)
-      integer :: of_held(size(closed)), j, last, n, shared
+      integer :: of_constrained(size(closed)), j, last, n, shared
 
       if (size(modes) == 0) return
       n = size(places)
       do j = 1, size(modes)
-         call find_mode_terms(self%set%held%oscillators, modes(j), [self%z(modes(j)), self%v(modes(j))], &
+         call find_mode_terms(self%set%constrained%oscillators, modes(j), [self%z(modes(j)), self%v(modes(j))], &
             drives_of(self, modes(j)), length, terms(j))
       end do
       last = size(signals%exponent)
@@ -96,14 +96,14 @@ contains
          (terms(j)%exponent, j=1, size(modes))])
       allocate (amplitude(size(signals%offset), size(exponent)), source=(0.0_wp, 0.0_wp))
       amplitude(:, :last) = signals%amplitude
-      associate (held => self%set%held, slow => amplitude(:, last + 1:last + shared))
-         of_held = [(findloc(held%held, closed(j), dim=1), j=1, size(closed))]
+      associate (constrained => self%set%constrained, slow => amplitude(:, last + 1:last + shared))
+         of_constrained = [(findloc(constrained%closed, closed(j), dim=1), j=1, size(closed))]
          last = last + shared
          share = 0.0_wp
          do j = 1, size(modes)
-            share(:n, 1) = held%value(modes(j), places)
-            share(n + 1, 1) = held%tip_value(modes(j))
-            if (size(self%set%pressed) == 0) share(n + 2:, 2) = held%reaction(of_held, modes(j))
+            share(:n, 1) = constrained%value(modes(j), places)
+            share(n + 1, 1) = constrained%tip_value(modes(j))
+            if (size(self%set%compliant) == 0) share(n + 2:, 2) = constrained%reaction(of_constrained, modes(j))
             signals%offset = signals%offset + matmul(share, terms(j)%offset)
             signals%slope = signals%slope + matmul(share, terms(j)%slope)
             slow = slow + matmul(share, terms(j)%slow(:, :shared))
@@ -112,24 +112,25 @@ contains
                last = last + own
             end associate
          end do
-         if (size(self%set%pressed) == 0) signals%offset(n + 2:) = signals%offset(n + 2:) + held%static_force(of_held)
+         if (size(self%set%compliant) == 0) signals%offset(n + 2:) = signals%offset(n + 2:) &
+            + constrained%static_force(of_constrained)
       end associate
       call move_alloc(exponent, signals%exponent)
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_swings
 
    !> What drives a mode from rest.
-   pure function drives_of(self, mode) result(drives)
+   pure function drives_of(self, mode) result(driven_motions)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode
-      type(driven_mode_t), allocatable :: drives(:)
+      type(driven_mode_t), allocatable :: driven_motions(:)
 
       integer :: k
 
-      allocate (drives(0))
+      allocate (driven_motions(0))
       if (self%loads%count == 0) return
-      associate (driven => self%set%drive%driven, drive => self%drive)
-         drives = pack(drive%mode, [(driven(drive%pair(k))%mode == mode, k=1, size(drive%pair))])
+      associate (driven => self%set%forced%driven, forced => self%forced)
+         driven_motions = pack(forced%mode, [(driven(forced%pair(k))%mode == mode, k=1, size(forced%pair))])
       end associate
    end function drives_of
 
@@ -143,15 +144,15 @@ contains
       complex(wp), allocatable :: amplitude(:, :)
       integer :: rows(size(signals%offset)), terms
 
-      associate (at => self%set%drive%at, drive => self%drive)
+      associate (at => self%set%forced%at, forced => self%forced)
          rows = [at%gaps + places, at%tip + 1, at%forces + closed]
          terms = size(signals%exponent)
-         signals%offset = signals%offset + drive%constant(rows)
-         signals%slope = signals%slope + drive%slope(rows)
-         allocate (amplitude(size(rows), terms + size(drive%frequency)))
+         signals%offset = signals%offset + forced%constant(rows)
+         signals%slope = signals%slope + forced%slope(rows)
+         allocate (amplitude(size(rows), terms + size(forced%frequency)))
          amplitude(:, :terms) = signals%amplitude
-         amplitude(:, terms + 1:) = drive%harmonic(rows, :)
-         signals%exponent = [signals%exponent, cmplx(0.0_wp, drive%frequency, wp)]
+         amplitude(:, terms + 1:) = forced%harmonic(rows, :)
+         signals%exponent = [signals%exponent, cmplx(0.0_wp, forced%frequency, wp)]
       end associate
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_drives

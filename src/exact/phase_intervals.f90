@@ -2,7 +2,7 @@
 module phase_intervals
    use certified_search, only: search_t, viewed_signal_t
    use damped_oscillators, only: modal_energy
-   use driven_modes, only: driven_mode_at, integral_of, integral_of_swing, make_driven_mode
+   use driven_modes, only: driven_mode_at, integral_of, integral_of_free_motion, make_driven_mode
    use flight_peaks, only: find_peak
    use joint_modes, only: terms_at
    use kinds, only: wp
@@ -15,12 +15,12 @@ module phase_intervals
       whole_gap, whole_tip
    use point_forces, only: slow
    use power_integrals, only: find_span, integral, integrals_in
-   use response_types, only: quiet_level
+   use response_types, only: settling_level
    use row_peaks, only: greatest_on_path
    use row_signals, only: node_at_time, value_at_node
    use signal_integrals, only: integrate_signals, signals_t
    use signal_peaks, only: exceeds_in => exceeds, greatest_value, last_time_above, peak_tolerance
-   use surface_states, only: energy_in, of_rigid_stop, surface_state_t
+   use contact_states, only: energy_in, of_rigid_stop, contact_state_t
    implicit none (type, external)
    private
    public :: phase_interval_t
@@ -32,7 +32,7 @@ module phase_intervals
       !> Bending moments, where they are asked for
       type(moments_t) :: moments
       !> Contacts as the phase starts, where some yield
-      type(surface_state_t), allocatable :: at_start(:)
+      type(contact_state_t), allocatable :: at_start(:)
       !> State of the set's modes as it ends, in the room of the set, [modes]
       real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
       !> Made where integrals are asked for, and kept from phase to phase
@@ -70,13 +70,13 @@ contains
       type(observed_contact_t) :: contact
 
       associate (state => self%now%states(k))
-         contact%number = state%surface%number
-         contact%sign = state%surface%sign
+         contact%number = state%contact%number
+         contact%sign = state%contact%sign
          contact%height = self%now%beam%height(k)
          contact%is_closed = self%now%set%is_closed(k)
          contact%yields = .not. of_rigid_stop(state)
          contact%has_force = .not. state%is_rigid
-         contact%is_active = state%acts
+         contact%is_active = state%is_active
          contact%holds = contact%is_closed .and. .not. contact%yields
          contact%flights = state%flights
       end associate
@@ -112,8 +112,8 @@ contains
 
       reach = huge(1.0_wp)
       if (self%now%set%is_closed(k)) then
-         if (size(self%now%set%pressed) > 0) reach = reach_of_terms(self%now, k)
-      else if (self%now%states(k)%is_indented) then
+         if (size(self%now%set%compliant) > 0) reach = reach_of_terms(self%now, k)
+      else if (self%now%states(k)%is_deformed) then
          return
       else if (self%now%states(k)%is_rigid) then
          reach = self%searches(k)%ceiling
@@ -127,8 +127,9 @@ contains
       integer, intent(in) :: k
       real(wp) :: rounding
 
-      associate (held => self%now%set%held)
-         rounding = 4.0_wp*epsilon(1.0_wp)*(abs(held%static_gap(k)) + sum(abs(held%value(:, k)*self%now%z)))
+      associate (constrained => self%now%set%constrained)
+         rounding = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) + sum(abs(constrained%value(:, &
+            k)*self%now%z)))
       end associate
    end function rounding
 
@@ -171,13 +172,13 @@ contains
    end function exceeds
 
    !> Was the gap of a contact seen, and nothing behind the end of the phase, where a force that vanishes ends that?
-   pure function has_trail(self, k)
+   pure function has_history(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
-      logical :: has_trail
+      logical :: has_history
 
-      has_trail = self%now%trail_of == k .and. self%searches(k)%time <= self%length
-   end function has_trail
+      has_history = self%now%history_of == k .and. self%searches(k)%time <= self%length
+   end function has_history
 
    !> The greatest value of a row.
    subroutine seek_peak(self, row, stretch, known, peak)
@@ -207,8 +208,8 @@ contains
       seen = -0.5_wp*huge(1.0_wp)
       call find_signal(self, row, signal)
       if (is_whole .and. is_bare .and. row%scale < 0.0_wp .and. row%number <= self%contacts) then
-         if (has_trail(self, row%number) .and. .not. self%is_last) then
-            call find_peak(signal, self%now%trail, is_certain, peak%value, peak%time)
+         if (has_history(self, row%number) .and. .not. self%is_last) then
+            call find_peak(signal, self%now%history, is_certain, peak%value, peak%time)
             peak%is_found = is_certain .and. peak%value > known
             if (is_certain) return
          end if
@@ -254,13 +255,13 @@ contains
          call signal_of(self%now, k, whole_gap, signal)
          if (allocated(curve%signal)) deallocate (curve%signal)
          allocate (curve%signal, source=signal)
-         curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_indented)
-         if (allocated(self%at_start)) curve%is_above = curve%is_above .and. self%at_start(k)%depth <= quiet_level
+         curve%is_above = .not. (self%now%set%is_closed(k) .or. self%now%states(k)%is_deformed)
+         if (allocated(self%at_start)) curve%is_above = curve%is_above .and. self%at_start(k)%depth <= settling_level
          curve%seen_above = 0.0_wp
-         if (has_trail(self, k)) then
-            associate (trail => self%now%trail)
-               do i = 1, min(trail%count, size(trail%time))
-                  if (trail%look(i)%signal > quiet_level) curve%seen_above = trail%time(i)
+         if (has_history(self, k)) then
+            associate (history => self%now%history)
+               do i = 1, min(history%count, size(history%time))
+                  if (history%find_bounds(i)%signal > settling_level) curve%seen_above = history%time(i)
                end do
             end associate
          end if
@@ -310,24 +311,24 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: energy
 
-      type(surface_state_t) :: state
+      type(contact_state_t) :: state
       real(wp), dimension(size(self%now%z)) :: z, v
       complex(wp), allocatable :: term(:)
       integer :: k, place
 
-      associate (now => self%now, set => self%now%set, held => self%now%set%held)
+      associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          if (.not. time < self%length) then
             ! contacts are already as the phase ends
-            energy = held%static_energy + sum(modal_energy(held%oscillators, self%z_end, self%v_end)) &
+            energy = constrained%static_energy + sum(modal_energy(constrained%oscillators, self%z_end, self%v_end)) &
                + sum(energy_in(now%states))
             return
          end if
-         if (size(set%pressed) > 0) then
+         if (size(set%compliant) > 0) then
             term = terms_at(set%joint, now%amplitude, time)
             call keep_state(now, time, term)
          end if
          call move_to(now, time, z, v)
-         energy = held%static_energy + sum(modal_energy(held%oscillators, z, v))
+         energy = constrained%static_energy + sum(modal_energy(constrained%oscillators, z, v))
          if (all(now%states%is_rigid)) return
          if (.not. time > 0.0_wp) then
             energy = energy + sum(energy_in(self%at_start))
@@ -336,11 +337,11 @@ contains
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
             state = self%at_start(k)
-            place = findloc(set%pressed, k, dim=1)
+            place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
                call keep_indentation(now, place, time, term, state)
             else
-               call leave_behind(held%static_gap(k) + sum(held%value(:, k)*z), time, state)
+               call leave_behind(constrained%static_gap(k) + sum(constrained%value(:, k)*z), time, state)
             end if
             energy = energy + energy_in(state)
          end do
@@ -359,8 +360,8 @@ contains
       logical :: is_low
 
       call last_time_above(self%signal, self%length, level, time, is_at_end, &
-         merge(self%seen_above, 0.0_wp, level <= quiet_level))
-      if (self%is_above .and. level >= quiet_level) return
+         merge(self%seen_above, 0.0_wp, level <= settling_level))
+      if (self%is_above .and. level >= settling_level) return
       call self%signal%view(0.0_wp, -1.0_wp, 0.0_wp, 0, depth)
       call last_time_above(depth, self%length, level, lower, is_low)
       time = max(time, lower)
@@ -403,7 +404,7 @@ contains
       integer :: i, place
 
       associate (now => self%now)
-         if (size(now%set%pressed) > 0) then
+         if (size(now%set%compliant) > 0) then
             associate (set => now%set)
                call find_span(set%losses(2), now%amplitude, time, set%span)
                call force_terms(now, k, integrals_in(set%losses(2), set%span), offset, amplitude)
@@ -412,17 +413,18 @@ contains
          else
             ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
             call move_alone(now, time, z, v)
-            associate (held => now%set%held, square => now%set%held%oscillators%square)
-               place = findloc(held%held, k, dim=1)
-               impulse = held%static_force(place)*time
+            associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
+               place = findloc(constrained%closed, k, dim=1)
+               impulse = constrained%static_force(place)*time
                do i = 1, size(z)
                   if (square(i) < slow**2) then
-                     part = integral_of_swing(make_driven_mode(held%oscillators, i), [now%z(i), now%v(i)], time) &
-                        + held%oscillators%two_zeta*(z(i) - now%z(i))
+                     part = integral_of_free_motion(make_driven_mode(constrained%oscillators, i), [now%z(i), &
+                        now%v(i)], time) &
+                        + constrained%oscillators%two_zeta*(z(i) - now%z(i))
                   else
-                     part = (now%v(i) - v(i) + held%oscillators%mass_rate(i)*(now%z(i) - z(i)))/square(i)
+                     part = (now%v(i) - v(i) + constrained%oscillators%mass_rate(i)*(now%z(i) - z(i)))/square(i)
                   end if
-                  impulse = impulse + held%reaction(place, i)*part
+                  impulse = impulse + constrained%reaction(place, i)*part
                end do
             end associate
          end if
@@ -440,18 +442,18 @@ contains
       real(wp) :: here(0:1)
       integer :: i, row
 
-      associate (set => self%set%drive, drive => self%drive)
+      associate (set => self%set%forced, forced => self%forced)
          row = set%at%forces + k
-         impulse = (drive%constant(row) + 0.5_wp*drive%slope(row)*time)*time
-         do i = 1, size(drive%frequency)
-            associate (s => cmplx(0.0_wp, drive%frequency(i), wp))
-               impulse = impulse + real(drive%harmonic(row, i)*integral(s, time, exp(s*time)), wp)
+         impulse = (forced%constant(row) + 0.5_wp*forced%slope(row)*time)*time
+         do i = 1, size(forced%frequency)
+            associate (s => cmplx(0.0_wp, forced%frequency(i), wp))
+               impulse = impulse + real(forced%harmonic(row, i)*integral(s, time, exp(s*time)), wp)
             end associate
          end do
-         do i = 1, size(drive%pair)
-            here = driven_mode_at(drive%mode(i), time, 1)
-            associate (pair => set%driven(drive%pair(i)))
-               impulse = impulse + pair%row_of_rate(row)*here(0) + pair%row(row)*integral_of(drive%mode(i), time)
+         do i = 1, size(forced%pair)
+            here = driven_mode_at(forced%mode(i), time, 1)
+            associate (pair => set%driven(forced%pair(i)))
+               impulse = impulse + pair%row_of_rate(row)*here(0) + pair%row(row)*integral_of(forced%mode(i), time)
             end associate
          end do
       end associate
@@ -467,9 +469,9 @@ contains
          reach = abs(self%set%rest_gap(k)) + sum(sqrt(real(term, wp)**2 + aimag(term)**2))
       end associate
       if (self%loads%count == 0) return
-      associate (row => self%set%drive%at%gaps + k, drive => self%drive)
-         reach = reach + abs(drive%constant(row)) + sum(abs(drive%harmonic(row, :)))
-         if (abs(drive%slope(row)) > 0.0_wp .or. size(drive%pair) > 0) reach = huge(1.0_wp)
+      associate (row => self%set%forced%at%gaps + k, forced => self%forced)
+         reach = reach + abs(forced%constant(row)) + sum(abs(forced%harmonic(row, :)))
+         if (abs(forced%slope(row)) > 0.0_wp .or. size(forced%pair) > 0) reach = huge(1.0_wp)
       end associate
    end function reach_of_terms
 

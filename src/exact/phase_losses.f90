@@ -6,9 +6,9 @@ module phase_losses
    use driven_signal, only: turn_of
    use kinds, only: wp
    use load_work, only: loss_in_stop, work_of_loads
-   use phase_drives, only: drive_at
+   use forced_responses, only: forced_at
    use phase_state, only: phase_state_t
-   use surface_states, only: energy_in, indent, recover, surface_state_t
+   use contact_states, only: energy_in, indent, recover, contact_state_t
    implicit none (type, external)
    private
    public :: find_losses, force_at, keep_indentation, leave_behind
@@ -24,10 +24,10 @@ contains
 
       part = 0.0_wp
       if (self%loads%count == 0) return
-      associate (set => self%set%drive, drive => self%drive)
-         part = [drive_at(set, drive, set%at%forces + k, set%at%forces + k, time, 0), &
-            drive_at(set, drive, set%at%depths + k, set%at%depths + k, time, 0), &
-            drive_at(set, drive, set%at%branches + k, set%at%branches + k, time, 0)]
+      associate (set => self%set%forced, forced => self%forced)
+         part = [forced_at(set, forced, set%at%forces + k, set%at%forces + k, time, 0), &
+            forced_at(set, forced, set%at%depths + k, set%at%depths + k, time, 0), &
+            forced_at(set, forced, set%at%branches + k, set%at%branches + k, time, 0)]
       end associate
    end function driven_part
 
@@ -47,20 +47,20 @@ contains
       real(wp) :: part(3)
       integer :: place
 
-      associate (set => now%set, held => now%set%held)
+      associate (set => now%set, constrained => now%set%constrained)
          part = driven_part(now, k, time)
          force = part(1)
-         place = findloc(set%pressed, k, dim=1)
+         place = findloc(set%compliant, k, dim=1)
          if (place > 0) then
             force = force + set%rest_force(place) + sum(real(set%joint%force(place, :)*term, wp))
             return
          end if
-         place = findloc(held%held, k, dim=1)
-         if (size(set%pressed) > 0) then
+         place = findloc(constrained%closed, k, dim=1)
+         if (size(set%compliant) > 0) then
             force = force + set%rest_reaction(place) + sum(real(set%reaction(place, :)*term, wp))
          else
-            force = force + held%static_force(place) + sum(held%reaction(place, :) &
-               *elastic_and_viscous(held%oscillators, z, v, time, now%z, now%v))
+            force = force + constrained%static_force(place) + sum(constrained%reaction(place, :) &
+               *elastic_and_viscous(constrained%oscillators, z, v, time, now%z, now%v))
          end if
       end associate
    end function force_at
@@ -70,7 +70,7 @@ contains
    subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
       type(phase_state_t), intent(in) :: self
       !> The surfaces, and the energy of the modes, as the phase starts
-      type(surface_state_t), allocatable, intent(in) :: at_start(:)
+      type(contact_state_t), allocatable, intent(in) :: at_start(:)
       real(wp), intent(in) :: start_energy
       real(wp), intent(in) :: time
       !> State of the set's modes, z and v, and the same less what loads do, [modes, 4]
@@ -82,25 +82,25 @@ contains
       !> Of the loads, since then
       real(wp), intent(out) :: work
 
-      type(surface_state_t) :: surface
+      type(contact_state_t) :: contact
       integer :: place
 
-      work = work_of_loads(self, time, turn_of(self%drive%frequency, time), state(:, 3), state(:, 4))
+      work = work_of_loads(self, time, turn_of(self%forced%frequency, time), state(:, 3), state(:, 4))
       associate (set => self%set)
-         if (size(set%pressed) > 0 .and. self%loads%count == 0) then
+         if (size(set%compliant) > 0 .and. self%loads%count == 0) then
             call losses_in(set, self%amplitude, self%z, self%v, time, lost)
             return
          end if
-         lost(1) = start_energy - sum(modal_energy(set%held%oscillators, state(:, 1), state(:, 2))) + work
-         do place = 1, size(set%pressed)
-            associate (k => set%pressed(place))
+         lost(1) = start_energy - sum(modal_energy(set%constrained%oscillators, state(:, 1), state(:, 2))) + work
+         do place = 1, size(set%compliant)
+            associate (k => set%compliant(place))
                lost(1 + place) = 0.0_wp
                if (self%states(k)%is_rigid) cycle
-               surface = at_start(k)
+               contact = at_start(k)
                lost(1 + place) = loss_in_stop(self, place, time)
-               lost(1) = lost(1) + energy_in(surface) - lost(1 + place)
-               call keep_indentation(self, place, time, term, surface)
-               lost(1) = lost(1) - energy_in(surface)
+               lost(1) = lost(1) + energy_in(contact) - lost(1 + place)
+               call keep_indentation(self, place, time, term, contact)
+               lost(1) = lost(1) - energy_in(contact)
             end associate
          end do
       end associate
@@ -114,12 +114,12 @@ contains
       real(wp), intent(in) :: time
       !> Terms at the instant
       complex(wp), intent(in) :: term(:)
-      type(surface_state_t), intent(inout) :: state
+      type(contact_state_t), intent(inout) :: state
 
       real(wp) :: part(3)
 
       associate (set => self%set)
-         part = driven_part(self, set%pressed(place), time)
+         part = driven_part(self, set%compliant(place), time)
          state%depth = set%rest_force(place)/state%spring%stiffness &
             + sum(real(set%joint%indentation(place, :)*term, wp)) + part(2)
          state%branch_force = sum(real(set%joint%branch(place, :)*term, wp)) + part(3)
@@ -131,11 +131,11 @@ contains
       !> From where it is home
       real(wp), intent(in) :: gap
       real(wp), intent(in) :: time
-      type(surface_state_t), intent(inout) :: state
+      type(contact_state_t), intent(inout) :: state
 
       real(wp) :: before
 
-      if (.not. state%is_indented) then
+      if (.not. state%is_deformed) then
          call recover(state, time)
          return
       end if

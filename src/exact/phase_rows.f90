@@ -5,11 +5,11 @@ module phase_rows
    use damped_oscillators, only: lanes
    use kinds, only: wp
    use motion_intervals, only: row_t
-   use phase_state, only: end_force, end_gap, end_home, end_pull, phase_state_t, whole_gap, whole_tip
+   use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t, whole_gap, whole_tip
    use row_basis, only: make_row_basis, set_row
    use row_search, only: search_rows
    use row_signals, only: most_nodes, row_signal_t
-   use surface_states, only: impedance_of
+   use contact_states, only: impedance_of
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
@@ -30,9 +30,9 @@ contains
 
       can = .false.
       ! few signals without loads are searched faster one by one
-      if (self%is_at_rest .or. self%loads%count == 0 .or. count(self%states%acts) < 2) return
+      if (self%is_at_rest .or. self%loads%count == 0 .or. count(self%states%is_active) < 2) return
       ! modes driven from rest, and swings that stand for slow loads, are no terms of the set
-      if (size(self%drive%pair) > 0 .or. size(self%drive%frequency) /= size(self%loads%frequencies)) return
+      if (size(self%forced%pair) > 0 .or. size(self%forced%frequency) /= size(self%loads%frequencies)) return
       if (.not. self%set%has_rows) call make_rows(self)
       can = self%set%can_search_rows
    end function can_search_rows
@@ -59,16 +59,16 @@ contains
          set%gap_sign = [(1.0_wp, k=1, n)]
          rows = 0
          do k = 1, n
-            if (.not. self%states(k)%acts) cycle
+            if (.not. self%states(k)%is_active) cycle
             ! the first of those at one place that can be met
-            j = findloc(self%alike(:k) == self%alike(k) .and. self%states(:k)%acts, .true., dim=1)
+            j = findloc(self%alike(:k) == self%alike(k) .and. self%states(:k)%is_active, .true., dim=1)
             set%gap_sign(k) = self%alike_sign(j)*self%alike_sign(k)
             if (j == k) rows = rows + 1
             set%gap_row(k) = merge(rows, set%gap_row(j), j == k)
             if (j == k .or. set%is_closed(k)) set%row_contact(set%gap_row(k)) = k
             if (.not. set%is_closed(k)) cycle
             spring = impedance_of(self%states(k))
-            if (any(set%pressed == k) .and. spring%branch_stiffness <= 0.0_wp .and. .not. holds(spring)) cycle
+            if (any(set%compliant == k) .and. spring%branch_stiffness <= 0.0_wp .and. .not. holds(spring)) cycle
             rows = rows + 1
             set%force_row(k) = rows
          end do
@@ -89,10 +89,10 @@ contains
       type(phase_state_t), intent(in) :: self
       complex(wp), allocatable :: exponent(:)
 
-      if (size(self%set%pressed) > 0) then
+      if (size(self%set%compliant) > 0) then
          exponent = self%set%joint%exponent
       else
-         associate (oscillators => self%set%held%oscillators)
+         associate (oscillators => self%set%constrained%oscillators)
             associate (n => oscillators%count, swinging => oscillators%oscillating)
                exponent = [cmplx(-oscillators%decay(:n), [oscillators%spread(:swinging), &
                   0.0_wp*oscillators%spread(swinging + 1:n)], wp), &
@@ -111,10 +111,10 @@ contains
       is = size(exponent) == 0
       if (is) return
       is = any(abs(exponent) > greatest_speed) .or. any(abs(exponent) < lowest_frequency)
-      if (size(self%set%pressed) > 0) then
+      if (size(self%set%compliant) > 0) then
          is = is .or. size(self%set%joint%inactive) > 0
       else
-         associate (oscillators => self%set%held%oscillators)
+         associate (oscillators => self%set%constrained%oscillators)
             is = is .or. any(oscillators%spread(:oscillators%count) < least_spread*oscillators%frequency)
          end associate
       end if
@@ -128,26 +128,27 @@ contains
       integer, intent(in) :: kind
       complex(wp) :: coefficient(self%set%motion_terms)
 
-      associate (set => self%set, held => self%set%held)
-         if (size(set%pressed) > 0) then
+      associate (set => self%set, constrained => self%set%constrained)
+         if (size(set%compliant) > 0) then
             if (kind == end_gap) then
                coefficient = set%gap(k, :)
             else if (kind == whole_tip) then
-               coefficient = matmul(held%tip_value, set%joint%shape)
-            else if (any(set%pressed == k)) then
-               coefficient = set%joint%force(findloc(set%pressed, k, dim=1), :)
+               coefficient = matmul(constrained%tip_value, set%joint%shape)
+            else if (any(set%compliant == k)) then
+               coefficient = set%joint%force(findloc(set%compliant, k, dim=1), :)
             else
-               coefficient = set%reaction(findloc(held%held, k, dim=1), :)
+               coefficient = set%reaction(findloc(constrained%closed, k, dim=1), :)
             end if
          else if (kind == end_gap) then
-            coefficient = of_modes(held%value(:, k))
+            coefficient = of_modes(constrained%value(:, k))
          else if (kind == whole_tip) then
-            coefficient = of_modes(held%tip_value)
+            coefficient = of_modes(constrained%tip_value)
          else
             ! 1 + 2 zeta s without cancellation
             associate (s => exponents_of(self))
-               coefficient = of_modes(held%reaction(findloc(held%held, k, dim=1), :)/held%oscillators%square)
-               coefficient = -s*(s + of_modes(held%oscillators%mass_rate(:held%count)))*coefficient
+               coefficient = of_modes(constrained%reaction(findloc(constrained%closed, k, dim=1), &
+                  :)/constrained%oscillators%square)
+               coefficient = -s*(s + of_modes(constrained%oscillators%mass_rate(:constrained%count)))*coefficient
             end associate
          end if
       end associate
@@ -159,7 +160,7 @@ contains
          real(wp), intent(in) :: values(:)
          complex(wp) :: terms(self%set%motion_terms)
 
-         terms = cmplx([values, values(self%set%held%oscillators%oscillating + 1:)], 0.0_wp, wp)
+         terms = cmplx([values, values(self%set%constrained%oscillators%oscillating + 1:)], 0.0_wp, wp)
       end function of_modes
    end function coefficients_of
 
@@ -179,13 +180,13 @@ contains
             0:most_nodes), path%bounds(lanes*basis%blocks, 0:most_nodes))
          associate (z => path%z(:, :, 0))
             z = 0.0_wp
-            if (size(set%pressed) > 0) then
+            if (size(set%compliant) > 0) then
                do m = 1, size(self%amplitude)
                   z(m, 1) = real(self%amplitude(m), wp)
                   z(m, 2) = aimag(self%amplitude(m))
                end do
             else
-               associate (oscillators => set%held%oscillators)
+               associate (oscillators => set%constrained%oscillators)
                   do i = 1, oscillators%oscillating
                      z(i, 1) = self%z(i)
                      z(i, 2) = -(self%v(i) + oscillators%decay(i)*self%z(i))*oscillators%inverse_spread(i)
@@ -205,11 +206,11 @@ contains
          do k = 1, size(self%states)
             if (set%gap_row(k) == 0) cycle
             if (set%row_contact(set%gap_row(k)) == k) call set_row(basis, set%gap_row(k), &
-               set%motion_terms + 1, set%gap_sign(k)*self%drive%harmonic(set%drive%at%gaps + k, :))
+               set%motion_terms + 1, set%gap_sign(k)*self%forced%harmonic(set%forced%at%gaps + k, :))
             if (set%force_row(k) > 0) call set_row(basis, set%force_row(k), set%motion_terms + 1, &
-               self%drive%harmonic(set%drive%at%forces + k, :))
+               self%forced%harmonic(set%forced%at%forces + k, :))
          end do
-         call set_row(basis, set%tip_row, set%motion_terms + 1, self%drive%harmonic(set%drive%at%tip + 1, :))
+         call set_row(basis, set%tip_row, set%motion_terms + 1, self%forced%harmonic(set%forced%at%tip + 1, :))
       end associate
    end subroutine begin_path
 
@@ -226,7 +227,7 @@ contains
       is = self%set%gap_row(k) > 0
       if (kind == end_force) return
       associate (state => self%states(k))
-         if (kind == end_gap) is = is .and. (state%follows .or. .not. state%depth > 0.0_wp)
+         if (kind == end_gap) is = is .and. (state%relaxes .or. .not. state%depth > 0.0_wp)
          if (kind == whole_gap) is = is .and. .not. (state%is_node .and. self%node_depth > 0.0_wp)
       end associate
    end function is_row
@@ -243,40 +244,40 @@ contains
       integer :: of_loads
       real(wp) :: factor, of_rate
 
-      associate (set => self%set, held => self%set%held)
+      associate (set => self%set, constrained => self%set%constrained)
          of_loads = 0
          if (kind == whole_tip) then
             signal%row = set%tip_row
-            signal%offset = held%static_tip
-            if (size(set%pressed) > 0) signal%offset = signal%offset + sum(held%tip_value*set%rest)
-            if (self%loads%count > 0) of_loads = set%drive%at%tip + 1
+            signal%offset = constrained%static_tip
+            if (size(set%compliant) > 0) signal%offset = signal%offset + sum(constrained%tip_value*set%rest)
+            if (self%loads%count > 0) of_loads = set%forced%at%tip + 1
          else if (kind == end_force .and. set%force_row(k) > 0) then
             signal%row = set%force_row(k)
-            if (size(set%pressed) == 0) then
-               signal%offset = held%static_force(findloc(held%held, k, dim=1))
-            else if (any(set%pressed == k)) then
-               signal%offset = set%rest_force(findloc(set%pressed, k, dim=1))
+            if (size(set%compliant) == 0) then
+               signal%offset = constrained%static_force(findloc(constrained%closed, k, dim=1))
+            else if (any(set%compliant == k)) then
+               signal%offset = set%rest_force(findloc(set%compliant, k, dim=1))
             else
-               signal%offset = set%rest_reaction(findloc(held%held, k, dim=1))
+               signal%offset = set%rest_reaction(findloc(constrained%closed, k, dim=1))
             end if
-            if (self%loads%count > 0) of_loads = set%drive%at%forces + k
+            if (self%loads%count > 0) of_loads = set%forced%at%forces + k
          else
             signal%row = set%gap_row(k)
             signal%factor = set%gap_sign(k)
-            signal%offset = held%static_gap(k)
-            if (size(set%pressed) > 0) signal%offset = set%rest_gap(k)
-            if (self%loads%count > 0) of_loads = set%drive%at%gaps + k
+            signal%offset = constrained%static_gap(k)
+            if (size(set%compliant) > 0) signal%offset = set%rest_gap(k)
+            if (self%loads%count > 0) of_loads = set%forced%at%gaps + k
          end if
          if (of_loads > 0) then
-            signal%offset = signal%offset + self%drive%constant(of_loads)
-            signal%slope = self%drive%slope(of_loads)
+            signal%offset = signal%offset + self%forced%constant(of_loads)
+            signal%slope = self%forced%slope(of_loads)
          end if
          if (kind == end_gap .or. kind == whole_gap .or. kind == whole_tip) return
          if (kind == end_force .and. set%force_row(k) > 0) return
          spring = impedance_of(self%states(k))
          factor = -1.0_wp
          of_rate = 0.0_wp
-         if (kind /= end_home) then
+         if (kind /= end_undeformed) then
             factor = merge(-1.0_wp, 1.0_wp, kind == end_force)*spring%stiffness
             of_rate = merge(-1.0_wp, 1.0_wp, kind == end_force)*spring%viscosity
          end if
@@ -309,21 +310,21 @@ contains
       n = 0
       do k = 1, size(searches)
          associate (state => self%states(k))
-            if (.not. state%acts) cycle
+            if (.not. state%is_active) cycle
             n = n + 1
             contact(n) = k
             kind(n) = end_gap
             if (state%is_closed) kind(n) = end_force
-            if (state%is_indented) kind(n) = end_pull
+            if (state%is_deformed) kind(n) = end_renewed_contact
             signals(n) = row_signal(self, k, kind(n))
             ! what begins without a slope may be lost in the rounding error of forces
             signals(n)%is_sure = is_row(self, k, kind(n)) .and. state%start_order < 2
             signals(n)%start_order = state%start_order
-            if (.not. state%is_indented) cycle
+            if (.not. state%is_deformed) cycle
             n = n + 1
             contact(n) = k
-            kind(n) = end_home
-            signals(n) = row_signal(self, k, end_home)
+            kind(n) = end_undeformed
+            signals(n) = row_signal(self, k, end_undeformed)
          end associate
       end do
       call search_rows(self%set%rows, limit, signals(:n), self%path, first, time)
@@ -342,7 +343,7 @@ contains
       is_told = .true.
       do k = 1, n
          is_told(contact(k)) = is_told(contact(k)) .and. signals(k)%is_sure
-         if (kind(k) == end_home) cycle
+         if (kind(k) == end_undeformed) cycle
          searches(contact(k)) = search_t(outcome=found_none, time=time, greatest=signals(k)%greatest, &
             rounding=signals(k)%rounding, ceiling=signals(k)%ceiling)
       end do

@@ -4,15 +4,16 @@ module phase_searches
    use driven_signal, only: find_short_driven, start_of
    use kinds, only: i8, wp
    use modal_signal, only: modal_signal_t
-   use phase_state, only: driven_terms, end_force, end_gap, end_home, end_pull, find_gap, phase_state_t, signal_of
+   use phase_state, only: driven_terms, end_force, end_gap, end_undeformed, end_renewed_contact, find_gap, &
+      phase_state_t, signal_of
    implicit none (type, external)
    private
-   public :: search_surface
+   public :: search_contact
 
 contains
 
    !> When does a surface end the phase?
-   subroutine search_surface(self, k, limit, search, ended_by)
+   subroutine search_contact(self, k, limit, search, ended_by)
       type(phase_state_t), target, intent(inout) :: self
       integer, intent(in) :: k
       !> Where the search ends
@@ -24,20 +25,20 @@ contains
       class(viewed_signal_t), pointer :: signal
       type(search_t) :: other
 
-      associate (state => self%states(k), held => self%set%held)
+      associate (state => self%states(k), constrained => self%set%constrained)
          ended_by = end_gap
          if (state%is_closed) ended_by = end_force
-         if (state%is_indented) ended_by = end_pull
+         if (state%is_deformed) ended_by = end_renewed_contact
          if (self%is_at_rest) then
             search = search_t(outcome=found_none, time=limit)
             return
          end if
-         if (ended_by == end_gap .and. size(self%set%pressed) == 0) then
+         if (ended_by == end_gap .and. size(self%set%compliant) == 0) then
             call search_gap(self, k, limit, search)
             return
          end if
-         if (ended_by == end_force .and. size(self%set%pressed) == 0 .and. self%loads%count == 0) then
-            associate (force => held%force(findloc(held%held, k, dim=1)))
+         if (ended_by == end_force .and. size(self%set%compliant) == 0 .and. self%loads%count == 0) then
+            associate (force => constrained%force(findloc(constrained%closed, k, dim=1)))
                force%start_order = start_of(force, state%start_order)
                call search_force(force, limit, search)
             end associate
@@ -49,22 +50,22 @@ contains
             call search_force(signal, limit, search)
             call move_alloc(self%signal, self%pressing)
             self%pressing_at = k
-            self%trail_of = 0
+            self%history_of = 0
             return
          end if
-         call first_zero(signal, limit, search, self%trail)
-         self%trail_of = 0
-         if (ended_by == end_gap) call own_trail(self, k, search)
-         if (.not. state%is_indented) return
-         call signal_of(self, k, end_home, signal)
+         call first_zero(signal, limit, search, self%history)
+         self%history_of = 0
+         if (ended_by == end_gap) call own_history(self, k, search)
+         if (.not. state%is_deformed) return
+         call signal_of(self, k, end_undeformed, signal)
          signal%start_order = start_of(signal, 0)
          call first_zero(signal, min(limit, search%time), other)
          if (other%outcome == found_zero) then
             search = other
-            ended_by = end_home
+            ended_by = end_undeformed
          end if
       end associate
-   end subroutine search_surface
+   end subroutine search_contact
 
    !> When does a force vanish? One that never rose beyond its rounding error does so where it pulls by more than that:
    !> else contacts would end and begin anew by their last bits.
@@ -98,46 +99,46 @@ contains
       type(modal_signal_t), pointer :: gap
 
       call find_gap(self, k, gap)
-      associate (state => self%states(k), drive => self%drive)
+      associate (state => self%states(k), forced => self%forced)
          gap%last => self%set%last
          if (allocated(state%spring)) then
-            if (.not. state%follows) gap%surface = state%depth
+            if (.not. state%relaxes) gap%contact = state%depth
             gap%rate = min(state%spring%surface_rate, huge(1.0_wp))
          end if
          if (self%loads%count == 0) then
             gap%start_order = start_of(gap, state%start_order)
-            call gap%find_zero(limit, search, self%trail)
-            call own_trail(self, k, search)
+            call gap%find_zero(limit, search, self%history)
+            call own_history(self, k, search)
             return
          end if
-         if (state%start_order == 1 .and. size(drive%pair) == 0) then
-            associate (row => self%set%drive%at%gaps + k)
-               call find_short_driven(gap, drive%slope(row), drive%harmonic(row, :), drive%frequency, limit, search)
+         if (state%start_order == 1 .and. size(forced%pair) == 0) then
+            associate (row => self%set%forced%at%gaps + k)
+               call find_short_driven(gap, forced%slope(row), forced%harmonic(row, :), forced%frequency, limit, search)
             end associate
             if (search%outcome == found_zero) then
-               self%trail_of = 0
+               self%history_of = 0
                return
             end if
          end if
-         associate (driven => self%set%drive%gap(k))
+         associate (driven => self%set%forced%gap(k))
             call driven_terms(self, k, end_gap, driven%terms)
             driven%until = self%longest
             driven%start_order = start_of(driven, state%start_order)
-            call first_zero(driven, limit, search, self%trail)
+            call first_zero(driven, limit, search, self%history)
          end associate
-         call own_trail(self, k, search)
+         call own_history(self, k, search)
       end associate
    end subroutine search_gap
 
    !> Whose trail is it? A search that ends nothing has spoilt that of another.
-   pure subroutine own_trail(self, k, search)
+   pure subroutine own_history(self, k, search)
       type(phase_state_t), intent(inout) :: self
       !> The surface whose gap was searched
       integer, intent(in) :: k
       type(search_t), intent(in) :: search
 
-      self%trail_of = 0
-      if (search%outcome == found_zero .and. self%states(k)%is_rigid) self%trail_of = k
-   end subroutine own_trail
+      self%history_of = 0
+      if (search%outcome == found_zero .and. self%states(k)%is_rigid) self%history_of = k
+   end subroutine own_history
 
 end module phase_searches

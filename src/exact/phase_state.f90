@@ -2,41 +2,41 @@
 !> signals that end it (docs/theory.md, section 17).
 module phase_state
    use applied_loads, only: applied_loads_t
-   use certified_search, only: trail_t, viewed_signal_t
+   use certified_search, only: search_history_t, viewed_signal_t
    use contact_sets, only: contact_set_t, find_set, open_sets, set_store_t, state_in, state_of_terms
    use damped_oscillators, only: acceleration, propagate
    use driven_signal, only: add_terms, driven_terms_t
    use exponential_signal, only: exponential_signal_t
    use failures, only: failure_t
-   use held_sets, only: free_beam_t, into_held, out_of_held
+   use constrained_sets, only: free_beam_t, to_constrained_modes, to_free_modes
    use joint_modes, only: joint_amplitudes
    use kinds, only: wp
-   use load_courses, only: piece_at, piece_t
+   use load_courses, only: load_segment_at, load_segment_t
    use modal_signal, only: make_modal_signal, modal_signal_t
-   use phase_drives, only: drive_at, find_rows_at, make_set_drive, phase_drive_t, start_drive
+   use forced_responses, only: forced_at, find_rows_at, make_unit_responses, forced_response_t, start_forced_response
    use row_signals, only: row_path_t
-   use slow_loads, only: drive_terms
-   use surface_states, only: impedance_of, reactions_t, surface_state_t
+   use slow_loads, only: forced_terms
+   use contact_states, only: impedance_of, reactions_t, contact_state_t
    use yielding_stop, only: impedance_t
    implicit none (type, external)
    private
    public :: phase_state_t, open_store, take_over, find_load, signal_of, find_gap, driven_terms, keep_state, move_to
    public :: move_alone, free_state, force_terms, ready_reaction
-   public :: end_gap, end_force, end_home, end_pull, whole_gap, whole_tip
+   public :: end_gap, end_force, end_undeformed, end_renewed_contact, whole_gap, whole_tip
 
    !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
    integer, parameter :: end_gap = 1
    integer, parameter :: end_force = 2
-   integer, parameter :: end_home = 3
-   integer, parameter :: end_pull = 4
+   integer, parameter :: end_undeformed = 3
+   integer, parameter :: end_renewed_contact = 4
    !> End nothing: the distance from a surface where that is home, and the displacement of the tip, whichever it is.
    integer, parameter :: whole_gap = 5, whole_tip = 6
 
    type :: phase_state_t
       type(free_beam_t) :: beam
-      type(surface_state_t), allocatable :: states(:)
+      type(contact_state_t), allocatable :: states(:)
       !> Place of the surface from which the beam is released
-      integer :: pulled = 1
+      integer :: release_contact = 1
       !> The sets, which the next run may use too
       type(set_store_t), pointer :: store => null()
       type(contact_set_t), pointer :: set => null()
@@ -46,7 +46,7 @@ module phase_state
       real(wp) :: node_depth = 0.0_wp
       !> What acts on the beam; none: no phase is driven
       type(applied_loads_t) :: loads
-      type(phase_drive_t) :: drive
+      type(forced_response_t) :: forced
       !> Nothing moves until loads change
       logical :: is_at_rest = .false.
       !> Found last
@@ -63,8 +63,8 @@ module phase_state
       class(viewed_signal_t), allocatable :: pressing
       integer :: pressing_at = 0
       !> What the search that ends the phase saw of the gap of a rigid surface, and which; 0: none
-      type(trail_t) :: trail
-      integer :: trail_of = 0
+      type(search_history_t) :: history
+      integer :: history_of = 0
       !> The first surface at the place of each, and whether it is on the same side there, 1, or on the other, -1
       integer, allocatable :: alike(:)
       real(wp), allocatable :: alike_sign(:)
@@ -84,7 +84,7 @@ contains
 
       call open_sets(self%beam, self%states%is_rigid, [(impedance_of(self%states(k)), k=1, size(self%states))], store)
       self%store => store
-      allocate (self%drive%frequency(0))
+      allocate (self%forced%frequency(0))
       self%alike = [(k, k=1, size(self%states))]
       self%alike_sign = [(1.0_wp, k=1, size(self%states))]
       do k = 1, size(self%states)
@@ -117,7 +117,7 @@ contains
       integer :: k
 
       self%pressing_at = 0
-      self%trail_of = 0
+      self%history_of = 0
       self%path%is_complete = .false.
       self%node_depth = sum(self%states%depth, mask=self%states%is_node)
       call find_set(self%states%is_closed, self%store, self%set, is_new, error)
@@ -125,28 +125,29 @@ contains
       self%z => self%set%state(:, 1)
       self%v => self%set%state(:, 2)
       self%set%last%time = -1.0_wp
-      associate (held => self%set%held, joint => self%set%joint, pressed => self%set%pressed)
-         call into_held(self%beam, held, q, v, self%z, self%v)
+      associate (constrained => self%set%constrained, joint => self%set%joint, compliant => self%set%compliant)
+         call to_constrained_modes(self%beam, constrained, q, v, self%z, self%v)
          if (self%loads%count > 0) call begin_drive(self, tau, is_new)
-         if (size(pressed) > 0) then
+         if (size(compliant) > 0) then
             depth = self%states%depth
             branch_force = self%states%branch_force
             if (self%loads%count > 0) then
-               associate (at => self%set%drive%at)
-                  depth = depth - drive_at(self%set%drive, self%drive, at%depths + 1, at%branches, 0.0_wp, 0)
-                  branch_force = branch_force - drive_at(self%set%drive, self%drive, at%branches + 1, at%tip, 0.0_wp, 0)
+               associate (at => self%set%forced%at)
+                  depth = depth - forced_at(self%set%forced, self%forced, at%depths + 1, at%branches, 0.0_wp, 0)
+                  branch_force = branch_force - forced_at(self%set%forced, self%forced, at%branches + 1, at%tip, &
+                     0.0_wp, 0)
                end associate
             end if
             if (allocated(self%amplitude)) then
                if (size(self%amplitude) /= joint%count) deallocate (self%amplitude)
             end if
             if (.not. allocated(self%amplitude)) allocate (self%amplitude(joint%count))
-            call joint_amplitudes(held%oscillators%square, joint, -held%static_gap(pressed), &
-               depth(pressed), branch_force(pressed), self%z, self%v, self%amplitude)
+            call joint_amplitudes(constrained%oscillators%square, joint, -constrained%static_gap(compliant), &
+               depth(compliant), branch_force(compliant), self%z, self%v, self%amplitude)
             self%amplitude = joint%weight*self%amplitude
          else
-            do k = 1, size(held%held)
-               call ready_reaction(self%z, self%v, held%force(k))
+            do k = 1, size(constrained%closed)
+               call ready_reaction(self%z, self%v, constrained%force(k))
             end do
          end if
       end associate
@@ -157,16 +158,16 @@ contains
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau
 
-      type(piece_t) :: piece
+      type(load_segment_t) :: segment
       integer :: g
 
       self%load(:) = 0.0_wp
       self%load_rate(:) = 0.0_wp
       do g = 1, self%loads%count
-         piece = piece_at(self%loads%course(g), tau)
-         self%load(:) = self%load + self%loads%mode(:, g)*(piece%constant + real(piece%harmonic, wp))
-         self%load_rate(:) = self%load_rate + self%loads%mode(:, g)*(piece%slope &
-            - piece%frequency*aimag(piece%harmonic))
+         segment = load_segment_at(self%loads%course(g), tau)
+         self%load(:) = self%load + self%loads%mode(:, g)*(segment%constant + real(segment%harmonic, wp))
+         self%load_rate(:) = self%load_rate + self%loads%mode(:, g)*(segment%slope &
+            - segment%frequency*aimag(segment%harmonic))
       end do
    end subroutine find_load
 
@@ -182,17 +183,18 @@ contains
       integer :: k
 
       associate (set => self%set)
-         if (is_new .or. size(set%pressed) > 0) spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
+         if (is_new .or. size(set%compliant) > 0) spring = [(impedance_of(self%states(k)), k=1, size(self%states))]
          if (is_new) then
-            if (allocated(set%drive)) deallocate (set%drive)
-            allocate (set%drive)
-            call make_set_drive(self%beam, set%held, set%pressed, spring, self%loads, set%drive)
+            if (allocated(set%forced)) deallocate (set%forced)
+            allocate (set%forced)
+            call make_unit_responses(self%beam, set%constrained, set%compliant, spring, self%loads, set%forced)
          end if
-         call start_drive(set%drive, set%held%oscillators, self%loads, tau, self%drive)
-         if (size(set%pressed) > 0) call drive_terms(set%held, set%joint, set%pressed, spring, self%loads, is_new, &
-            set%drive, self%drive)
-         self%longest = self%drive%until - tau
-         call find_rows_at(set%drive, self%drive, 1, set%drive%at%gaps, 0.0_wp, rows, rates)
+         call start_forced_response(set%forced, set%constrained%oscillators, self%loads, tau, self%forced)
+         if (size(set%compliant) > 0) call forced_terms(set%constrained, set%joint, set%compliant, spring, self%loads, &
+            is_new, &
+            set%forced, self%forced)
+         self%longest = self%forced%until - tau
+         call find_rows_at(set%forced, self%forced, 1, set%forced%at%gaps, 0.0_wp, rows, rates)
          !$omp simd
          do k = 1, size(rows)
             self%z(k) = self%z(k) - rows(k)
@@ -233,13 +235,13 @@ contains
       type(modal_signal_t), pointer :: gap
       type(driven_terms_t) :: terms
 
-      if (size(self%set%pressed) > 0) then
+      if (size(self%set%compliant) > 0) then
          call exponential_of(self, k, kind, made)
       else if (kind == end_gap .or. kind == whole_gap) then
          call find_gap(self, k, gap)
          ! at home is the stop; the node before it is not
          if (self%states(k)%is_node .and. kind == whole_gap) then
-            gap%surface = self%node_depth
+            gap%contact = self%node_depth
             gap%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
          end if
          signal => gap
@@ -265,9 +267,9 @@ contains
 
       integer :: i
 
-      gap => self%set%held%gap(k)
+      gap => self%set%constrained%gap(k)
       if (self%loads%count > 0) then
-         select type (free => self%set%drive%gap(k)%free)
+         select type (free => self%set%forced%gap(k)%free)
          type is (modal_signal_t)
             gap => free
          end select
@@ -278,7 +280,7 @@ contains
          gap%v(i) = self%v(i)
       end do
       gap%start_order = 0
-      gap%surface = 0.0_wp
+      gap%contact = 0.0_wp
       gap%last => null()
    end subroutine find_gap
 
@@ -292,26 +294,26 @@ contains
       real(wp) :: factor, of_rate
       integer :: i, row
 
-      factor = merge(-1.0_wp, 1.0_wp, kind == end_home)
+      factor = merge(-1.0_wp, 1.0_wp, kind == end_undeformed)
       of_rate = 0.0_wp
-      if (kind == end_pull) then
+      if (kind == end_renewed_contact) then
          factor = self%states(k)%spring%stiffness
          of_rate = self%states(k)%spring%viscosity
       end if
-      associate (set => self%set%drive, drive => self%drive)
+      associate (set => self%set%forced, forced => self%forced)
          row = set%at%gaps + k
          if (kind == end_force) row = set%at%forces + k
          if (kind == whole_tip) row = set%at%tip + 1
-         terms%constant = factor*drive%constant(row) + of_rate*drive%slope(row)
-         terms%slope = factor*drive%slope(row)
-         terms%frequency = drive%frequency
-         terms%harmonic = cmplx(factor, of_rate*drive%frequency, wp)*drive%harmonic(row, :)
-         terms%modes = size(drive%pair)
+         terms%constant = factor*forced%constant(row) + of_rate*forced%slope(row)
+         terms%slope = factor*forced%slope(row)
+         terms%frequency = forced%frequency
+         terms%harmonic = cmplx(factor, of_rate*forced%frequency, wp)*forced%harmonic(row, :)
+         terms%modes = size(forced%pair)
          if (terms%modes == 0) return
-         terms%mode = drive%mode
-         terms%share = [(factor*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))]
-         terms%share_of_rate = [(factor*set%driven(drive%pair(i))%row_of_rate(row) &
-            + of_rate*set%driven(drive%pair(i))%row(row), i=1, size(drive%pair))]
+         terms%mode = forced%mode
+         terms%share = [(factor*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
+         terms%share_of_rate = [(factor*set%driven(forced%pair(i))%row_of_rate(row) &
+            + of_rate*set%driven(forced%pair(i))%row(row), i=1, size(forced%pair))]
       end associate
    end subroutine driven_terms
 
@@ -324,23 +326,24 @@ contains
 
       type(modal_signal_t), allocatable :: modal
 
-      associate (held => self%set%held)
+      associate (constrained => self%set%constrained)
          allocate (modal)
          select case (kind)
          case (end_force)
-            modal = held%force(findloc(held%held, k, dim=1))
+            modal = constrained%force(findloc(constrained%closed, k, dim=1))
          case (whole_tip)
-            call make_modal_signal(held%oscillators, held%static_tip, held%tip_value, modal)
+            call make_modal_signal(constrained%oscillators, constrained%static_tip, constrained%tip_value, modal)
             modal%z = self%z
             modal%v = self%v
-         case (end_pull)
+         case (end_renewed_contact)
             associate (stiff => self%states(k)%spring%stiffness, viscous => self%states(k)%spring%viscosity)
-               call make_modal_signal(held%oscillators, stiff*held%static_gap(k), held%value(:, k), modal)
+               call make_modal_signal(constrained%oscillators, stiff*constrained%static_gap(k), constrained%value(:, &
+                  k), modal)
                modal%z = stiff*self%z + viscous*self%v
-               modal%v = stiff*self%v + viscous*acceleration(held%oscillators, self%z, self%v)
+               modal%v = stiff*self%v + viscous*acceleration(constrained%oscillators, self%z, self%v)
             end associate
          case default
-            call make_modal_signal(held%oscillators, -held%static_gap(k), -held%value(:, k), modal)
+            call make_modal_signal(constrained%oscillators, -constrained%static_gap(k), -constrained%value(:, k), modal)
             modal%z = self%z
             modal%v = self%v
          end select
@@ -363,25 +366,25 @@ contains
          select case (kind)
          case (end_force, whole_tip)
             call force_terms(self, merge(0, k, kind == whole_tip), self%amplitude, sum%offset, sum%amplitude)
-         case (end_pull)
+         case (end_renewed_contact)
             sum%offset = state%spring%stiffness*set%rest_gap(k)
             allocate (sum%amplitude, source=(state%spring%stiffness + state%spring%viscosity*exponent) &
                *set%gap(k, :)*self%amplitude)
-         case (end_home)
+         case (end_undeformed)
             sum%offset = -set%rest_gap(k)
             allocate (sum%amplitude, source=-set%gap(k, :)*self%amplitude)
          case default
             sum%offset = set%rest_gap(k)
             allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
-            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%follows) call add_surface(state, sum)
+            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%relaxes) call add_contact(state, sum)
          end select
       end associate
       call move_alloc(sum, signal)
    end subroutine exponential_of
 
    !> A surface that comes back, as one more term.
-   pure subroutine add_surface(state, sum)
-      type(surface_state_t), intent(in) :: state
+   pure subroutine add_contact(state, sum)
+      type(contact_state_t), intent(in) :: state
       type(exponential_signal_t), intent(inout) :: sum
 
       real(wp) :: rate
@@ -391,7 +394,7 @@ contains
       slower = count(abs(sum%exponent) < rate)
       sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
       sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
-   end subroutine add_surface
+   end subroutine add_contact
 
    !> The force of a closed surface where one yields; 0: not a force, but the displacement of the tip.
    pure subroutine force_terms(self, k, factor, offset, amplitude)
@@ -406,15 +409,15 @@ contains
       integer :: place
 
       associate (set => self%set)
-         place = findloc(set%pressed, k, dim=1)
+         place = findloc(set%compliant, k, dim=1)
          if (k == 0) then
-            offset = set%held%static_tip + sum(set%held%tip_value*set%rest)
-            allocate (amplitude, source=matmul(set%held%tip_value, set%joint%shape)*factor)
+            offset = set%constrained%static_tip + sum(set%constrained%tip_value*set%rest)
+            allocate (amplitude, source=matmul(set%constrained%tip_value, set%joint%shape)*factor)
          else if (place > 0) then
             offset = set%rest_force(place)
             allocate (amplitude, source=set%joint%force(place, :)*factor)
          else
-            place = findloc(set%held%held, k, dim=1)
+            place = findloc(set%constrained%closed, k, dim=1)
             offset = set%rest_reaction(place)
             allocate (amplitude, source=set%reaction(place, :)*factor)
          end if
@@ -429,7 +432,7 @@ contains
       complex(wp), intent(in) :: term(:)
 
       associate (set => self%set)
-         if (size(set%pressed) == 0) then
+         if (size(set%compliant) == 0) then
             call move_alone(self, time, set%last%z, set%last%v)
          else
             call state_of_terms(set, term, self%z, self%v, time, set%last%z, set%last%v)
@@ -456,7 +459,7 @@ contains
       if (present(alone)) alone(:, 1) = z
       if (present(alone)) alone(:, 2) = v
       if (self%loads%count == 0) return
-      call find_rows_at(self%set%drive, self%drive, 1, size(z), time, rows, rates, turn)
+      call find_rows_at(self%set%forced, self%forced, 1, size(z), time, rows, rates, turn)
       !$omp simd
       do i = 1, size(z)
          z(i) = z(i) + rows(i)
@@ -477,10 +480,10 @@ contains
       else if (.not. abs(self%set%last%time - time) > 0.0_wp) then
          z = self%set%last%z
          v = self%set%last%v
-      else if (size(self%set%pressed) > 0) then
+      else if (size(self%set%compliant) > 0) then
          call state_in(self%set, self%amplitude, self%z, self%v, time, z, v)
       else
-         call propagate(self%set%held%oscillators, time, self%z, self%v, z, v)
+         call propagate(self%set%constrained%oscillators, time, self%z, self%v, z, v)
       end if
    end subroutine move_alone
 
@@ -494,7 +497,7 @@ contains
       real(wp), contiguous, intent(out) :: q(:)
       real(wp), contiguous, intent(out) :: rate(:)
 
-      call out_of_held(self%beam, self%set%held, z, v, q, rate)
+      call to_free_modes(self%beam, self%set%constrained, z, v, q, rate)
    end subroutine free_state
 
 end module phase_state

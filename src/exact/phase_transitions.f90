@@ -2,20 +2,20 @@
 !> section 17).
 module phase_transitions
    use certified_search, only: found_never_left, search_t
-   use contact_impulses, only: brake, bring_to_rest, capture_t, solve_impact
+   use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
    use contact_measures, only: measure_impulse
    use impact_problem, only: most_rounds
    use kinds, only: wp
    use motion_phases, only: found_break, found_taken_back, motion_t
-   use phase_state, only: end_force, end_home, end_pull, find_load, phase_state_t
+   use phase_state, only: end_force, end_undeformed, end_renewed_contact, find_load, phase_state_t
    use response_types, only: append_event, event_capture, event_t, response_t
    use run_recorder, only: charge_event
-   use surface_changes, only: check_dampers, close_surface, let_go, open_surface, start_flight
-   use surface_reactions, only: find_reactions, leaving_orders, settle_touched
-   use surface_values, only: event_of, gap_of, noise_of, pull_of, speed_noise, velocity_of
+   use contact_changes, only: check_dampers, close_contact, let_go, open_contact, start_flight
+   use contact_reactions, only: find_reactions, leaving_orders, settle_touched
+   use contact_values, only: event_of, gap_of, noise_of, reaction_demand, speed_noise, velocity_of
    implicit none (type, external)
    private
-   public :: follow_end, meet_at_start, resume
+   public :: follow_end, begin_contacts_at_start, resume
 
 contains
 
@@ -38,12 +38,12 @@ contains
          call resume(self, motion, response)
          return
       end if
-      call end_at_surface(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+      call end_at_contact(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
       call settle_touched(self, motion, response)
    end subroutine follow_end
 
    !> What a surface that ended a phase makes of it.
-   subroutine end_at_surface(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+   subroutine end_at_contact(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> The surface that ended it, and how
       integer, intent(in) :: k
@@ -63,12 +63,12 @@ contains
          select case (ended_by)
          case (end_force)
             call let_go(self, k, motion, response)
-         case (end_home)
-            state%is_indented = .false.
+         case (end_undeformed)
+            state%is_deformed = .false.
             state%depth = 0.0_wp
             state%start_order = 1
-         case (end_pull)
-            call close_surface(self, k, 1, motion, response)
+         case (end_renewed_contact)
+            call close_contact(self, k, 1, motion, response)
          case default
             if (.not. state%is_rigid) then
                call meet_yielding(self, k, search, motion, response)
@@ -88,7 +88,7 @@ contains
             end if
          end select
       end associate
-   end subroutine end_at_surface
+   end subroutine end_at_contact
 
    !> Loads, or what surfaces are, changed: which of those that are closed stay so?
    subroutine resume(self, motion, response)
@@ -104,7 +104,7 @@ contains
    end subroutine resume
 
    !> The run starts on some surfaces.
-   subroutine meet_at_start(self, hop_tolerance, motion, response)
+   subroutine begin_contacts_at_start(self, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> A flight that stays below this is a capture
       real(wp), intent(in) :: hop_tolerance
@@ -116,11 +116,11 @@ contains
 
       hit = 0
       do k = 1, size(self%states)
-         if (.not. self%states(k)%acts) cycle
-         if (self%states(k)%is_indented) then
+         if (.not. self%states(k)%is_active) cycle
+         if (self%states(k)%is_deformed) then
             ! it carries the beam
             captures(k)%is_in = self%states(k)%is_rigid
-            if (.not. self%states(k)%is_rigid) call close_surface(self, k, 0, motion, response)
+            if (.not. self%states(k)%is_rigid) call close_contact(self, k, 0, motion, response)
             cycle
          end if
          if (gap_of(self, k, motion%q) > noise_of(self, k, motion)) cycle
@@ -129,7 +129,7 @@ contains
                state%start_order = 1
                if (velocity > 0.0_wp) cycle
                if (state%is_rigid) hit = k
-               if (.not. state%is_rigid) call close_surface(self, k, 1, motion, response)
+               if (.not. state%is_rigid) call close_contact(self, k, 1, motion, response)
                cycle
             end if
             captures(k)%is_in = state%is_rigid
@@ -142,7 +142,7 @@ contains
          call settle(self, captures, motion, response)
       end if
       call settle_touched(self, motion, response)
-   end subroutine meet_at_start
+   end subroutine begin_contacts_at_start
 
    !> The beam comes to a surface that yields.
    subroutine meet_yielding(self, k, search, motion, response)
@@ -161,22 +161,22 @@ contains
          associate (state => self%states(k))
             ! too low to be told from no flight: the stop point goes with the surface, if that is not faster
             surface_speed = 0.0_wp
-            if (.not. state%follows) surface_speed = state%spring%surface_rate*state%depth
+            if (.not. state%relaxes) surface_speed = state%spring%surface_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                faster = velocity_of(self, k, motion) - surface_speed
-               call brake(self, k, faster, motion, response, impulse)
+               call arrest(self, k, faster, motion, response, impulse)
                ! times the surface's speed that is a rounding error: either faster is one, or both speeds are as low as
                ! that flight
                call charge_event(motion%recorder%ledger, 0.5_wp*impulse*faster)
-               if (.not. pull_of(self, k, motion) > state%spring%surface_rate*surface_speed) then
+               if (.not. reaction_demand(self, k, motion) > state%spring%surface_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
                end if
             end if
          end associate
       end if
-      call close_surface(self, k, order, motion, response)
+      call close_contact(self, k, order, motion, response)
    end subroutine meet_yielding
 
    !> Impulses at one instant: Newton's law as one complementarity problem over the rigid surface that is hit, those
@@ -197,7 +197,7 @@ contains
       integer :: k, next, round
 
       do k = 1, size(self%states)
-         reached(k) = self%states(k)%acts .and. self%states(k)%is_rigid
+         reached(k) = self%states(k)%is_active .and. self%states(k)%is_rigid
          if (.not. reached(k) .or. k == first .or. self%states(k)%is_closed) cycle
          reached(k) = gap_of(self, k, motion%q) <= noise_of(self, k, motion)
       end do
@@ -250,7 +250,7 @@ contains
             if (captures(k)%is_pressed) order = 0
             if (captures(k)%is_in) then
                state%is_closed = order == 0
-               state%is_indented = .false.
+               state%is_deformed = .false.
                state%start_order = 0
                ! with no impulse given and none to hold it there was no capture to speak of
                if (state%is_closed .or. abs(captures(k)%velocity) > 0.0_wp .or. captures(k)%impulse > 0.0_wp) then
@@ -259,11 +259,11 @@ contains
                   event%energy_change = captures(k)%energy_change
                   call append_event(response, event)
                   call measure_impulse(motion%observers%measures, k, motion%tau, captures(k)%impulse)
-                  if (order > 0) call open_surface(self, k, order, motion, response)
+                  if (order > 0) call open_contact(self, k, order, motion, response)
                end if
                if (order > 0) call start_flight(self, k, order, 0.0_wp)
             else if (order > 0) then
-               call open_surface(self, k, order, motion, response)
+               call open_contact(self, k, order, motion, response)
             end if
          end associate
       end do

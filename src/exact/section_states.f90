@@ -5,7 +5,7 @@ module section_states
    use phase_losses, only: keep_indentation, leave_behind
    use phase_state, only: free_state, move_to, phase_state_t
    use section_types, only: run_sections_t, section_state_t
-   use surface_states, only: surface_state_t
+   use contact_states, only: contact_state_t
    implicit none (type, external)
    private
    public :: state_at, keep_modes, put_state
@@ -22,34 +22,35 @@ contains
 
       real(wp), dimension(size(self%z)) :: z, v
       complex(wp), allocatable :: term(:)
-      type(surface_state_t) :: surface
+      type(contact_state_t) :: contact
       integer :: k, n, place
 
       n = size(self%states)
       state%tau = tau + time
       allocate (state%q(size(self%beam%tip_value)), state%v(size(self%beam%tip_value)))
-      allocate (state%is_closed(n), state%is_indented(n), state%is_low(n))
+      allocate (state%is_closed(n), state%is_deformed(n), state%is_low(n))
       allocate (state%depth(n), state%branch_force(n), state%hop_tolerance(n))
       call move_to(self, time, z, v)
       call free_state(self, z, v, state%q, state%v)
       allocate (term(0))
-      if (size(self%set%pressed) > 0) term = self%amplitude*exp(self%set%joint%exponent*time)
+      if (size(self%set%compliant) > 0) term = self%amplitude*exp(self%set%joint%exponent*time)
       do k = 1, n
-         surface = self%states(k)
-         if (.not. surface%is_rigid) then
-            place = findloc(self%set%pressed, k, dim=1)
+         contact = self%states(k)
+         if (.not. contact%is_rigid) then
+            place = findloc(self%set%compliant, k, dim=1)
             if (place > 0) then
-               call keep_indentation(self, place, time, term, surface)
+               call keep_indentation(self, place, time, term, contact)
             else
-               call leave_behind(self%set%held%static_gap(k) + sum(self%set%held%value(:, k)*z), time, surface)
+               call leave_behind(self%set%constrained%static_gap(k) + sum(self%set%constrained%value(:, k)*z), time, &
+                  contact)
             end if
          end if
-         state%is_closed(k) = surface%is_closed
-         state%is_indented(k) = surface%is_indented
-         state%depth(k) = surface%depth
-         state%branch_force(k) = surface%branch_force
-         state%hop_tolerance(k) = surface%hop_tolerance
-         state%is_low(k) = surface%is_low
+         state%is_closed(k) = contact%is_closed
+         state%is_deformed(k) = contact%is_deformed
+         state%depth(k) = contact%depth
+         state%branch_force(k) = contact%branch_force
+         state%hop_tolerance(k) = contact%hop_tolerance
+         state%is_low(k) = contact%is_low
       end do
    end subroutine state_at
 
@@ -61,14 +62,14 @@ contains
       integer :: k
 
       do k = 1, size(self%states)
-         associate (surface => self%states(k))
-            surface%is_closed = state%is_closed(k)
-            surface%is_indented = state%is_indented(k)
-            surface%depth = state%depth(k)
-            surface%branch_force = state%branch_force(k)
-            surface%hop_tolerance = state%hop_tolerance(k)
-            surface%is_low = state%is_low(k)
-            surface%is_new_flight = .false.
+         associate (contact => self%states(k))
+            contact%is_closed = state%is_closed(k)
+            contact%is_deformed = state%is_deformed(k)
+            contact%depth = state%depth(k)
+            contact%branch_force = state%branch_force(k)
+            contact%hop_tolerance = state%hop_tolerance(k)
+            contact%is_low = state%is_low(k)
+            contact%is_new_flight = .false.
          end associate
       end do
    end subroutine put_state

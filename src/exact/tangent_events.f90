@@ -5,7 +5,7 @@ module tangent_events
    use certified_search, only: found_never_left, search_t
    use complementarity, only: solve_active
    use kinds, only: wp
-   use phase_state, only: end_force, end_gap, end_home, end_pull, phase_state_t
+   use phase_state, only: end_force, end_gap, end_undeformed, end_renewed_contact, phase_state_t
    use section_types, only: run_sections_t
    use tangent_columns, only: by_nothing, shift_columns, size_of_column, state_rates_t, tangent_t
    use tangent_flow, only: find_rates, flow_columns, keeps_memory, load_changes
@@ -129,9 +129,9 @@ contains
          case (end_gap)
             change = gap
             if (keeps_memory(state)) change = gap - memory(k)/state%spring%stiffness
-         case (end_home)
+         case (end_undeformed)
             change = -gap
-         case (end_pull)
+         case (end_renewed_contact)
             change = -force_change(now, k, q, v, 0.0_wp*memory)
          case (end_force)
             if (state%is_rigid) then
@@ -173,25 +173,27 @@ contains
       integer, allocatable :: rigid(:)
       integer :: i, place
 
-      associate (set => now%set, held => now%set%held, beam => now%beam)
-         place = findloc(held%held, k, dim=1)
+      associate (set => now%set, constrained => now%set%constrained, beam => now%beam)
+         place = findloc(constrained%closed, k, dim=1)
          allocate (forces(size(q)), source=0.0_wp)
          if (place > 0) then
-            change = sum(held%reaction(place, :)*matmul(q + held%oscillators%two_zeta*v, held%mode))
-            if (now%loads%count > 0) change = change - sum(set%drive%share(place, :)*load)
-            do i = 1, size(set%pressed)
-               change = change - held%share(place, set%pressed(i))*force_change(now, set%pressed(i), q, v, memory)
+            change = sum(constrained%reaction(place, :)*matmul(q + constrained%oscillators%two_zeta*v, &
+               constrained%mode))
+            if (now%loads%count > 0) change = change - sum(set%forced%share(place, :)*load)
+            do i = 1, size(set%compliant)
+               change = change - constrained%share(place, set%compliant(i))*force_change(now, set%compliant(i), q, v, &
+                  memory)
             end do
             return
          end if
          ! all that hold it press on the free modes
-         allocate (rigid, source=pack(set%pressed, now%states(set%pressed)%is_rigid))
+         allocate (rigid, source=pack(set%compliant, now%states(set%compliant)%is_rigid))
          associate (oscillators => beam%oscillators, n => size(q))
             forces = oscillators%square*(q + oscillators%two_zeta*v) + oscillators%mass_rate(:n)*v
          end associate
          if (now%loads%count > 0) forces = forces - matmul(now%loads%mode, load)
-         do i = 1, size(set%pressed)
-            associate (other => set%pressed(i))
+         do i = 1, size(set%compliant)
+            associate (other => set%compliant(i))
                if (.not. now%states(other)%is_rigid) forces = forces - beam%value(:, other) &
                   *force_change(now, other, q, v, memory)
             end associate

@@ -4,14 +4,14 @@ module tangent_flow
    use damped_oscillators, only: acceleration, propagate
    use driven_modes, only: driven_mode_t, make_driven_mode
    use exponential_differences, only: exponential_difference
-   use held_sets, only: held_set_t
+   use constrained_sets, only: constrained_set_t
    use joint_modes, only: joint_amplitudes
    use kinds, only: wp
-   use load_courses, only: piece_at, piece_t
+   use load_courses, only: load_segment_at, load_segment_t
    use load_settings, only: course_harmonic, time_course_t
-   use phase_drives, only: drive_at
+   use forced_responses, only: forced_at
    use phase_state, only: move_to, phase_state_t
-   use surface_states, only: surface_state_t
+   use contact_states, only: contact_state_t
    use tangent_columns, only: by_amplitude, by_nothing, state_rates_t, tangent_t
    implicit none (type, external)
    private
@@ -19,7 +19,7 @@ module tangent_flow
 
    !> How a load changes with the parameter: constant + slope t + Re((harmonic + secular t) exp(i frequency t)).
    type :: load_change_t
-      type(piece_t) :: piece
+      type(load_segment_t) :: segment
       complex(wp) :: secular = (0.0_wp, 0.0_wp)
    end type load_change_t
 
@@ -27,7 +27,7 @@ contains
 
    !> Does P2 of a surface live on by itself?
    elemental function keeps_memory(state) result(keeps)
-      type(surface_state_t), intent(in) :: state
+      type(contact_state_t), intent(in) :: state
       logical :: keeps
 
       keeps = .false.
@@ -47,21 +47,21 @@ contains
       integer :: g, k, place
 
       call move_to(now, time, z, v)
-      associate (set => now%set, held => now%set%held)
-         a = acceleration(held%oscillators, z, v)
+      associate (set => now%set, constrained => now%set%constrained)
+         a = acceleration(constrained%oscillators, z, v)
          do g = 1, now%loads%count
-            a = a + set%drive%load(:, g)*value_of(now%drive%piece(g), time)
+            a = a + set%forced%load(:, g)*value_of(now%forced%segment(g), time)
          end do
-         allocate (term(size(set%pressed)), force(size(set%pressed)))
-         if (size(set%pressed) > 0) then
+         allocate (term(size(set%compliant)), force(size(set%compliant)))
+         if (size(set%compliant) > 0) then
             term = now%amplitude*exp(set%joint%exponent*time)
             force = set%rest_force + real(matmul(set%joint%force, term), wp)
-            if (now%loads%count > 0) force = force + row_at(set%drive%at%forces + set%pressed)
-            a = a + matmul(held%value(:, set%pressed), force)
+            if (now%loads%count > 0) force = force + row_at(set%forced%at%forces + set%compliant)
+            a = a + matmul(constrained%value(:, set%compliant), force)
          end if
-         if (allocated(held%mode)) then
-            rates%q = matmul(held%mode, v)
-            rates%v = matmul(held%mode, a)
+         if (allocated(constrained%mode)) then
+            rates%q = matmul(constrained%mode, v)
+            rates%v = matmul(constrained%mode, a)
          else
             rates%q = v
             rates%v = a
@@ -70,11 +70,12 @@ contains
          do k = 1, size(now%states)
             if (.not. keeps_memory(now%states(k))) cycle
             associate (spring => now%states(k)%spring)
-               place = findloc(set%pressed, k, dim=1)
+               place = findloc(set%compliant, k, dim=1)
                if (place > 0) then
                   branch = sum(real(set%joint%branch(place, :)*term, wp))
-                  if (now%loads%count > 0) branch = branch + sum(row_at([set%drive%at%branches + k]))
-                  rates%memory(k) = -spring%branch_stiffness*sum(held%value(:, k)*v) - spring%relaxation_rate*branch
+                  if (now%loads%count > 0) branch = branch + sum(row_at([set%forced%at%branches + k]))
+                  rates%memory(k) = -spring%branch_stiffness*sum(constrained%value(:, k)*v) &
+                     - spring%relaxation_rate*branch
                else
                   rates%memory(k) = -spring%surface_rate*now%states(k)%branch_force*exp(-spring%surface_rate*time)
                end if
@@ -92,18 +93,19 @@ contains
          integer :: i
 
          do i = 1, size(rows)
-            values(i:i) = drive_at(now%set%drive, now%drive, rows(i), rows(i), time, 0)
+            values(i:i) = forced_at(now%set%forced, now%forced, rows(i), rows(i), time, 0)
          end do
       end function row_at
    end subroutine find_rates
 
    !> A load at a time since its piece was asked for.
-   elemental function value_of(piece, time) result(value)
-      type(piece_t), intent(in) :: piece
+   elemental function value_of(segment, time) result(value)
+      type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
       real(wp) :: value
 
-      value = piece%constant + piece%slope*time + real(piece%harmonic*exp(cmplx(0.0_wp, piece%frequency*time, wp)), wp)
+      value = segment%constant + segment%slope*time + real(segment%harmonic*exp(cmplx(0.0_wp, segment%frequency*time, &
+         wp)), wp)
    end function value_of
 
    !> Bring the columns to a time in the phase.
@@ -121,14 +123,14 @@ contains
       end do
       do i = 1, size(tangent%delay)
          is_driven = i == size(tangent%delay) .and. tangent%parameter /= by_nothing
-         if (size(now%set%pressed) > 0) then
-            call flow_pressed(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), tangent%memory(:, i))
+         if (size(now%set%compliant) > 0) then
+            call flow_compliant(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), tangent%memory(:, i))
          else
             call flow_alone(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i))
          end if
       end do
       do k = 1, size(now%states)
-         if (any(now%set%pressed == k)) cycle
+         if (any(now%set%compliant == k)) cycle
          if (keeps_memory(now%states(k))) then
             tangent%memory(k, :) = tangent%memory(k, :)*exp(-now%states(k)%spring%surface_rate*time)
          else
@@ -151,38 +153,39 @@ contains
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
       integer :: g, i
 
-      associate (held => now%set%held)
-         if (allocated(held%mode)) then
-            z0 = matmul(q, held%mode)
-            v0 = matmul(v, held%mode)
+      associate (constrained => now%set%constrained)
+         if (allocated(constrained%mode)) then
+            z0 = matmul(q, constrained%mode)
+            v0 = matmul(v, constrained%mode)
          else
             z0 = q
             v0 = v
          end if
-         call propagate(held%oscillators, time, z0, v0, z1, v1)
+         call propagate(constrained%oscillators, time, z0, v0, z1, v1)
          if (is_driven) then
-            do i = 1, held%count
+            do i = 1, constrained%count
                do g = 1, size(change)
-                  call drive_mode(make_driven_mode(held%oscillators, i), change(g), now%set%drive%load(i, g), time, &
+                  call drive_mode(make_driven_mode(constrained%oscillators, i), change(g), now%set%forced%load(i, g), &
+                     time, &
                      z1(i), v1(i))
                end do
             end do
          end if
-         call take_back(held, z1, v1, q, v)
+         call take_back(constrained, z1, v1, q, v)
       end associate
    end subroutine flow_alone
 
    !> From modes of a held set to free modes.
-   pure subroutine take_back(held, z, rate, q, v)
-      type(held_set_t), intent(in) :: held
+   pure subroutine take_back(constrained, z, rate, q, v)
+      type(constrained_set_t), intent(in) :: constrained
       !> Of its modes
       real(wp), intent(in) :: z(:), rate(:)
       !> Of the free ones
       real(wp), intent(out) :: q(:), v(:)
 
-      if (allocated(held%mode)) then
-         q = matmul(held%mode, z)
-         v = matmul(held%mode, rate)
+      if (allocated(constrained%mode)) then
+         q = matmul(constrained%mode, z)
+         v = matmul(constrained%mode, rate)
       else
          q = z
          v = rate
@@ -202,22 +205,22 @@ contains
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
       complex(wp) :: blow, once, sigma, twice
 
-      associate (own => mode%own, piece => change%piece)
+      associate (own => mode%own, segment => change%segment)
          blow = exponential_difference(own, time)
          once = exponential_difference([zero, own], time)
-         z = z + share*real(piece%constant*once + piece%slope*exponential_difference([zero, zero, own], time), wp)
-         v = v + share*real(piece%constant*blow + piece%slope*once, wp)
-         if (abs(piece%harmonic) + abs(change%secular) <= 0.0_wp) return
-         sigma = cmplx(0.0_wp, piece%frequency, wp)
+         z = z + share*real(segment%constant*once + segment%slope*exponential_difference([zero, zero, own], time), wp)
+         v = v + share*real(segment%constant*blow + segment%slope*once, wp)
+         if (abs(segment%harmonic) + abs(change%secular) <= 0.0_wp) return
+         sigma = cmplx(0.0_wp, segment%frequency, wp)
          once = exponential_difference([sigma, own], time)
          twice = exponential_difference([sigma, sigma, own], time)
-         z = z + share*real(piece%harmonic*once + change%secular*twice, wp)
-         v = v + share*real(piece%harmonic*(sigma*once + blow) + change%secular*(once + sigma*twice), wp)
+         z = z + share*real(segment%harmonic*once + change%secular*twice, wp)
+         v = v + share*real(segment%harmonic*(sigma*once + blow) + change%secular*(once + sigma*twice), wp)
       end associate
    end subroutine drive_mode
 
    !> Where surfaces press.
-   subroutine flow_pressed(now, time, change, is_driven, q, v, memory)
+   subroutine flow_compliant(now, time, change, is_driven, q, v, memory)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
@@ -230,25 +233,25 @@ contains
 
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
       complex(wp), dimension(now%set%joint%count) :: term, blow
-      real(wp), dimension(size(now%set%pressed)) :: nothing, depth
+      real(wp), dimension(size(now%set%compliant)) :: nothing, depth
       integer :: g, i, m
 
-      associate (held => now%set%held, joint => now%set%joint, pressed => now%set%pressed)
-         if (allocated(held%mode)) then
-            z0 = matmul(q, held%mode)
-            v0 = matmul(v, held%mode)
+      associate (constrained => now%set%constrained, joint => now%set%joint, compliant => now%set%compliant)
+         if (allocated(constrained%mode)) then
+            z0 = matmul(q, constrained%mode)
+            v0 = matmul(v, constrained%mode)
          else
             z0 = q
             v0 = v
          end if
          nothing = 0.0_wp
-         depth = -matmul(z0, held%value(:, pressed))
-         call joint_amplitudes(held%oscillators%square, joint, nothing, depth, memory(pressed), z0, v0, term)
+         depth = -matmul(z0, constrained%value(:, compliant))
+         call joint_amplitudes(constrained%oscillators%square, joint, nothing, depth, memory(compliant), z0, v0, term)
          term = joint%weight*term*exp(joint%exponent*time)
          if (is_driven) then
             do g = 1, size(change)
-               call joint_amplitudes(held%oscillators%square, joint, nothing, nothing, nothing, 0.0_wp*z0, &
-                  now%set%drive%load(:, g), blow)
+               call joint_amplitudes(constrained%oscillators%square, joint, nothing, nothing, nothing, 0.0_wp*z0, &
+                  now%set%forced%load(:, g), blow)
                do m = 1, joint%count
                   term(m) = term(m) + joint%weight(m)*blow(m)*answer_of(joint%exponent(m), change(g), time)
                end do
@@ -256,9 +259,9 @@ contains
          end if
          z1 = real(matmul(joint%shape, term), wp)
          v1 = real(matmul(joint%shape, joint%exponent*term), wp)
-         memory(pressed) = real(matmul(joint%branch, term), wp)
+         memory(compliant) = real(matmul(joint%branch, term), wp)
          if (size(joint%inactive) > 0) call flow_inactive(z1, v1)
-         call take_back(held, z1, v1, q, v)
+         call take_back(constrained, z1, v1, q, v)
       end associate
 
    contains
@@ -271,7 +274,7 @@ contains
          real(wp), dimension(size(z)) :: alone, alone_rate
          integer :: j
 
-         associate (oscillators => now%set%held%oscillators, inactive => now%set%joint%inactive)
+         associate (oscillators => now%set%constrained%oscillators, inactive => now%set%joint%inactive)
             call propagate(oscillators, time, z0, v0, alone, alone_rate)
             do j = 1, size(inactive)
                i = inactive(j)
@@ -279,13 +282,13 @@ contains
                rate(i) = alone_rate(i)
                if (.not. is_driven) cycle
                do g = 1, size(change)
-                  call drive_mode(make_driven_mode(oscillators, i), change(g), now%set%drive%load(i, g), time, z(i), &
+                  call drive_mode(make_driven_mode(oscillators, i), change(g), now%set%forced%load(i, g), time, z(i), &
                      rate(i))
                end do
             end do
          end associate
       end subroutine flow_inactive
-   end subroutine flow_pressed
+   end subroutine flow_compliant
 
    !> Of a term that a change of a load drives, per unit of what a blow of the load makes of it.
    pure function answer_of(exponent, change, time) result(answer)
@@ -297,14 +300,14 @@ contains
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
       complex(wp) :: sigma
 
-      associate (piece => change%piece)
-         answer = piece%constant*exponential_difference([zero, exponent], time) &
-            + piece%slope*exponential_difference([zero, zero, exponent], time)
-         if (abs(piece%harmonic) + abs(change%secular) <= 0.0_wp) return
-         sigma = cmplx(0.0_wp, piece%frequency, wp)
-         answer = answer + 0.5_wp*(piece%harmonic*exponential_difference([sigma, exponent], time) &
+      associate (segment => change%segment)
+         answer = segment%constant*exponential_difference([zero, exponent], time) &
+            + segment%slope*exponential_difference([zero, zero, exponent], time)
+         if (abs(segment%harmonic) + abs(change%secular) <= 0.0_wp) return
+         sigma = cmplx(0.0_wp, segment%frequency, wp)
+         answer = answer + 0.5_wp*(segment%harmonic*exponential_difference([sigma, exponent], time) &
             + change%secular*exponential_difference([sigma, sigma, exponent], time) &
-            + conjg(piece%harmonic)*exponential_difference([-sigma, exponent], time) &
+            + conjg(segment%harmonic)*exponential_difference([-sigma, exponent], time) &
             + conjg(change%secular)*exponential_difference([-sigma, -sigma, exponent], time))
       end associate
    end function answer_of
@@ -320,18 +323,19 @@ contains
 
       if (tangent%parameter == by_nothing) return
       course = now%loads%course(load)
-      associate (power => now%loads%power(load), piece => now%drive%piece(load))
-         change%piece%frequency = piece%frequency
+      associate (power => now%loads%power(load), segment => now%forced%segment(load))
+         change%segment%frequency = segment%frequency
          if (tangent%parameter == by_amplitude) then
             if (load /= tangent%load) return
             course%amplitude = 1.0_wp
             if (power > 0) course%amplitude = -course%frequency**power
-            change%piece = piece_at(course, now%drive%tau)
+            change%segment = load_segment_at(course, now%forced%tau)
          else if (course%kind == course_harmonic) then
             ! exp(i w tau) w**power at tau = the start of the phase + t
             associate (share => course%frequency/now%loads%course(tangent%load)%frequency)
-               change%piece%harmonic = share*piece%harmonic*cmplx(real(power, wp)/course%frequency, now%drive%tau, wp)
-               change%secular = share*piece%harmonic*(0.0_wp, 1.0_wp)
+               change%segment%harmonic = share*segment%harmonic*cmplx(real(power, wp)/course%frequency, &
+                  now%forced%tau, wp)
+               change%secular = share*segment%harmonic*(0.0_wp, 1.0_wp)
             end associate
          end if
       end associate
@@ -351,9 +355,10 @@ contains
 
       do g = 1, now%loads%count
          call change_load(now, g, tangent, change)
-         associate (piece => now%drive%piece(g), turned => exp(cmplx(0.0_wp, now%drive%piece(g)%frequency*time, wp)))
-            by_parameter(g) = value_of(change%piece, time) + real(change%secular*time*turned, wp)
-            rate(g) = piece%slope + real(cmplx(0.0_wp, piece%frequency, wp)*piece%harmonic*turned, wp)
+         associate (segment => now%forced%segment(g), turned => exp(cmplx(0.0_wp, &
+            now%forced%segment(g)%frequency*time, wp)))
+            by_parameter(g) = value_of(change%segment, time) + real(change%secular*time*turned, wp)
+            rate(g) = segment%slope + real(cmplx(0.0_wp, segment%frequency, wp)*segment%harmonic*turned, wp)
          end associate
       end do
    end subroutine load_changes

@@ -32,7 +32,7 @@ module exact_frequencies
       !> m/(rho Abar L)
       real(wp) :: tip_mass_ratio = 0.0_wp
       !> The tip is held at y = 0 (the limit of a heavy tip mass)
-      logical :: held_tip = .false.
+      logical :: constrained_tip = .false.
    end type characteristic_t
 
 contains
@@ -54,7 +54,7 @@ contains
       !> Unallocated: done
       type(failure_t), allocatable, intent(out) :: error
 
-      real(qp) :: free_roots(count), held_roots(count), lower, root
+      real(qp) :: free_roots(count), constrained_roots(count), lower, root
       integer :: i
 
       if (.not. (taper > -1.0_wp .and. taper <= 1.0_wp)) then
@@ -81,7 +81,7 @@ contains
          return
       end if
 
-      if (count > 1) call search_roots(characteristic_t(taper, 0.0_wp, .true.), held_roots(:count - 1), error)
+      if (count > 1) call search_roots(characteristic_t(taper, 0.0_wp, .true.), constrained_roots(:count - 1), error)
       if (allocated(error)) return
       ! Dunkerley's bound
       lower = 1.0_qp/(1.0_qp/free_roots(1)**4 + real(tip_mass_ratio, qp)*tip_compliance(taper))**0.25_qp
@@ -96,7 +96,7 @@ contains
             free_roots(i)*(1.0_qp + 1.0e-14_qp), root, error)
          if (allocated(error)) return
          lambda(i) = real(root, wp)
-         if (i < count) lower = held_roots(i)
+         if (i < count) lower = constrained_roots(i)
       end do
    end subroutine exact_lambda
 
@@ -160,7 +160,7 @@ contains
 
       roots = 0.0_qp
       do i = 1, size(roots)
-         place = acos(-1.0_qp)*(real(i, qp) + merge(0.25_qp, -0.5_qp, problem%held_tip))
+         place = acos(-1.0_qp)*(real(i, qp) + merge(0.25_qp, -0.5_qp, problem%constrained_tip))
          reach = max(2.2_qp*exp(-place), 1.0e-18_qp*place)
          call find_root(problem, place - reach, place + reach, roots(i), error)
          if (allocated(error)) return
@@ -201,7 +201,7 @@ contains
       real(qp) :: value
 
       if (abs(problem%taper) < least_taper) then
-         value = uniform_value(real(problem%tip_mass_ratio, qp), problem%held_tip, lambda)
+         value = uniform_value(real(problem%tip_mass_ratio, qp), problem%constrained_tip, lambda)
       else if (problem%taper >= 1.0_wp) then
          value = wedge_value(lambda)
       else
@@ -210,23 +210,23 @@ contains
    end function characteristic_value
 
    !> exp(-k) (1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k)); with held tip the factor of mu k.
-   pure function uniform_value(tip_mass_ratio, held_tip, lambda) result(value)
+   pure function uniform_value(tip_mass_ratio, constrained_tip, lambda) result(value)
       !> m/(rho Abar L)
       real(qp), intent(in) :: tip_mass_ratio
       !> The tip is held
-      logical, intent(in) :: held_tip
+      logical, intent(in) :: constrained_tip
       !> lambda > 0
       real(qp), intent(in) :: lambda
       real(qp) :: value
 
-      real(qp) :: decay, held
+      real(qp) :: decay, supported
 
       decay = exp(-lambda)
-      held = 0.5_qp*(cos(lambda)*(1.0_qp - decay**2) - sin(lambda)*(1.0_qp + decay**2))
-      if (held_tip) then
-         value = held
+      supported = 0.5_qp*(cos(lambda)*(1.0_qp - decay**2) - sin(lambda)*(1.0_qp + decay**2))
+      if (constrained_tip) then
+         value = supported
       else
-         value = decay + 0.5_qp*cos(lambda)*(1.0_qp + decay**2) + tip_mass_ratio*lambda*held
+         value = decay + 0.5_qp*cos(lambda)*(1.0_qp + decay**2) + tip_mass_ratio*lambda*supported
       end if
    end function uniform_value
 
@@ -275,7 +275,7 @@ contains
       matrix(1, :) = clamp(:, 1)
       matrix(2, :) = clamp(:, 2)*[1.0_qp, 1.0_qp, -1.0_qp, 1.0_qp]
       matrix(3, :) = tip(:, 3)
-      if (problem%held_tip) then
+      if (problem%constrained_tip) then
          matrix(4, :) = tip(:, 1)
       else
          ! 8 s^3 z1^3 = lambda^3 (h_tip/hbar)^(3/2), with the sign of s; divided by lambda^3

@@ -1,5 +1,5 @@
 !> The few lowest frequencies and modes of a large mesh in O(n): Lanczos iteration on K^-1 M in
-!> element curvatures, where it is B^T B (`held_coordinates`): two sums along the beam a step,
+!> element curvatures, where it is B^T B (`support_coordinates`): two sums along the beam a step,
 !> no factorisation and no cancellation.
 !>
 !> Every vector is orthogonalised against all before it. The tridiagonal matrix gives its small
@@ -14,7 +14,7 @@
 module lanczos_solver
    use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
-   use held_coordinates, only: bend, bend_transposed, displace, held_beam_t, make_held_beam
+   use support_coordinates, only: bend, bend_transposed, displace, supported_beam_t, make_supported_beam
    use kinds, only: wp
    use lapack_interfaces, only: dgemm, dgemv, dpotrf, dstevd, dtrsm, lapack_message
    use mode_count, only: modes_below
@@ -54,7 +54,7 @@ contains
       !> Shapes as columns, y and dy/dx of the nodes, unit modal mass, positive tip, [degrees of freedom, count]
       real(wp), allocatable, intent(out), optional :: modes(:, :)
 
-      type(held_beam_t) :: beam
+      type(supported_beam_t) :: beam
       real(wp), allocatable :: deflection(:, :), direction(:), motion(:), vectors(:, :)
       integer :: mode, rigid
 
@@ -62,7 +62,7 @@ contains
          call fail(error, status_run_failed, 'Lanczos: it finds at most as many modes as the mesh has elements')
          return
       end if
-      call make_held_beam(model, beam)
+      call make_supported_beam(model, beam)
       rigid = merge(1, 0, is_mechanism(model) .and. count > 0)
       call lanczos_vectors(model, beam, count - rigid, vectors, deflection, error)
       if (allocated(error)) then
@@ -105,7 +105,7 @@ contains
    subroutine lanczos_vectors(model, beam, count, vectors, deflection, error)
       type(beam_model_t), intent(in) :: model
       !> The same beam in its coordinates
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Number of modes
       integer, intent(in) :: count
       !> Of unit modal mass, [order, count]
@@ -150,7 +150,7 @@ contains
 
    !> Lanczos steps on B^T B, orthogonal to the vectors found, until the next ones have converged.
    subroutine find_more(beam, found, vectors, error)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Number of vectors found, the lowest frequencies; more on return
       integer, intent(inout) :: found
       !> Vectors as columns, the lowest frequency first, [order, wanted]
@@ -233,7 +233,7 @@ contains
 
    !> A smooth vector in which no mode is missing: the curvatures under point forces of all signs.
    subroutine start_vector(beam, forces, basis)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Work space, [rows]
       real(wp), intent(inout) :: forces(:)
       !> Vectors to which it shall be orthogonal, then the vector, of unit length, [order, found + 1]
@@ -301,7 +301,7 @@ contains
    !> Orthogonalise the vectors in the mass product, from low to high, which takes out what rounding
    !> left of lower modes; then one application of B^T B, which takes out what it left of higher ones.
    subroutine refine(beam, vectors, deflection, error)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Vectors; of unit modal mass on return, [order, count]
       real(wp), intent(inout) :: vectors(:, :)
       !> B times the vectors, [rows, count]
@@ -364,7 +364,7 @@ contains
 
    !> Each mode must satisfy its equation: |B^T B v - lambda^-4 v| small against lambda^-4 |v|.
    subroutine check_residuals(beam, lambda, vectors, deflection, error)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> lambda_i, [count]
       real(wp), intent(in) :: lambda(:)
       !> Vectors, [order, count]
@@ -395,7 +395,7 @@ contains
    !> tip mass left out where a support may hold it.
    pure function sides_of(model, beam) result(side)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       real(wp), allocatable :: side(:)
 
       integer :: i, last
@@ -404,10 +404,10 @@ contains
          last = natural%beam_rows
          if (size(model%supports) > 0) last = natural%last_row(natural%elements)
          allocate (side(last), source=1.0_wp)
-         do i = 1, size(beam%held)
+         do i = 1, size(beam%supported)
             ! of two supports at one point the second turns nothing
-            if (any(beam%held(:i - 1) == beam%held(i))) cycle
-            associate (beyond => natural%last_row((beam%held(i) + 1)/2) + 1)
+            if (any(beam%supported(:i - 1) == beam%supported(i))) cycle
+            associate (beyond => natural%last_row((beam%supported(i) + 1)/2) + 1)
                side(beyond:) = -side(beyond:)
             end associate
          end do
@@ -419,7 +419,7 @@ contains
    subroutine check_none_missed(model, beam, lambda, deflection, error)
       type(beam_model_t), intent(in) :: model
       !> The same beam in its coordinates
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> lambda_i of the modes with strain, [count]
       real(wp), intent(in) :: lambda(:)
       !> B times the modes, [rows, count]

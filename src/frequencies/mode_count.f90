@@ -44,17 +44,17 @@ contains
             end associate
          end do
       end associate
-      call count_negative_pivots(model, is_held_rigidly(model), values, below)
+      call count_negative_pivots(model, is_rigidly_supported(model), values, below)
    end function modes_below
 
    !> Which degrees of freedom rigid supports hold.
-   pure function is_held_rigidly(model) result(is_held)
+   pure function is_rigidly_supported(model) result(is_constrained)
       type(beam_model_t), intent(in) :: model
-      logical :: is_held(model%mass%order)
+      logical :: is_constrained(model%mass%order)
 
-      is_held = .false.
-      is_held(pack(model%supports%dof, .not. model%supports%stiffness > 0.0_wp)) = .true.
-   end function is_held_rigidly
+      is_constrained = .false.
+      is_constrained(pack(model%supports%dof, .not. model%supports%stiffness > 0.0_wp)) = .true.
+   end function is_rigidly_supported
 
    !> Add the stiffness of an element, exactly in equilibrium.
    pure subroutine add_stiffness(model, element, values)
@@ -91,10 +91,10 @@ contains
    end subroutine add_stiffness
 
    !> Negative pivots of L D L^T, as `factorise` of `skyline_matrix` finds it, with what is held left out.
-   pure subroutine count_negative_pivots(model, is_held, values, negative)
+   pure subroutine count_negative_pivots(model, is_constrained, values, negative)
       !> The profile
       type(beam_model_t), intent(in) :: model
-      logical, intent(in) :: is_held(:)
+      logical, intent(in) :: is_constrained(:)
       !> The matrix; the factors on return
       real(qp), intent(inout) :: values(:)
       integer, intent(out) :: negative
@@ -108,7 +108,7 @@ contains
          do column = 1, model%mass%order
             first = first_row(column)
             offset = diagonal(column) - column
-            if (is_held(column)) then
+            if (is_constrained(column)) then
                values(offset + first:offset + column - 1) = 0.0_qp
                values(offset + column) = 1.0_qp
                cycle
@@ -118,7 +118,7 @@ contains
                do k = max(first, first_row(row)), row - 1
                   values(offset + row) = values(offset + row) - values(row_offset + k)*values(offset + k)
                end do
-               if (is_held(row)) values(offset + row) = 0.0_qp
+               if (is_constrained(row)) values(offset + row) = 0.0_qp
             end do
             pivot = values(offset + column)
             ! a mode of what lies before: next to it the count is the same

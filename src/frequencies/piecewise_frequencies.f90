@@ -13,21 +13,21 @@ module piecewise_frequencies
    public :: pieces_of, piecewise_lambda
 
    !> A piece, E Ibar = rho Abar = L = 1.
-   type :: piece_t
+   type :: load_segment_t
       real(wp) :: length = 0.0_wp
       real(wp) :: area = 1.0_wp
       real(wp) :: inertia = 1.0_wp
-   end type piece_t
+   end type load_segment_t
 
    !> What is where pieces meet, and at the ends: of displacement and slope.
    type :: joint_t
       real(wp) :: inertia(2) = 0.0_wp
       real(wp) :: stiffness(2) = 0.0_wp
-      logical :: is_held(2) = .false.
+      logical :: is_constrained(2) = .false.
    end type joint_t
 
    type :: piecewise_t
-      type(piece_t), allocatable :: pieces(:)
+      type(load_segment_t), allocatable :: pieces(:)
       !> [0:pieces]
       type(joint_t), allocatable :: joints(:)
    end type piecewise_t
@@ -41,7 +41,7 @@ contains
 
       ! large, and threads have small stacks
       type(joint_t), allocatable :: joints(:)
-      type(piece_t), allocatable :: pieces(:)
+      type(load_segment_t), allocatable :: pieces(:)
       real(wp) :: start
       integer :: i, count
       logical :: is_end
@@ -49,8 +49,8 @@ contains
       associate (n => model%mesh%elements, position => model%mesh%position, tip => model%mesh%tip_distance)
          allocate (joints(0:n), pieces(n))
          joints(0)%stiffness = [model%root%translation_stiffness, model%root%rotation_stiffness]
-         joints(0)%is_held = .not. joints(0)%stiffness > 0.0_wp
-         if (model%root%is_pinned) joints(0)%is_held = [.true., .false.]
+         joints(0)%is_constrained = .not. joints(0)%stiffness > 0.0_wp
+         if (model%root%is_pinned) joints(0)%is_constrained = [.true., .false.]
          joints(n)%inertia(1) = model%tip_mass_ratio
          do i = 1, size(model%point_masses)
             associate (mass => model%point_masses(i))
@@ -66,11 +66,12 @@ contains
          start = 0.0_wp
          do i = 1, n
             is_end = i == n
-            if (.not. is_end) is_end = any(joints(i)%is_held) .or. any(abs([joints(i)%inertia, joints(i)%stiffness]) &
+            if (.not. is_end) is_end = any(joints(i)%is_constrained) .or. any(abs([joints(i)%inertia, &
+               joints(i)%stiffness]) &
                > 0.0_wp) .or. section_differs(model, 0.5_wp*(tip(i - 1) + tip(i)), 0.5_wp*(tip(i) + tip(i + 1)))
             if (.not. is_end) cycle
             count = count + 1
-            pieces(count) = piece_t(position(i) - start, area(model%section, 0.5_wp*(tip(i - 1) + tip(i))), &
+            pieces(count) = load_segment_t(position(i) - start, area(model%section, 0.5_wp*(tip(i - 1) + tip(i))), &
                inertia(model%section, 0.5_wp*(tip(i - 1) + tip(i))))
             joints(count) = joints(i)
             start = position(i)
@@ -90,7 +91,7 @@ contains
       real(wp), intent(in) :: stiffness
 
       joint%stiffness(motion) = joint%stiffness(motion) + stiffness
-      if (.not. stiffness > 0.0_wp) joint%is_held(motion) = .true.
+      if (.not. stiffness > 0.0_wp) joint%is_constrained(motion) = .true.
    end subroutine hold
 
    !> Is the section another one?
@@ -148,7 +149,7 @@ contains
 
       real(qp), parameter :: least = epsilon(1.0_qp)**2
       real(qp) :: block(2, 2), coupling(2, 2), diagonal(2, 2), next(2, 2), determinant
-      integer :: i, held
+      integer :: i, supported
 
       count = 0
       diagonal = 0.0_qp
@@ -156,13 +157,13 @@ contains
          next = 0.0_qp
          coupling = 0.0_qp
          if (i < size(beam%pieces)) then
-            call add_piece(beam%pieces(i + 1), lambda, diagonal, coupling, next, held)
-            count = count + held
+            call add_piece(beam%pieces(i + 1), lambda, diagonal, coupling, next, supported)
+            count = count + supported
          end if
          associate (joint => beam%joints(i))
             diagonal(1, 1) = diagonal(1, 1) + real(joint%stiffness(1), qp) - lambda**4*real(joint%inertia(1), qp)
             diagonal(2, 2) = diagonal(2, 2) + real(joint%stiffness(2), qp) - lambda**4*real(joint%inertia(2), qp)
-            call leave_out(joint%is_held, diagonal, coupling)
+            call leave_out(joint%is_constrained, diagonal, coupling)
          end associate
          determinant = diagonal(1, 1)*diagonal(2, 2) - diagonal(1, 2)**2
          if (determinant < 0.0_qp) then
@@ -180,8 +181,8 @@ contains
    end function roots_below
 
    !> Of what is held only a one stays on the diagonal.
-   pure subroutine leave_out(is_held, diagonal, coupling)
-      logical, intent(in) :: is_held(2)
+   pure subroutine leave_out(is_constrained, diagonal, coupling)
+      logical, intent(in) :: is_constrained(2)
       !> Of the joint, and with the next
       real(qp), intent(inout) :: diagonal(2, 2)
       real(qp), intent(inout) :: coupling(2, 2)
@@ -189,7 +190,7 @@ contains
       integer :: i
 
       do i = 1, 2
-         if (.not. is_held(i)) cycle
+         if (.not. is_constrained(i)) cycle
          diagonal(i, :) = 0.0_qp
          diagonal(:, i) = 0.0_qp
          diagonal(i, i) = 1.0_qp
@@ -198,8 +199,8 @@ contains
    end subroutine leave_out
 
    !> The dynamic stiffness of a piece: what it adds at its ends, and between them.
-   pure subroutine add_piece(piece, lambda, near, coupling, far, held)
-      type(piece_t), intent(in) :: piece
+   pure subroutine add_piece(piece, lambda, near, coupling, far, supported)
+      type(load_segment_t), intent(in) :: piece
       real(qp), intent(in) :: lambda
       !> At the end towards the root
       real(qp), intent(inout) :: near(2, 2)
@@ -207,13 +208,13 @@ contains
       real(qp), intent(out) :: coupling(2, 2)
       real(qp), intent(out) :: far(2, 2)
       !> Roots below of the piece held at both ends
-      integer, intent(out) :: held
+      integer, intent(out) :: supported
 
       real(qp) :: k, length, s(6), stiff(0:2)
 
       length = real(piece%length, qp)
       k = lambda*length*sqrt(sqrt(real(piece%area, qp)/real(piece%inertia, qp)))
-      call find_coefficients(k, s, held)
+      call find_coefficients(k, s, supported)
       ! E I/l^3, E I/l^2, E I/l
       stiff = real(piece%inertia, qp)/[length**3, length**2, length]
       near = near + reshape([stiff(0)*s(1), stiff(1)*s(2), stiff(1)*s(2), stiff(2)*s(5)], [2, 2])
@@ -223,19 +224,19 @@ contains
 
    !> 12, 6, 12, 6, 4 and 2 of the static stiffness, where the piece moves: k^3 (c S + s C)/D, k^2 s S/D, k^3 (s + S)/D,
    !> k^2 (C - c)/D, k (s C - c S)/D and k (S - s)/D with D = 1 - c C, c = cos k, C = cosh k and so on.
-   pure subroutine find_coefficients(k, s, held)
+   pure subroutine find_coefficients(k, s, supported)
       !> lambda of the piece itself
       real(qp), intent(in) :: k
       real(qp), intent(out) :: s(6)
       !> Roots of D below k
-      integer, intent(out) :: held
+      integer, intent(out) :: supported
 
       real(qp), parameter :: small = 2.0_qp
       real(qp) :: c, d, decay, square, t
       integer :: halves
 
       if (k < small) then
-         held = 0
+         supported = 0
          t = k**4
          d = series(-4.0_qp, 4)
          s = [0.5_qp*series(-4.0_qp, 1), 0.5_qp*series(-4.0_qp, 2), 0.5_qp*series(1.0_qp, 1), &
@@ -252,8 +253,8 @@ contains
          k**3*(2.0_qp*decay*t + 1.0_qp - square), k**2*(1.0_qp + square - 2.0_qp*decay*c), &
          k*(t*(1.0_qp + square) - c*(1.0_qp - square)), k*(1.0_qp - square - 2.0_qp*decay*t)]/d
       halves = int(k/pi_quad)
-      held = halves
-      if (d > 0.0_qp .eqv. modulo(halves, 2) == 1) held = halves - 1
+      supported = halves
+      if (d > 0.0_qp .eqv. modulo(halves, 2) == 1) supported = halves - 1
 
    contains
 

@@ -5,7 +5,7 @@
 !> of them: with those the flexibility at and between the points is that of all modes.
 module residual_modes
    use failures, only: fail, failure_t, status_run_failed
-   use held_coordinates, only: bend, held_beam_t
+   use support_coordinates, only: bend, supported_beam_t
    use kinds, only: wp
    use lanczos_solver, only: orthogonalise
    use lapack_interfaces, only: dsygv, lapack_message
@@ -17,7 +17,7 @@ contains
 
    !> The residual modes of shapes beside others.
    subroutine find_residual_modes(beam, shapes, vectors, rest, deflection, error)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Coordinates of the shapes, [order, shapes]
       real(wp), intent(in) :: shapes(:, :)
       !> Coordinates of the modes that are kept, [order, modes]

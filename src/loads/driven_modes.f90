@@ -5,11 +5,12 @@ module driven_modes
    use damped_oscillators, only: oscillators_t
    use exponential_differences, only: exponential_difference, find_differences, square_of
    use kinds, only: wp
-   use load_courses, only: piece_t
+   use load_courses, only: load_segment_t
    implicit none (type, external)
    private
-   public :: driven_mode_t, make_driven_mode, driven_mode_at, integral_of, work_on, bound_driven_mode, work_on_swing, &
-      integral_of_swing
+   public :: driven_mode_t, make_driven_mode, driven_mode_at, integral_of, work_on, bound_driven_mode, &
+      work_on_free_motion, &
+      integral_of_free_motion
 
    type :: driven_mode_t
       !> The motion is Re(force E)
@@ -96,22 +97,22 @@ contains
    end function integral_of
 
    !> Work that a load does on it.
-   pure function work_on(mode, piece, time) result(work)
+   pure function work_on(mode, segment, time) result(work)
       type(driven_mode_t), intent(in) :: mode
       !> The load, per unit of its share in the mode
-      type(piece_t), intent(in) :: piece
+      type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
       real(wp) :: work
 
       real(wp) :: here(0:1)
 
       here = driven_mode_at(mode, time, 1)
-      work = piece%constant*here(0)
-      if (abs(piece%slope) > 0.0_wp) work = work + piece%slope*(time*here(0) - integral_of(mode, time))
-      if (abs(piece%harmonic) <= 0.0_wp) return
-      associate (turning => cmplx(0.0_wp, piece%frequency, wp))
-         work = work + 0.5_wp*real(mode%force*(piece%harmonic*turned(turning) &
-            + conjg(piece%harmonic)*turned(-turning)), wp)
+      work = segment%constant*here(0)
+      if (abs(segment%slope) > 0.0_wp) work = work + segment%slope*(time*here(0) - integral_of(mode, time))
+      if (abs(segment%harmonic) <= 0.0_wp) return
+      associate (turning => cmplx(0.0_wp, segment%frequency, wp))
+         work = work + 0.5_wp*real(mode%force*(segment%harmonic*turned(turning) &
+            + conjg(segment%harmonic)*turned(-turning)), wp)
       end associate
 
    contains
@@ -135,12 +136,12 @@ contains
    end function work_on
 
    !> Work of a load on the mode that swings of itself, z' = v0 h' - W^2 z0 h with h its answer to a unit impulse.
-   pure function work_on_swing(mode, start, piece, time) result(work)
+   pure function work_on_free_motion(mode, start, segment, time) result(work)
       type(driven_mode_t), intent(in) :: mode
       !> z and z' at time 0
       real(wp), intent(in) :: start(2)
       !> The load, per unit of its share in the mode
-      type(piece_t), intent(in) :: piece
+      type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
       real(wp) :: work
 
@@ -149,20 +150,20 @@ contains
 
       moved = start(2)*exponential_difference(mode%own, time) &
          - mode%square*start(1)*exponential_difference([zero, mode%own], time)
-      work = piece%constant*real(moved, wp)
-      if (abs(piece%slope) > 0.0_wp) then
-         work = work + piece%slope*(time*(start(1) + real(moved, wp)) - integral_of_swing(mode, start, time))
+      work = segment%constant*real(moved, wp)
+      if (abs(segment%slope) > 0.0_wp) then
+         work = work + segment%slope*(time*(start(1) + real(moved, wp)) - integral_of_free_motion(mode, start, time))
       end if
-      if (abs(piece%harmonic) <= 0.0_wp) return
-      theta = cmplx(0.0_wp, piece%frequency, wp)
+      if (abs(segment%harmonic) <= 0.0_wp) return
+      theta = cmplx(0.0_wp, segment%frequency, wp)
       associate (own => mode%own + theta)
-         work = work + real(piece%harmonic*(start(2)*exponential_difference([zero, own(2)], time) &
+         work = work + real(segment%harmonic*(start(2)*exponential_difference([zero, own(2)], time) &
             + (start(2)*mode%own(1) - mode%square*start(1))*exponential_difference([zero, own], time)), wp)
       end associate
-   end function work_on_swing
+   end function work_on_free_motion
 
    !> Integral of the mode that swings of itself.
-   pure function integral_of_swing(mode, start, time) result(value)
+   pure function integral_of_free_motion(mode, start, time) result(value)
       type(driven_mode_t), intent(in) :: mode
       !> z and z' at time 0
       real(wp), intent(in) :: start(2)
@@ -173,7 +174,7 @@ contains
 
       value = start(1)*time + real(start(2)*exponential_difference([zero, mode%own], time) &
          - mode%square*start(1)*exponential_difference([zero, zero, mode%own], time), wp)
-   end function integral_of_swing
+   end function integral_of_free_motion
 
    !> Bounds on it and on its derivatives between two instants. Of a mode that is hit by a unit impulse neither the
    !> velocity exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by
@@ -192,7 +193,7 @@ contains
 
       ! whose square is a number
       real(wp), parameter :: greatest_time = 1.0e100_wp
-      real(wp) :: drive, greatest, length, swing, time
+      real(wp) :: forced, greatest, length, omega, time
       integer :: k
 
       time = min(until, greatest_time)
@@ -202,24 +203,24 @@ contains
       if (abs(aimag(mode%own(1))) > 0.0_wp) then
          ! what was long ago has died away
          length = min(time, 2.0_wp/max(mode%damping, tiny(1.0_wp)))
-         swing = length/abs(aimag(mode%own(1)))
-         bounds(0) = min(bounds(0), swing)
-         bounds(1) = min(bounds(1), sqrt(mode%square)*swing)
+         omega = length/abs(aimag(mode%own(1)))
+         bounds(0) = min(bounds(0), omega)
+         bounds(1) = min(bounds(1), sqrt(mode%square)*omega)
       end if
-      drive = 1.0_wp
+      forced = 1.0_wp
       if (.not. mode%frequency > 0.0_wp) then
          bounds(0) = min(bounds(0), 2.0_wp/mode%square)
          bounds(1) = min(bounds(1), greatest)
          if (mode%is_ramp) then
             bounds(1) = bounds(0)
             bounds(0) = time*bounds(0)
-            drive = time
+            forced = time
          end if
       end if
       do k = 2, ubound(bounds, 1)
-         bounds(k) = drive + mode%damping*bounds(k - 1) + mode%square*bounds(k - 2)
-         if (mode%is_ramp) drive = merge(1.0_wp, 0.0_wp, k == 2)
-         if (.not. mode%is_ramp) drive = drive*mode%frequency
+         bounds(k) = forced + mode%damping*bounds(k - 1) + mode%square*bounds(k - 2)
+         if (mode%is_ramp) forced = merge(1.0_wp, 0.0_wp, k == 2)
+         if (.not. mode%is_ramp) forced = forced*mode%frequency
       end do
       bounds = min(bounds, sums_of_exponentials(mode, ubound(bounds, 1), from))
       bounds = abs(mode%force)*bounds

@@ -1,6 +1,6 @@
 !> A signal of what swings of itself, and of what loads do to it besides (docs/theory.md, section 18).
 module driven_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, found_none, local_t, search_t, term_columns, &
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, found_none, bounds_t, search_t, term_columns, &
       term_curvature, term_rate, term_value, viewed_signal_t
    use driven_modes, only: bound_driven_mode, driven_mode_at, driven_mode_t
    use exponential_signal, only: exponential_signal_t
@@ -32,8 +32,8 @@ module driven_signal
       !> No bound is asked for beyond that instant
       real(wp) :: until = huge(1.0_wp)
    contains
-      procedure :: look
-      procedure :: glance
+      procedure :: find_bounds
+      procedure :: find_bounds_without_step
       procedure :: evaluate
       procedure :: view
       procedure :: stands_off
@@ -63,30 +63,30 @@ contains
    end subroutine evaluate
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
-   subroutine look(self, t, order, here)
+   subroutine find_bounds(self, t, order, here)
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
       call look_for(self, t, order, .true., here)
-   end subroutine look
+   end subroutine find_bounds
 
    !> The same for who takes no step from there.
-   subroutine glance(self, t, order, here)
+   subroutine find_bounds_without_step(self, t, order, here)
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
       call look_for(self, t, order, .false., here)
-   end subroutine glance
+   end subroutine find_bounds_without_step
 
    !> Either.
    subroutine look_for(self, t, order, takes_step, here)
@@ -94,7 +94,7 @@ contains
       real(wp), intent(in) :: t
       integer, intent(in) :: order
       logical, intent(in) :: takes_step
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
       complex(wp) :: turn(size(self%terms%frequency))
       real(wp) :: floor, known, magnitude, more(term_columns), rest(0:1), rounding, slope
@@ -107,9 +107,9 @@ contains
       floor = min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) - more(bound_value)
       select type (free => self%free)
       type is (modal_signal_t)
-         call free%look_among(t, order, here, more, floor, takes_step)
+         call free%find_bounds_among(t, order, here, more, floor, takes_step)
       class default
-         call free%look(t, order, here)
+         call free%find_bounds(t, order, here)
          ! its own steps know nothing of the rest
          here%free = 0.0_wp
          call add_more(more, floor, here)
@@ -203,14 +203,14 @@ contains
 
    !> A derivative of the sum of all harmonics and modes driven from rest, those after it, and bounds on them from now
    !> on.
-   subroutine find_swing(self, t, turn, order, swing, magnitude)
+   subroutine find_swing(self, t, turn, order, omega, magnitude)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       !> exp(i W t), [harmonics]
       complex(wp), intent(in) :: turn(:)
       integer, intent(in) :: order
       !> Columns as in `certified_search`
-      real(wp), intent(out) :: swing(term_columns)
+      real(wp), intent(out) :: omega(term_columns)
       !> What the rounding error of that derivative is measured by
       real(wp), intent(out) :: magnitude
 
@@ -221,32 +221,32 @@ contains
 
       first = order + self%order
       time = self%from + t
-      swing = 0.0_wp
+      omega = 0.0_wp
       do i = 1, size(turn)
          associate (w => self%terms%frequency(i))
             term = turned(self%factor*self%terms%harmonic(i)*turn(i), w, first)
             greatest = size_of(self%factor*self%terms%harmonic(i))*w**first
-            swing(term_value) = swing(term_value) + real(term, wp)
-            swing(term_rate) = swing(term_rate) - w*aimag(term)
-            swing(term_curvature) = swing(term_curvature) - w**2*real(term, wp)
-            swing(bound_value) = swing(bound_value) + greatest
-            swing(bound_curvature) = swing(bound_curvature) + greatest*w**2
-            swing(bound_jerk) = swing(bound_jerk) + greatest*w**3
+            omega(term_value) = omega(term_value) + real(term, wp)
+            omega(term_rate) = omega(term_rate) - w*aimag(term)
+            omega(term_curvature) = omega(term_curvature) - w**2*real(term, wp)
+            omega(bound_value) = omega(bound_value) + greatest
+            omega(bound_curvature) = omega(bound_curvature) + greatest*w**2
+            omega(bound_jerk) = omega(bound_jerk) + greatest*w**3
          end associate
       end do
-      magnitude = swing(bound_value)
+      magnitude = omega(bound_value)
       if (self%terms%modes == 0) return
       allocate (here(0:first + 5), bounds(0:first + 4))
       do i = 1, self%terms%modes
          associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
             mode => self%terms%mode(i))
             here(:) = driven_mode_at(mode, time, first + 5)
-            swing(value_columns) = swing(value_columns) + share*here(first:first + 2) &
+            omega(value_columns) = omega(value_columns) + share*here(first:first + 2) &
                + of_rate*here(first + 1:first + 3)
             call bound_driven_mode(mode, time, bounds)
             magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
             call bound_driven_mode(mode, self%from + self%until, bounds, time, here)
-            swing(bound_columns) = swing(bound_columns) + abs(share)*bounds(first + [0, 2, 3]) &
+            omega(bound_columns) = omega(bound_columns) + abs(share)*bounds(first + [0, 2, 3]) &
                + abs(of_rate)*bounds(first + [1, 3, 4])
          end associate
       end do
@@ -323,7 +323,7 @@ contains
       select type (free => self%free)
       type is (modal_signal_t)
          if (self%order > 0 .or. self%from > 0.0_wp) return
-         value = free%offset + sum(free%weight*free%z) + min(free%surface, 0.0_wp) + self%factor*(self%terms%constant &
+         value = free%offset + sum(free%weight*free%z) + min(free%contact, 0.0_wp) + self%factor*(self%terms%constant &
             + sum(real(self%terms%harmonic, wp)))
          magnitude = abs(free%offset) + sum(abs(free%weight*free%z)) + abs(self%factor)*(abs(self%terms%constant) &
             + sum(abs(self%terms%harmonic)))
@@ -338,19 +338,19 @@ contains
       integer, intent(in) :: known
       integer :: order
 
-      type(local_t) :: here
+      type(bounds_t) :: here
 
       order = known
       if (known > 0) return
       select type (signal)
       type is (modal_signal_t)
          ! far from that
-         if (signal%offset + sum(signal%weight*signal%z) + min(signal%surface, 0.0_wp) > &
+         if (signal%offset + sum(signal%weight*signal%z) + min(signal%contact, 0.0_wp) > &
             1.0e-9_wp*(abs(signal%offset) + sum(abs(signal%weight*signal%z)))) return
       type is (driven_signal_t)
          if (signal%stands_off()) return
       end select
-      call signal%look(0.0_wp, 0, here)
+      call signal%find_bounds(0.0_wp, 0, here)
       if (here%value <= here%rounding .and. here%slope > 0.0_wp) order = 1
    end function start_of
 

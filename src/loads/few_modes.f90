@@ -5,7 +5,8 @@ module few_modes
    use beam_model, only: beam_model_t, hold_supports, is_mechanism
    use failures, only: failure_t
    use free_modes, only: describe_modes, find_free_modes, free_modes_t
-   use held_coordinates, only: bend, bend_transposed, displace, displace_transposed, held_beam_t, make_held_beam, &
+   use support_coordinates, only: bend, bend_transposed, displace, displace_transposed, supported_beam_t, &
+      make_supported_beam, &
       strain_of_shape
    use kinds, only: wp
    use lanczos_solver, only: lambda_of, lanczos_vectors
@@ -15,7 +16,7 @@ module few_modes
    use run_settings, only: impulse_nodal, run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
    use stop_laws, only: is_rigid
-   use stop_surfaces, only: stops_of
+   use stop_contacts, only: stops_of
    implicit none (type, external)
    private
    public :: takes_few_modes, keeps_all_modes, number_of_modes, base_count
@@ -107,12 +108,12 @@ contains
 
       !> Solved at once in some minutes
       integer, parameter :: last_resort = 2048
-      type(held_beam_t) :: beam
+      type(supported_beam_t) :: beam
       real(wp), allocatable :: deflection(:, :), rest(:, :), shapes(:, :), vectors(:, :)
       integer :: lowest
       logical :: is_known
 
-      call make_held_beam(model, beam)
+      call make_supported_beam(model, beam)
       lowest = max(count, settings%start%mode)
       is_known = .false.
       if (present(base)) is_known = size(base%lambda) >= lowest
@@ -141,7 +142,7 @@ contains
    !> The lowest of modes that are known.
    subroutine take_lowest(model, beam, lowest, base, modes, vectors)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> How many
       integer, intent(in) :: lowest
       type(free_modes_t), intent(in) :: base
@@ -167,7 +168,7 @@ contains
    !> The lowest modes, a rotation about the root first where nothing holds it.
    subroutine find_lowest(model, beam, lowest, modes, vectors, error)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> How many
       integer, intent(in) :: lowest
       !> Gets lambda and the shapes
@@ -196,7 +197,7 @@ contains
    !> Modes behind others.
    subroutine append(model, beam, vectors, deflection, modes)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Coordinates of those to append, of unit modal mass, [order, appended]
       real(wp), intent(in) :: vectors(:, :)
       !> B times these, [rows, appended]
@@ -222,14 +223,14 @@ contains
    subroutine gather_shapes(model, settings, beam, shapes, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> In the coordinates of the beam, [order, shapes]
       real(wp), allocatable, intent(out) :: shapes(:, :)
       !> Set when the mass matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(applied_loads_t) :: loads
-      type(beam_model_t) :: held
+      type(beam_model_t) :: constrained
       type(skyline_t) :: factors
       real(wp), allocatable :: forces(:, :), shape(:)
       logical, allocatable :: is_struck(:)
@@ -245,14 +246,14 @@ contains
          forces(model%stop_dofs(j), j) = 1.0_wp
       end do
       if (loads%count > 0) forces(:, stops + 1:) = loads%vector
-      forces(beam%held, :) = 0.0_wp
+      forces(beam%supported, :) = 0.0_wp
       allocate (shapes(beam%order, size(forces, 2) + count(is_struck)))
       do j = 1, size(forces, 2)
          call displace_transposed(beam, forces(:, j), shapes(:, j))
       end do
       if (.not. any(is_struck)) return
-      held = hold_supports(model)
-      factors = held%mass
+      constrained = hold_supports(model)
+      factors = constrained%mass
       call factorise(factors, error)
       if (allocated(error)) return
       do j = 1, stops

@@ -6,75 +6,75 @@ module load_courses
       course_table, pulse_half_sine, time_course_t
    implicit none (type, external)
    private
-   public :: piece_t, piece_at, value_at, acceleration_of
+   public :: load_segment_t, load_segment_at, value_at, acceleration_of
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 
    !> constant + slope t + Re(harmonic exp(i frequency t)), t from where the piece was asked for.
-   type :: piece_t
+   type :: load_segment_t
       real(wp) :: constant = 0.0_wp
       real(wp) :: slope = 0.0_wp
       complex(wp) :: harmonic = (0.0_wp, 0.0_wp)
       real(wp) :: frequency = 0.0_wp
       !> tau at which another piece follows
       real(wp) :: until = huge(1.0_wp)
-   end type piece_t
+   end type load_segment_t
 
 contains
 
    !> The piece that begins, or goes on, at an instant.
-   pure function piece_at(course, tau) result(piece)
+   pure function load_segment_at(course, tau) result(segment)
       type(time_course_t), intent(in) :: course
       !> What is as near to a break as rounding can tell is past it
       real(wp), intent(in) :: tau
-      type(piece_t) :: piece
+      type(load_segment_t) :: segment
 
       real(wp) :: last
       integer :: k
 
       if (.not. is_past(tau, course%start)) then
-         piece%until = course%start
+         segment%until = course%start
          return
       end if
       last = course%end
       if (course%kind == course_pulse) last = min(last, course%start + course%duration)
       if (is_past(tau, last)) return
-      piece%until = last
+      segment%until = last
       select case (course%kind)
       case (course_harmonic)
-         call swing(course%amplitude, course%frequency, course%frequency*tau + course%phase, piece)
+         call omega(course%amplitude, course%frequency, course%frequency*tau + course%phase, segment)
       case (course_step)
-         piece%constant = course%amplitude
+         segment%constant = course%amplitude
       case (course_pulse)
          if (course%shape == pulse_half_sine) then
             associate (frequency => pi/course%duration)
-               call swing(course%amplitude, frequency, frequency*(tau - course%start), piece)
+               call omega(course%amplitude, frequency, frequency*(tau - course%start), segment)
             end associate
          else
-            piece%constant = course%amplitude
+            segment%constant = course%amplitude
          end if
       case (course_table)
          k = place_in(course, tau)
-         if (k < size(course%time)) piece%until = min(last, course%start + course%time(k + 1))
+         if (k < size(course%time)) segment%until = min(last, course%start + course%time(k + 1))
          if (k == 0 .or. k == size(course%time)) return
          associate (t => course%time, v => course%value)
-            piece%slope = course%amplitude*((v(k + 1) - v(k))/(t(k + 1) - t(k)))
-            piece%constant = course%amplitude*v(k) + piece%slope*((tau - course%start) - t(k))
+            segment%slope = course%amplitude*((v(k + 1) - v(k))/(t(k + 1) - t(k)))
+            segment%constant = course%amplitude*v(k) + segment%slope*((tau - course%start) - t(k))
          end associate
       end select
-   end function piece_at
+   end function load_segment_at
 
    !> amplitude sin(angle + frequency t).
-   pure subroutine swing(amplitude, frequency, angle, piece)
+   pure subroutine omega(amplitude, frequency, angle, segment)
       real(wp), intent(in) :: amplitude
       real(wp), intent(in) :: frequency
       !> Where the piece begins
       real(wp), intent(in) :: angle
-      type(piece_t), intent(inout) :: piece
+      type(load_segment_t), intent(inout) :: segment
 
-      piece%frequency = frequency
-      piece%harmonic = cmplx(amplitude*sin(angle), -amplitude*cos(angle), wp)
-   end subroutine swing
+      segment%frequency = frequency
+      segment%harmonic = cmplx(amplitude*sin(angle), -amplitude*cos(angle), wp)
+   end subroutine omega
 
    !> Has an instant come, as far as rounding can tell?
    elemental function is_past(tau, instant) result(is)
@@ -111,10 +111,10 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: value
 
-      type(piece_t) :: piece
+      type(load_segment_t) :: segment
 
-      piece = piece_at(course, tau)
-      value = piece%constant + real(piece%harmonic, wp)
+      segment = load_segment_at(course, tau)
+      value = segment%constant + real(segment%harmonic, wp)
    end function value_at
 
    !> The acceleration of a base whose displacement is harmonic, or a cubic spline through a table, with no velocity at

@@ -69,23 +69,23 @@ module mode_terms
 contains
 
    !> The terms of a mode.
-   pure subroutine find_mode_terms(oscillators, place, start, drives, length, terms)
+   pure subroutine find_mode_terms(oscillators, place, start, driven_motions, length, terms)
       type(oscillators_t), intent(in) :: oscillators
       !> Which of them
       integer, intent(in) :: place
       !> z and z' at the start
       real(wp), intent(in) :: start(2)
       !> What drives it from rest besides
-      type(driven_mode_t), intent(in) :: drives(:)
+      type(driven_mode_t), intent(in) :: driven_motions(:)
       !> No later instant is asked for, > 0
       real(wp), intent(in) :: length
       type(mode_terms_t), intent(out) :: terms
 
       type(lone_mode_t) :: mode
       type(driven_mode_t) :: alone
-      real(wp) :: swing(2)
+      real(wp) :: omega(2)
       integer :: k
-      logical :: is_apart(size(drives))
+      logical :: is_apart(size(driven_motions))
 
       alone = make_driven_mode(oscillators, place)
       mode = lone_mode_t(swings=place <= oscillators%oscillating, decay=oscillators%decay(place), &
@@ -93,60 +93,60 @@ contains
          mass_rate=oscillators%mass_rate(place), own=alone%own, damping=alone%damping, length=length)
       allocate (terms%exponent(0), terms%amplitude(2, 0))
       ! besides what follows the loads there is a swing
-      swing = start
-      do k = 1, size(drives)
-         is_apart(k) = stands_apart(mode, drives(k))
-         if (is_apart(k)) call add_harmonic(mode, drives(k), swing, terms)
+      omega = start
+      do k = 1, size(driven_motions)
+         is_apart(k) = stands_apart(mode, driven_motions(k))
+         if (is_apart(k)) call add_harmonic(mode, driven_motions(k), omega, terms)
       end do
-      call add_near(mode, swing, pack(drives, .not. is_apart), terms)
+      call add_near(mode, omega, pack(driven_motions, .not. is_apart), terms)
    end subroutine find_mode_terms
 
    !> Is the pole of a load far from those of the mode, and from 0 where they are slow?
-   pure function stands_apart(mode, drive) result(does)
+   pure function stands_apart(mode, forced) result(does)
       type(lone_mode_t), intent(in) :: mode
-      type(driven_mode_t), intent(in) :: drive
+      type(driven_mode_t), intent(in) :: forced
       logical :: does
 
       if (abs(mode%own(1))*mode%length <= greatest_slow) then
-         does = drive%frequency*mode%length > greatest_slow_load
+         does = forced%frequency*mode%length > greatest_slow_load
       else
-         does = drive%frequency > 0.0_wp .and. &
-            abs(cmplx(0.0_wp, drive%frequency, wp) - mode%own(1))*mode%length > greatest_resonance
+         does = forced%frequency > 0.0_wp .and. &
+            abs(cmplx(0.0_wp, forced%frequency, wp) - mode%own(1))*mode%length > greatest_resonance
       end if
    end function stands_apart
 
    !> The terms but for those of harmonics that stand apart.
-   pure subroutine add_near(mode, start, drives, terms)
+   pure subroutine add_near(mode, start, driven_motions, terms)
       type(lone_mode_t), intent(in) :: mode
       real(wp), intent(in) :: start(2)
-      type(driven_mode_t), intent(in) :: drives(:)
+      type(driven_mode_t), intent(in) :: driven_motions(:)
       type(mode_terms_t), intent(inout) :: terms
 
-      real(wp) :: fast, rates(2), swing(2)
+      real(wp) :: fast, rates(2), omega(2)
       integer :: k
 
       rates = abs(mode%own)
       if (rates(2)*mode%length <= greatest_with_slow) then
-         call add_slow(mode, start, drives, 0.0_wp, terms)
+         call add_slow(mode, start, driven_motions, 0.0_wp, terms)
          return
       end if
-      swing = start
+      omega = start
       if (rates(1)*mode%length <= greatest_slow) then
-         if (size(drives) > 0) then
-            fast = -0.5_wp*real(transform_of(drives, mode%own(2)), wp)/mode%spread
-            call add_slow(mode, [0.0_wp, 0.0_wp], drives, fast, terms)
-            swing = swing + fast*[1.0_wp, real(mode%own(2), wp)]
+         if (size(driven_motions) > 0) then
+            fast = -0.5_wp*real(transform_of(driven_motions, mode%own(2)), wp)/mode%spread
+            call add_slow(mode, [0.0_wp, 0.0_wp], driven_motions, fast, terms)
+            omega = omega + fast*[1.0_wp, real(mode%own(2), wp)]
          end if
       else
-         do k = 1, size(drives)
-            if (drives(k)%frequency > 0.0_wp) then
-               call add_resonance(mode, drives(k), swing, terms)
+         do k = 1, size(driven_motions)
+            if (driven_motions(k)%frequency > 0.0_wp) then
+               call add_resonance(mode, driven_motions(k), omega, terms)
             else
-               call add_steady(mode, drives(k), swing, terms)
+               call add_steady(mode, driven_motions(k), omega, terms)
             end if
          end do
       end if
-      call add_swing(mode, swing, terms)
+      call add_swing(mode, omega, terms)
    end subroutine add_near
 
    !> The points of the circle of all that is slow.
@@ -160,17 +160,17 @@ contains
    end function slow_exponents
 
    !> Laplace transform of what drives a mode.
-   pure function transform_of(drives, s) result(value)
-      type(driven_mode_t), intent(in) :: drives(:)
+   pure function transform_of(driven_motions, s) result(value)
+      type(driven_mode_t), intent(in) :: driven_motions(:)
       complex(wp), intent(in) :: s
       complex(wp) :: value
 
       integer :: k
 
       value = (0.0_wp, 0.0_wp)
-      do k = 1, size(drives)
-         associate (force => drives(k)%force, turning => cmplx(0.0_wp, drives(k)%frequency, wp))
-            if (drives(k)%is_ramp) then
+      do k = 1, size(driven_motions)
+         associate (force => driven_motions(k)%force, turning => cmplx(0.0_wp, driven_motions(k)%frequency, wp))
+            if (driven_motions(k)%is_ramp) then
                value = value + real(force, wp)/s**2
             else
                value = value + 0.5_wp*(force/(s - turning) + conjg(force)/(s + turning))
@@ -180,15 +180,15 @@ contains
    end function transform_of
 
    !> The slow part of a mode, at the points that all share.
-   pure subroutine add_slow(mode, start, drives, fast, terms)
+   pure subroutine add_slow(mode, start, driven_motions, fast, terms)
       type(lone_mode_t), intent(in) :: mode
       real(wp), intent(in) :: start(2)
-      type(driven_mode_t), intent(in) :: drives(:)
+      type(driven_mode_t), intent(in) :: driven_motions(:)
       !> Amplitude of its fast exponent, which is left out
       real(wp), intent(in) :: fast
       type(mode_terms_t), intent(inout) :: terms
 
-      complex(wp) :: drive, reaction, s, swing, z
+      complex(wp) :: forced, reaction, s, omega, z
       real(wp) :: viscous(2)
       integer :: j
       logical :: is_stiff
@@ -200,76 +200,76 @@ contains
          is_stiff = mode%square*(1.0_wp + mode%two_zeta*radius) > radius*(radius + alpha)
          do j = 1, slow_points
             s = radius*slow_direction(j)
-            drive = transform_of(drives, s)
-            swing = 1.0_wp/((s - mode%own(1))*(s - mode%own(2)))
-            z = swing*drive - fast/(s - mode%own(2))
+            forced = transform_of(driven_motions, s)
+            omega = 1.0_wp/((s - mode%own(1))*(s - mode%own(2)))
+            z = omega*forced - fast/(s - mode%own(2))
             ! the same but for what has no poles within the circle
             if (is_stiff) then
-               reaction = (drive - s*(s + alpha)*z)/mode%square
+               reaction = (forced - s*(s + alpha)*z)/mode%square
             else
                reaction = (1.0_wp + mode%two_zeta*s)*z
             end if
-            z = z + swing*((s + mode%damping)*start(1) + start(2))
-            reaction = reaction + swing*((s + mode%damping)*viscous(1) + viscous(2))
+            z = z + omega*((s + mode%damping)*start(1) + start(2))
+            reaction = reaction + omega*((s + mode%damping)*viscous(1) + viscous(2))
             terms%slow(:, j) = terms%slow(:, j) + s/real(slow_points, wp)*[z, reaction]
          end do
       end associate
    end subroutine add_slow
 
    !> A constant or a slope far from which no exponent is slow: the mode follows, and swings about that.
-   pure subroutine add_steady(mode, drive, swing, terms)
+   pure subroutine add_steady(mode, forced, omega, terms)
       type(lone_mode_t), intent(in) :: mode
-      type(driven_mode_t), intent(in) :: drive
+      type(driven_mode_t), intent(in) :: forced
       !> z and z' at the start of what swings of itself; less by those
-      real(wp), intent(inout) :: swing(2)
+      real(wp), intent(inout) :: omega(2)
       type(mode_terms_t), intent(inout) :: terms
 
       real(wp) :: static, rate
 
-      static = real(drive%force, wp)/mode%square
+      static = real(forced%force, wp)/mode%square
       rate = 0.0_wp
-      if (drive%is_ramp) then
+      if (forced%is_ramp) then
          rate = static
          static = -static*mode%damping/mode%square
       end if
       terms%offset = terms%offset + [static, static + mode%two_zeta*rate]
       terms%slope = terms%slope + rate
-      swing = swing - [static, rate]
+      omega = omega - [static, rate]
    end subroutine add_steady
 
    !> A harmonic that stands apart: the mode follows, and swings about that.
-   pure subroutine add_harmonic(mode, drive, swing, terms)
+   pure subroutine add_harmonic(mode, forced, omega, terms)
       type(lone_mode_t), intent(in) :: mode
-      type(driven_mode_t), intent(in) :: drive
+      type(driven_mode_t), intent(in) :: forced
       !> z and z' at the start of what swings of itself; less by those
-      real(wp), intent(inout) :: swing(2)
+      real(wp), intent(inout) :: omega(2)
       type(mode_terms_t), intent(inout) :: terms
 
       complex(wp) :: answer, turning
 
-      turning = cmplx(0.0_wp, drive%frequency, wp)
-      answer = drive%force/((turning - mode%own(1))*(turning - mode%own(2)))
-      swing = swing - real(answer*[(1.0_wp, 0.0_wp), turning], wp)
+      turning = cmplx(0.0_wp, forced%frequency, wp)
+      answer = forced%force/((turning - mode%own(1))*(turning - mode%own(2)))
+      omega = omega - real(answer*[(1.0_wp, 0.0_wp), turning], wp)
       call add_terms([turning], [answer], [1.0_wp + mode%two_zeta*turning], terms)
    end subroutine add_harmonic
 
    !> A harmonic that turns almost as the mode does, which is below critical damping: a circle around both.
-   pure subroutine add_resonance(mode, drive, swing, terms)
+   pure subroutine add_resonance(mode, forced, omega, terms)
       type(lone_mode_t), intent(in) :: mode
-      type(driven_mode_t), intent(in) :: drive
+      type(driven_mode_t), intent(in) :: forced
       !> Grows by what swings backwards
-      real(wp), intent(inout) :: swing(2)
+      real(wp), intent(inout) :: omega(2)
       type(mode_terms_t), intent(inout) :: terms
 
       complex(wp), dimension(2*half_circle) :: s, arm, z
       complex(wp) :: turning, back
 
-      turning = cmplx(0.0_wp, drive%frequency, wp)
+      turning = cmplx(0.0_wp, forced%frequency, wp)
       arm = radius_times_length/mode%length*direction
       s = 0.5_wp*(turning + mode%own(1)) + arm
-      back = drive%force/((mode%own(2) - turning)*(mode%own(2) - mode%own(1)))
-      z = (drive%force/((s - turning)*(s - mode%own(1))) - back)/(s - mode%own(2))
-      swing = swing + real(back*[(1.0_wp, 0.0_wp), mode%own(2)], wp)
+      back = forced%force/((mode%own(2) - turning)*(mode%own(2) - mode%own(1)))
+      z = (forced%force/((s - turning)*(s - mode%own(1))) - back)/(s - mode%own(2))
+      omega = omega + real(back*[(1.0_wp, 0.0_wp), mode%own(2)], wp)
       call add_terms(s, arm/real(size(arm), wp)*z, 1.0_wp + mode%two_zeta*s, terms)
    end subroutine add_resonance
 

@@ -9,11 +9,11 @@ module exponential_powers
 contains
 
    !> exp(s t).
-   pure subroutine powers(blocks, decay, swing, t, real_part, imaginary_part)
+   pure subroutine powers(blocks, decay, omega, t, real_part, imaginary_part)
       !> Vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, swing
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, omega
       !> Time, >= 0
       real(wp), intent(in) :: t
       real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
@@ -29,10 +29,10 @@ contains
          factors(i) = exp(-min(decay(i)*t, greatest_exponent))
       end do
       do i = 1, lanes*blocks
-         cosines(i) = cos(swing(i)*t)
+         cosines(i) = cos(omega(i)*t)
       end do
       do i = 1, lanes*blocks
-         sines(i) = sin(swing(i)*t)
+         sines(i) = sin(omega(i)*t)
       end do
       !$omp simd
       do i = 1, lanes*blocks
@@ -42,11 +42,11 @@ contains
    end subroutine powers
 
    !> exp(s t) and exp(s t) - 1, the latter without cancellation where the time is short.
-   pure subroutine powers_less_one(blocks, decay, swing, t, real_part, imaginary_part, less_one, fall)
+   pure subroutine powers_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, fall)
       !> Vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
-      real(wp), intent(in), dimension(lanes*blocks) :: decay, swing
+      real(wp), intent(in), dimension(lanes*blocks) :: decay, omega
       !> Time, >= 0
       real(wp), intent(in) :: t
       real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
@@ -71,10 +71,10 @@ contains
          factors(i) = exp(-min(decay(i)*t, greatest_exponent))
       end do
       do i = 1, lanes*blocks
-         cosines(i) = cos(0.5_wp*swing(i)*t)
+         cosines(i) = cos(0.5_wp*omega(i)*t)
       end do
       do i = 1, lanes*blocks
-         sines(i) = sin(0.5_wp*swing(i)*t)
+         sines(i) = sin(0.5_wp*omega(i)*t)
       end do
       !$omp simd private(x, versed)
       do i = 1, lanes*blocks
@@ -91,12 +91,12 @@ contains
    end subroutine powers_less_one
 
    !> Terms A exp(s t), always by the same arithmetic: what is asked for besides changes no motion.
-   pure subroutine find_terms(amplitude, decay, swing, t, term, imaginary_part, less_one, fall)
+   pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, fall)
       !> A, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> -Re s and Im s, [padded]
       real(wp), contiguous, intent(in) :: decay(:)
-      real(wp), contiguous, intent(in) :: swing(:)
+      real(wp), contiguous, intent(in) :: omega(:)
       !> Time, >= 0
       real(wp), intent(in) :: t
       !> [count]
@@ -109,7 +109,7 @@ contains
       real(wp) :: real_part(size(decay))
       integer :: m
 
-      call powers_less_one(size(decay)/lanes, decay, swing, t, real_part, imaginary_part, less_one, fall)
+      call powers_less_one(size(decay)/lanes, decay, omega, t, real_part, imaginary_part, less_one, fall)
       do m = 1, size(amplitude)
          associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
             term(m) = cmplx(x*real_part(m) - y*imaginary_part(m), x*imaginary_part(m) + y*real_part(m), wp)

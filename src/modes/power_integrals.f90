@@ -13,7 +13,7 @@ module power_integrals
    type :: power_form_t
       !> s, [count], with -Re s and Im s filled up with zeros to whole vectors
       complex(wp), allocatable :: exponent(:)
-      real(wp), allocatable :: decay(:), swing(:)
+      real(wp), allocatable :: decay(:), omega(:)
       !> Sums of products of the real parts of the rates, then of the imaginary ones, [2 count, 2 count]
       real(wp), allocatable :: product(:, :)
       !> Its integral: x^T matrix x with x the real parts of all A_m, then the imaginary ones, [2 count, 2 count], but
@@ -59,16 +59,16 @@ contains
 
       associate (k => size(exponent), squares => size(rate, 1))
          allocate (form%exponent, source=exponent)
-         allocate (form%decay(padded(k)), form%swing(padded(k)), source=0.0_wp)
+         allocate (form%decay(padded(k)), form%omega(padded(k)), source=0.0_wp)
          form%decay(:k) = -real(exponent, wp)
-         form%swing(:k) = aimag(exponent)
+         form%omega(:k) = aimag(exponent)
          allocate (parts(squares, 2*k))
          parts(:, :k) = real(rate, wp)
          parts(:, k + 1:) = aimag(rate)
          allocate (form%product(2*k, 2*k), form%matrix(2*k, 2*k), form%steady(k), form%close(2, 0))
          call dgemm('T', 'N', 2*k, 2*k, squares, 1.0_wp, parts, squares, parts, squares, 0.0_wp, form%product, 2*k)
          do n = 1, k
-            call integrate_pairs(n, form%decay(:k), form%swing(:k), form%product(:, n), form%product(:, k + n), &
+            call integrate_pairs(n, form%decay(:k), form%omega(:k), form%product(:, n), form%product(:, k + n), &
                form%matrix(:, n), form%matrix(:, k + n), apart)
             call find_pair(form, n, n, plain, conjugate)
             form%steady(n) = 0.5_wp*real(conjugate, wp)
@@ -81,12 +81,12 @@ contains
    end subroutine make_power_form
 
    !> The columns of the matrix for a term.
-   pure subroutine integrate_pairs(n, decay, swing, low, high, low_integral, high_integral, apart)
+   pure subroutine integrate_pairs(n, decay, omega, low, high, low_integral, high_integral, apart)
       !> Which one
       integer, intent(in) :: n
       !> -Re s, Im s, [count]
       real(wp), contiguous, intent(in) :: decay(:)
-      real(wp), contiguous, intent(in) :: swing(:)
+      real(wp), contiguous, intent(in) :: omega(:)
       !> Products with its real and with its imaginary part, [2 count]
       real(wp), contiguous, intent(in) :: low(:)
       real(wp), contiguous, intent(in) :: high(:)
@@ -100,19 +100,19 @@ contains
       integer :: k, m
 
       k = size(decay)
-      least_apart = nearness**2*(decay(n)**2 + swing(n)**2)
+      least_apart = nearness**2*(decay(n)**2 + omega(n)**2)
       !$omp simd private(minus, square)
       do m = 1, k
-         apart(m) = (decay(m) + decay(n))**2 + (swing(m) - swing(n))**2
-         square = nearness**2*(decay(m)**2 + swing(m)**2)
+         apart(m) = (decay(m) + decay(n))**2 + (omega(m) - omega(n))**2
+         square = nearness**2*(decay(m)**2 + omega(m)**2)
          apart(m) = merge(0.0_wp, apart(m), apart(m) <= square .and. apart(m) <= least_apart)
       end do
       apart(n) = 0.0_wp
       !$omp simd private(both, even, minus, odd, over_minus, over_plus, plus, square, u, v, x, y)
       do m = 1, k
          both = decay(m) + decay(n)
-         plus = swing(m) + swing(n)
-         minus = swing(m) - swing(n)
+         plus = omega(m) + omega(n)
+         minus = omega(m) - omega(n)
          ! 1/(s_m + s_n) = -(both + i plus) over_plus, 1/(s_m + conj(s_n)) = -(both + i minus) over_minus
          square = both**2 + plus**2
          over_plus = merge(0.5_wp, 0.0_wp, square > least)/max(square, least)
@@ -170,7 +170,7 @@ contains
          end if
          if (.not. allocated(span%amplitude)) allocate (span%amplitude(k), span%term(k), span%change(k), &
             span%changes(2*k), span%sums(2*k), span%steady(k))
-         call find_terms(amplitude, form%decay, form%swing, time, span%term, imaginary_part, less_one, fall)
+         call find_terms(amplitude, form%decay, form%omega, time, span%term, imaginary_part, less_one, fall)
          span%time = time
          span%amplitude(:) = amplitude
          ! of A^2 and B^2 the difference is (A - B) (A + B)
@@ -254,7 +254,7 @@ contains
 
       value = span%amplitude*span%time
       do m = 1, size(value)
-         if (form%decay(m) + form%swing(m) > 0.0_wp) value(m) = span%change(m)/form%exponent(m)
+         if (form%decay(m) + form%omega(m) > 0.0_wp) value(m) = span%change(m)/form%exponent(m)
       end do
    end function integrals_in
 

@@ -1,12 +1,12 @@
 !> Static shapes of a beam on its supports under point forces.
 !>
-!> In its element curvatures (`held_coordinates`) a point force bends the beam by sums in which nothing cancels, and
+!> In its element curvatures (`support_coordinates`) a point force bends the beam by sums in which nothing cancels, and
 !> what supports take away is a projection: on meshes however uneven more digits stay than in a factorised stiffness,
 !> which may not even have positive pivots there.
 module static_shapes
    use beam_model, only: beam_model_t, is_mechanism
    use failures, only: fail, failure_t, status_run_failed
-   use held_coordinates, only: displace, displace_transposed, held_beam_t, make_held_beam
+   use support_coordinates, only: displace, displace_transposed, supported_beam_t, make_supported_beam
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -17,7 +17,7 @@ contains
    !> Ready for forces.
    pure subroutine make_elastic_beam(model, beam, error)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(out) :: beam
+      type(supported_beam_t), intent(out) :: beam
       !> Set when it is free to move without strain
       type(failure_t), allocatable, intent(out) :: error
 
@@ -30,12 +30,12 @@ contains
       ! at rest a node without mass moves like any other
       elastic = model
       elastic%has_massless_node = .false.
-      call make_held_beam(elastic, beam)
+      call make_supported_beam(elastic, beam)
    end subroutine make_elastic_beam
 
    !> y and dy/dx of the nodes under a unit force, E Ibar = L = 1.
    pure function unit_shape(beam, dof) result(shape)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Degree of freedom on which the force acts; one that is held gives no shape
       integer, intent(in) :: dof
       real(wp), allocatable :: shape(:)
@@ -43,7 +43,7 @@ contains
       real(wp) :: force(beam%dofs), strain(beam%order)
 
       allocate (shape(beam%dofs), source=0.0_wp)
-      if (any(beam%held == dof)) return
+      if (any(beam%supported == dof)) return
       force = 0.0_wp
       force(dof) = 1.0_wp
       call displace_transposed(beam, force, strain)

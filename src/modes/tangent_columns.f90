@@ -41,31 +41,31 @@ module tangent_columns
 contains
 
    !> Room for so many columns, all zero.
-   pure subroutine open_tangent(modes, surfaces, columns, tangent)
+   pure subroutine open_tangent(modes, contacts, columns, tangent)
       integer, intent(in) :: modes
-      integer, intent(in) :: surfaces
+      integer, intent(in) :: contacts
       integer, intent(in) :: columns
       type(tangent_t), intent(inout) :: tangent
 
-      allocate (tangent%q(modes, columns), tangent%v(modes, columns), tangent%memory(surfaces, columns), &
+      allocate (tangent%q(modes, columns), tangent%v(modes, columns), tangent%memory(contacts, columns), &
          tangent%delay(columns), source=0.0_wp)
    end subroutine open_tangent
 
    !> Impulses at surfaces turn the velocities there back: B'v+ = -eps B'v over those that give one.
-   subroutine strike_columns(value, restitution, acts, tangent)
+   subroutine strike_columns(value, restitution, is_active, tangent)
       !> Modes at those that take part, [modes, taking]
       real(wp), intent(in) :: value(:, :)
       !> [taking]
       real(wp), intent(in) :: restitution(:)
-      logical, intent(in) :: acts(:)
+      logical, intent(in) :: is_active(:)
       type(tangent_t), intent(inout) :: tangent
 
-      real(wp) :: mobility(size(acts), size(acts)), impulse(size(acts))
+      real(wp) :: mobility(size(is_active), size(is_active)), impulse(size(is_active))
       integer :: i
 
       mobility = matmul(transpose(value), value)
       do i = 1, size(tangent%delay)
-         call solve_active(mobility, (1.0_wp + restitution)*matmul(tangent%v(:, i), value), acts, impulse)
+         call solve_active(mobility, (1.0_wp + restitution)*matmul(tangent%v(:, i), value), is_active, impulse)
          tangent%v(:, i) = tangent%v(:, i) + matmul(value, impulse)
       end do
    end subroutine strike_columns

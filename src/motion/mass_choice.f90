@@ -5,7 +5,7 @@ module mass_choice
    use kinds, only: wp
    use run_settings, only: impulse_nodal, method_exact, run_settings_t, stop_settings_t
    use stop_laws, only: is_rigid
-   use stop_surfaces, only: has_one_contact, stops_of
+   use stop_contacts, only: has_one_contact, stops_of
    implicit none (type, external)
    private
    public :: errs_less_redistributed

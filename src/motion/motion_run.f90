@@ -8,7 +8,7 @@ module motion_run
    use few_modes, only: find_base_modes
    use free_modes, only: free_modes_t
    use kinds, only: wp
-   use load_settings, only: is_in_mode, start_pull
+   use load_settings, only: is_in_mode, start_release
    use mass_choice, only: errs_less_redistributed
    use newmark_motion, only: check_newmark, newmark_response
    use number_text, only: to_text
@@ -19,7 +19,7 @@ module motion_run
    use static_states, only: find_static_start
    use stop_laws, only: is_rigid
    use stop_pairs, only: check_nodes_of_stops
-   use stop_surfaces, only: has_one_contact, stops_of, surfaces_of
+   use stop_contacts, only: has_one_contact, stops_of, contacts_of
    implicit none (type, external)
    private
    public :: run_motion, check_motion, find_shared_modes, set_store_t
@@ -53,7 +53,7 @@ contains
          call newmark_response(model, settings, response, error, carried)
       end select
       if (has_one_contact(settings, size(model%supports))) then
-         if (allocated(response%surfaces)) deallocate (response%surfaces)
+         if (allocated(response%contacts)) deallocate (response%contacts)
       end if
       response%mesh_check%elements = model%mesh%elements
       response%mesh_check%is_redistributed = model%is_redistributed
@@ -90,8 +90,8 @@ contains
       is_alone = has_one_contact(settings, size(model%supports))
       if (settings%has_stop .and. .not. is_alone) then
          call check_nodes_of_stops(stops_of(settings), model%stop_dofs, error)
-         if (.not. allocated(error) .and. settings%start%kind == start_pull) then
-            call find_static_start(model, surfaces_of(settings), start, error)
+         if (.not. allocated(error) .and. settings%start%kind == start_release) then
+            call find_static_start(model, contacts_of(settings), start, error)
          end if
          if (allocated(error)) return
       end if

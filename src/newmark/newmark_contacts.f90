@@ -6,11 +6,12 @@ module newmark_contacts
    use contact_rows, only: along, put_along
    use failures, only: fail, status_run_failed
    use kinds, only: wp
-   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_held, is_in_contact, is_lifted, is_open, &
+   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_in_contact, is_lifted, is_open, &
       lets_go, lifted_force, nowhere, newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use number_text, only: to_text
-   use response_types, only: append_event, event_blow, event_capture, event_contact, event_impact, event_release, &
+   use response_types, only: append_event, event_closed_impulse, event_capture, event_contact, event_impact, &
+      event_release, &
       event_separation, event_t, is_contact_end, response_t
    use run_recorder, only: charge_event
    use yielding_stop, only: contact_force
@@ -112,7 +113,7 @@ contains
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k))
                if (contact%status == is_in_contact) call accelerate(state%beam%acceleration, k, state%force(k))
-               if (contact%status /= is_held .and. .not. contact%is_stopped) cycle
+               if (contact%status /= is_constrained .and. .not. contact%is_stopped) cycle
                n = n + 1
                members(n) = k
             end associate
@@ -188,21 +189,22 @@ contains
       !> Events
       type(response_t), intent(inout) :: response
 
-      logical :: was_held
+      logical :: was_constrained
 
       associate (contact => run%contacts(k), state => run%states(run%now))
-         was_held = contact%status == is_held
+         was_constrained = contact%status == is_constrained
          if (reaction > 0.0_wp) then
             state%force(k) = reaction
-            contact%status = is_held
+            contact%status = is_constrained
             contact%judged = .false.
             contact%refused_end = nowhere
-            if (.not. (was_held .or. contact%is_captured)) then
+            if (.not. (was_constrained .or. contact%is_captured)) then
                call keep_event(run, k, event_here(run, k, event_capture), response)
             end if
          else
             call open_contact(run, k)
-            if (was_held .or. contact%is_captured) call keep_event(run, k, event_here(run, k, event_release), response)
+            if (was_constrained .or. contact%is_captured) call keep_event(run, k, event_here(run, k, event_release), &
+               response)
          end if
          contact%is_stopped = .false.
          contact%is_captured = .false.
@@ -222,10 +224,10 @@ contains
       associate (state => run%states(run%now)%beam, contact => run%contacts(k))
          event%tau = instant_of(run)
          event%kind = kind
-         event%eta = contact%row%sign*(along(contact%row, state%displacement) - contact%surface%height)
+         event%eta = contact%row%sign*(along(contact%row, state%displacement) - contact%contact%height)
          event%velocity_before = contact%row%sign*along(contact%row, state%velocity)
          event%velocity_after = event%velocity_before
-         event%surface = contact%surface%number
+         event%contact = contact%contact%number
       end associate
    end function event_here
 
@@ -248,7 +250,7 @@ contains
       call charge_event(run%ledger, event%energy_change)
       associate (contact => run%contacts(k))
          contact%dissipated = contact%dissipated - event%energy_change
-         if (any(event%kind == [event_impact, event_capture, event_blow])) call measure_impulse( &
+         if (any(event%kind == [event_impact, event_capture, event_closed_impulse])) call measure_impulse( &
             run%observers%measures, k, event%tau, event%impulse)
          if (event%kind == event_impact .or. is_contact_end(event%kind)) contact%flights = contact%flights + 1
       end associate

@@ -6,14 +6,14 @@ module newmark_events
    use kinds, only: wp
    use newmark_contacts, only: begin_contact, end_contact, event_here, keep_event, open_contact, settle
    use newmark_impacts, only: strike
-   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_held, is_inactive, is_in_contact, is_lifted, &
+   use newmark_run, only: gap_at, gap_rate_at, instant_of, is_constrained, is_inactive, is_in_contact, is_lifted, &
       is_open, lets_go, lifted_force, rounding_at, newmark_run_t
    use number_text, only: to_text
    use response_types, only: event_release, response_t
    use step_intervals, only: cubic_of, greatest_of
    implicit none (type, external)
    private
-   public :: find_events, give_way, meet_and_leave
+   public :: find_events, give_way, begin_and_end_contacts
 
 contains
 
@@ -34,7 +34,7 @@ contains
          select case (run%contacts(k)%status)
          case (is_open)
             call check_flight(run, k, step)
-         case (is_held, is_in_contact)
+         case (is_constrained, is_in_contact)
             if (run%closing(k)) run%leaves(k) = fades(run, k)
          case (is_lifted)
             call check_lifted(run, k)
@@ -43,7 +43,7 @@ contains
          end select
          happens = happens .or. run%arrives(k) .or. run%leaves(k)
       end do
-      if (happens) call meet_and_leave(run, response)
+      if (happens) call begin_and_end_contacts(run, response)
    end subroutine find_events
 
 
@@ -127,21 +127,21 @@ contains
 
       integer :: k
 
-      run%leaves = run%refuses .and. (run%contacts%status == is_held .or. run%contacts%status == is_in_contact)
+      run%leaves = run%refuses .and. (run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact)
       run%arrives = run%refuses .and. run%contacts%status == is_lifted
       if (any(run%arrives) .or. any(run%leaves)) then
-         call meet_and_leave(run, response)
+         call begin_and_end_contacts(run, response)
          return
       end if
       k = findloc(run%refuses, .true., dim=1)
       call fail(run%error, status_run_failed, 'the contact near tau = '//to_text(instant_of(run))//' at '// &
-         to_text(run%contacts(k)%surface%settings%position)//' cannot be located: even the step halved to its limit &
+         to_text(run%contacts(k)%contact%settings%position)//' cannot be located: even the step halved to its limit &
       &goes through the stop; contact_tolerance is too small, or the motion is not finite')
    end subroutine give_way
 
 
    !> What arrives and what leaves at one instant.
-   pure subroutine meet_and_leave(run, response)
+   pure subroutine begin_and_end_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -150,7 +150,7 @@ contains
 
       do k = 1, size(run%contacts)
          if (.not. run%leaves(k)) cycle
-         if (run%contacts(k)%status == is_held) then
+         if (run%contacts(k)%status == is_constrained) then
             call open_contact(run, k)
             call keep_event(run, k, event_here(run, k, event_release), response)
          else
@@ -165,6 +165,6 @@ contains
       end do
       if (any(run%arrives)) call strike(run, response)
       if (.not. allocated(run%error)) call settle(run, response)
-   end subroutine meet_and_leave
+   end subroutine begin_and_end_contacts
 
 end module newmark_events

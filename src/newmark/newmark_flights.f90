@@ -85,16 +85,16 @@ contains
       associate (start => run%flight_start, blocks => run%observers%blocks)
          start%block = blocks_begun(blocks, instant_of(run))
          if (.not. allocated(start%impacts)) then
-            allocate (start%impacts(size(blocks%surface)), start%has_flown(size(blocks%surface)))
-            allocate (start%sums(size(blocks%tip%sums, 1), 0:size(blocks%surface)))
+            allocate (start%impacts(size(blocks%contact)), start%has_flown(size(blocks%contact)))
+            allocate (start%sums(size(blocks%tip%sums, 1), 0:size(blocks%contact)))
          end if
          associate (block => min(max(start%block, 1), size(blocks%tip%sums, 2)))
             start%sums(:, 0) = blocks%tip%sums(:, block)
-            do k = 1, size(blocks%surface)
-               associate (surface => blocks%surface(k))
-                  start%sums(:, k) = surface%sums(:, block)
-                  if (surface%count > 0) start%impacts(k) = surface%impacts(surface%count)
-                  start%has_flown(k) = surface%has_flown
+            do k = 1, size(blocks%contact)
+               associate (contact => blocks%contact(k))
+                  start%sums(:, k) = contact%sums(:, block)
+                  if (contact%count > 0) start%impacts(k) = contact%impacts(contact%count)
+                  start%has_flown(k) = contact%has_flown
                end associate
             end do
          end associate
@@ -115,14 +115,14 @@ contains
          do block = first + 1, last
             blocks%tip%sums(:, block) = empty_block(blocks%edge(block - 1:block))
          end do
-         do k = 1, size(blocks%surface)
-            associate (surface => blocks%surface(k))
-               surface%sums(:, first) = start%sums(:, k)
+         do k = 1, size(blocks%contact)
+            associate (contact => blocks%contact(k))
+               contact%sums(:, first) = start%sums(:, k)
                do block = first + 1, last
-                  surface%sums(:, block) = empty_block(blocks%edge(block - 1:block))
+                  contact%sums(:, block) = empty_block(blocks%edge(block - 1:block))
                end do
-               if (surface%count > 0) surface%impacts(surface%count) = start%impacts(k)
-               surface%has_flown = start%has_flown(k)
+               if (contact%count > 0) contact%impacts(contact%count) = start%impacts(k)
+               contact%has_flown = start%has_flown(k)
             end associate
          end do
       end associate

@@ -9,10 +9,10 @@ module newmark_impacts
    use newmark_contacts, only: event_here, keep_event, open_contact
    use newmark_energies, only: momentum_along
    use newmark_flights, only: take_flight_back
-   use newmark_run, only: begins_now, gap_at, gap_rate_at, is_held, is_open, level_of, newmark_run_t, nowhere
+   use newmark_run, only: begins_now, gap_at, gap_rate_at, is_constrained, is_open, level_of, newmark_run_t, nowhere
    use newmark_stability, only: highest_frequency
    use newmark_stepper, only: newmark_stepper_t
-   use response_types, only: event_blow, event_capture, event_impact, event_release, event_t, response_t
+   use response_types, only: event_closed_impulse, event_capture, event_impact, event_release, event_t, response_t
    use run_settings, only: impulse_nodal
    implicit none (type, external)
    private
@@ -69,7 +69,7 @@ contains
       do k = 1, size(run%contacts)
          rate = gap_rate_at(run, k, run%states(run%now))
          associate (contact => run%contacts(k))
-            if (contact%status == is_held .or. contact%is_stopped) then
+            if (contact%status == is_constrained .or. contact%is_stopped) then
                part = holds
             else
                if (.not. touches(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
@@ -78,11 +78,11 @@ contains
                   part = comes_to_rest
                end if
             end if
-            call take_part(k, part, rate, contact%surface%settings%restitution, struck, n)
+            call take_part(k, part, rate, contact%contact%settings%restitution, struck, n)
          end associate
       end do
       associate (nodal => struck(:n)%part == rebounds .and. &
-         run%contacts(struck(:n)%contact)%surface%settings%impulse == impulse_nodal)
+         run%contacts(struck(:n)%contact)%contact%settings%impulse == impulse_nodal)
          is_nodal = any(nodal)
          if (.not. is_nodal) return
          struck(:count(nodal)) = pack(struck(:n), nodal)
@@ -135,7 +135,7 @@ contains
          n = 0
          last = 0
          do k = 1, size(run%contacts)
-            if (.not. (is_caught(k) .or. run%contacts(k)%status == is_held)) cycle
+            if (.not. (is_caught(k) .or. run%contacts(k)%status == is_constrained)) cycle
             n = n + 1
             if (is_caught(k)) last = n
             members(n) = k
@@ -148,7 +148,7 @@ contains
          do k = 1, n
             associate (contact => run%contacts(members(k)))
                call put_along(contact%row, 0.0_wp, state%beam%velocity)
-               if (contact%status == is_held) then
+               if (contact%status == is_constrained) then
                   call keep_blow(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
                   cycle
@@ -270,7 +270,7 @@ contains
             if (struck%part /= holds) return
             event = event_here(run, k, event_release)
             event%velocity_before = 0.0_wp
-            if (contact%status == is_held .or. contact%is_captured) call keep_event(run, k, event, response)
+            if (contact%status == is_constrained .or. contact%is_captured) call keep_event(run, k, event, response)
             call open_contact(run, k)
             contact%armed = .true.
             call begin_flight(run, k)
@@ -318,7 +318,7 @@ contains
 
       type(event_t) :: event
 
-      event = event_here(run, k, event_blow)
+      event = event_here(run, k, event_closed_impulse)
       event%impulse = impulse
       call keep_event(run, k, event, response)
    end subroutine keep_blow

@@ -10,7 +10,7 @@ module newmark_motion
    use contact_rows, only: along, band, contact_row_t, put_along
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: i8, wp
-   use load_settings, only: start_pull
+   use load_settings, only: start_release
    use moment_places, only: open_moments
    use newmark_contacts, only: settle
    use newmark_energies, only: kinetic_energy, strain_energy
@@ -19,7 +19,7 @@ module newmark_motion
    use newmark_limits, only: blame_mesh, check_ledger, check_mesh, divide_step
    use newmark_loads, only: further_damping, level_to_jump, pass_jump, prepare_loads
    use newmark_moments, only: moments_now, start_moments
-   use newmark_run, only: energy_left, instant_of, is_held, is_inactive, is_in_contact, level_of, nowhere, &
+   use newmark_run, only: energy_left, instant_of, is_constrained, is_inactive, is_in_contact, level_of, nowhere, &
       newmark_run_t, contact_energy, whole_step
    use newmark_samples, only: shapes_in_step, take_sample
    use newmark_sections, only: resume, state_of, take_over
@@ -27,9 +27,9 @@ module newmark_motion
    use newmark_stepper, only: deepest_level, make_newmark_stepper
    use newmark_steps, only: account_step, find_refusals, observe_step, prepare_level, try_step
    use number_text, only: to_text
-   use response_records, only: open_records, open_surface_record
+   use response_records, only: open_records, open_contact_record
    use response_types, only: miss_of_energies, response_t
-   use run_measures, only: no_rest, open_tally
+   use run_measures, only: no_rest, open_accumulator
    use run_observers, only: finish_observers, observe_events, open_observers
    use run_reach, only: tell_reach
    use run_settings, only: count_samples, law_spring_damper, output_settings_t, run_settings_t
@@ -38,7 +38,7 @@ module newmark_motion
    use static_states, only: find_static_rest, find_static_start
    use step_intervals, only: open_step_interval
    use stop_laws, only: make_yielding_stop
-   use stop_surfaces, only: acting, has_one_contact, surface_t, surfaces_of
+   use stop_contacts, only: active_contacts, has_one_contact, contact_t, contacts_of
    implicit none (type, external)
    private
    public :: newmark_response, check_newmark
@@ -118,18 +118,18 @@ contains
          has_loads(settings))
       call open_moments(model, settings, samples, response)
       call start_moments(model, settings, response, run)
-      allocate (response%surfaces(size(run%contacts)))
+      allocate (response%contacts(size(run%contacts)))
       do k = 1, size(run%contacts)
-         associate (surface => run%contacts(k)%surface)
+         associate (contact => run%contacts(k)%contact)
             ! 7 % of the time of a long run goes into histories that its file does not have
             kept = settings%output
             kept%history = kept%history .and. .not. has_one_contact(settings, size(model%supports))
-            call open_surface_record(surface, kept, samples + 1, response%surfaces(surface%number))
+            call open_contact_record(contact, kept, samples + 1, response%contacts(contact%number))
          end associate
       end do
       run%keeps_ledger = allocated(response%energy) .or. settings%output%measures
-      call open_observers(settings, run%contacts%surface%number, [(allocated(run%contacts(k)%stop), &
-         k=1, size(run%contacts))], run%pulled, response, run%observers)
+      call open_observers(settings, run%contacts%contact%number, [(allocated(run%contacts(k)%stop), &
+         k=1, size(run%contacts))], run%release_contact, response, run%observers)
       if (allocated(run%observers%blocks)) run%observers%blocks%hop_tolerance = run%hop_height
       places = 0
       if (allocated(run%places)) places = size(response%moments)
@@ -158,12 +158,12 @@ contains
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
-      response%ends_in_contact = any(run%contacts%status == is_held .or. run%contacts%status == is_in_contact)
+      response%ends_in_contact = any(run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact)
       response%factorisations = run%stepper%factorisations
       associate (ledger => run%ledger, measures => run%observers%measures)
-         if (measures%is_wanted) measures%of(run%pulled)%measures%final_energy = energy_left(run)
+         if (measures%is_wanted) measures%of(run%release_contact)%measures%final_energy = energy_left(run)
          call finish_observers(run%observers, instant_of(run), [ledger%dissipated_beam, ledger%dissipated_stop, &
-            ledger%dissipated_impact], ledger%created, run%contacts%surface%number, response)
+            ledger%dissipated_impact], ledger%created, run%contacts%contact%number, response)
       end associate
    end subroutine finish
 
@@ -191,7 +191,7 @@ contains
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: held
-      type(surface_t), allocatable :: surfaces(:)
+      type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
       real(wp), allocatable :: shape(:)
       real(wp) :: kinetic
@@ -203,14 +203,14 @@ contains
       run%hop_height = max(settings%response%hop_tolerance, settings%response%contact_tolerance)
       run%event_limit = settings%response%event_limit
       run%height_ratio = settings%height_ratio
-      surfaces = surfaces_of(settings)
-      if (settings%start%kind == start_pull) call find_static_start(model, surfaces, shape, error)
+      contacts = contacts_of(settings)
+      if (settings%start%kind == start_release) call find_static_start(model, contacts, shape, error)
       if (allocated(error)) return
-      run%pulled = findloc(surfaces%is_pulled, .true., dim=1)
+      run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
       held = hold_supports(model)
-      if (run%pulled > 0) then
-         held%stop_dof = model%stop_dofs(surfaces(run%pulled)%stop)
-         run%height = surfaces(run%pulled)%sign*surfaces(run%pulled)%height
+      if (run%release_contact > 0) then
+         held%stop_dof = model%stop_dofs(contacts(run%release_contact)%stop)
+         run%height = contacts(run%release_contact)%sign*contacts(run%release_contact)%height
       end if
       call divide_step(held, settings%zeta, settings%response, run%parts, error)
       if (allocated(error)) return
@@ -227,46 +227,46 @@ contains
          call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
             scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
       end associate
-      if (.not. allocated(error)) call make_start(model, held, settings, surfaces, shape, run, error)
+      if (.not. allocated(error)) call make_start(model, held, settings, contacts, shape, run, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call blame_mesh(error)
          return
       end if
       run%states(2) = run%states(1)
-      call make_contacts(model, surfaces, run, error)
+      call make_contacts(model, contacts, run, error)
       if (allocated(error)) return
       call strain_energy(run%stepper, run%states(1)%beam, run%start_energy)
       call kinetic_energy(run%stepper, run%states(1)%beam, kinetic)
       run%start_energy = run%start_energy + kinetic + sum([(contact_energy(run, k, run%states(1)), k=1, &
-         size(surfaces))])
+         size(contacts))])
    end subroutine make_run
 
    !> The surfaces as the run sees them.
-   subroutine make_contacts(model, surfaces, run, error)
+   subroutine make_contacts(model, contacts, run, error)
       type(beam_model_t), intent(in) :: model
-      type(surface_t), intent(in) :: surfaces(:)
+      type(contact_t), intent(in) :: contacts(:)
       !> Gets them
       type(newmark_run_t), intent(inout) :: run
       !> Set when the tolerance of contact is too wide for them, or a law is for one stop alone
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: j, k, n
-      logical :: acts(size(surfaces))
+      logical :: is_active(size(contacts))
 
-      n = size(surfaces)
+      n = size(contacts)
       allocate (run%contacts(n), run%mass_columns(1 - band:run%stepper%order + band, n), run%mobility(n, n), &
          run%closed(n), run%rows(n, n), run%right(n), run%refuses(n), run%closing(n), run%arrives(n), run%leaves(n))
       run%closing = .false.
-      run%contacts%row = [(contact_row_t(model%stop_dofs(surfaces(k)%stop), surfaces(k)%sign), k=1, n)]
-      acts = acting(surfaces, run%contacts%row%dof)
+      run%contacts%row = [(contact_row_t(model%stop_dofs(contacts(k)%stop), contacts(k)%sign), k=1, n)]
+      is_active = active_contacts(contacts, run%contacts%row%dof)
       run%mass_columns = 0.0_wp
       do k = 1, n
          associate (contact => run%contacts(k))
-            contact%surface = surfaces(k)
-            if (.not. acts(k)) contact%status = is_inactive
-            call make_yielding_stop(surfaces(k)%settings, contact%stop)
+            contact%contact = contacts(k)
+            if (.not. is_active(k)) contact%status = is_inactive
+            call make_yielding_stop(contacts(k)%settings, contact%stop)
             run%yields = run%yields .or. allocated(contact%stop)
-            contact%is_viscous = surfaces(k)%settings%law == law_spring_damper
+            contact%is_viscous = contacts(k)%settings%law == law_spring_damper
             call check_contact(run, k, error)
             if (allocated(error)) return
             call put_along(contact%row, 1.0_wp, run%mass_columns(:, k))
@@ -305,10 +305,10 @@ contains
          do j = 1, k - 1
             associate (other => run%contacts(j))
                if (other%row%dof /= contact%row%dof .or. other%row%sign*contact%row%sign > 0.0_wp) cycle
-               clearance = -(other%surface%height + contact%surface%height)
+               clearance = -(other%contact%height + contact%contact%height)
                if (clearance > 2.0_wp*run%contact_tolerance) cycle
                call fail(error, status_bad_input, 'contact_tolerance '//to_text(run%contact_tolerance)// &
-                  ' must be below half the clearance at '//to_text(contact%surface%settings%position)//', which is '// &
+                  ' must be below half the clearance at '//to_text(contact%contact%settings%position)//', which is '// &
                   to_text(clearance)//' of the distance that the beam was pulled')
                return
             end associate
@@ -418,15 +418,17 @@ contains
       forces = 0.0_wp
       energy = no_rest
       if (run%loads%count == 0 .and. .not. is_mechanism(model)) then
-         call find_static_rest(model, run%contacts%surface, forces, energy, error)
+         call find_static_rest(model, run%contacts%contact, forces, energy, error)
          if (allocated(error)) return
       end if
-      call open_measures(size(run%contacts), run%pulled, .true., settings%output%most_peaks, run%observers%measures)
-      call open_tally(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, run%observers%measures%of(0)%tally)
+      call open_measures(size(run%contacts), run%release_contact, .true., settings%output%most_peaks, &
+         run%observers%measures)
+      call open_accumulator(.false., run%start_energy, 0.0_wp, energy, run%height_ratio, &
+         run%observers%measures%of(0)%accumulator)
       do k = 1, size(run%contacts)
          associate (contact => run%contacts(k))
-            call open_tally(allocated(contact%stop), run%start_energy, forces(k), energy, run%height_ratio, &
-               run%observers%measures%of(k)%tally)
+            call open_accumulator(allocated(contact%stop), run%start_energy, forces(k), energy, run%height_ratio, &
+               run%observers%measures%of(k)%accumulator)
          end associate
       end do
    end subroutine start_measures

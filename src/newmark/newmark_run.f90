@@ -13,12 +13,12 @@ module newmark_run
    use skyline_matrix, only: skyline_t
    use statistic_types, only: impact_t
    use step_intervals, only: step_interval_t
-   use stop_surfaces, only: surface_t
+   use stop_contacts, only: contact_t
    use yielding_stop, only: rounding_of_force, stop_step_t, yielding_stop_t
    implicit none (type, external)
    private
    public :: newmark_run_t, run_state_t, run_progress_t, contact_progress_t
-   public :: whole_step, nowhere, level_of, begins_now, is_open, is_held, is_in_contact, is_lifted, is_inactive
+   public :: whole_step, nowhere, level_of, begins_now, is_open, is_constrained, is_in_contact, is_lifted, is_inactive
    public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, contact_energy, energy_left
 
    !> The undivided step in units of the shortest.
@@ -29,7 +29,7 @@ module newmark_run
    !> The beam is away from the surface.
    integer, parameter :: is_open = 1
    !> A rigid surface holds the beam.
-   integer, parameter :: is_held = 2
+   integer, parameter :: is_constrained = 2
    !> The surface yields under the beam.
    integer, parameter :: is_in_contact = 3
    !> Spring and damper: indented, but without force, as they would have to pull.
@@ -81,7 +81,7 @@ module newmark_run
    end type contact_progress_t
 
    type, extends(contact_progress_t) :: newmark_contact_t
-      type(surface_t) :: surface
+      type(contact_t) :: contact
       type(contact_row_t) :: row
       !> Unallocated: it is rigid
       class(yielding_stop_t), allocatable :: stop
@@ -143,7 +143,7 @@ module newmark_run
       type(newmark_contact_t), allocatable :: contacts(:)
       !> Place of the surface at which histories are taken, from which a beam is released, and d there; 0: there are no
       !> surfaces
-      integer :: pulled = 1
+      integer :: release_contact = 1
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
       type(contact_factors_t) :: factors(0:deepest_level)
@@ -236,7 +236,7 @@ contains
       real(wp) :: gap
 
       associate (contact => run%contacts(k))
-         gap = along(contact%row, state%beam%displacement) - contact%surface%height
+         gap = along(contact%row, state%beam%displacement) - contact%contact%height
          if (.not. contact%is_viscous) gap = gap + state%indentation(k)
       end associate
    end function gap_at
@@ -265,7 +265,7 @@ contains
       real(wp) :: depth
 
       associate (contact => run%contacts(k))
-         depth = contact%surface%height + contact%shift - along(contact%row, state%beam%displacement)
+         depth = contact%contact%height + contact%shift - along(contact%row, state%beam%displacement)
       end associate
    end function depth_at
 
@@ -292,7 +292,7 @@ contains
       real(wp) :: force
 
       associate (contact => run%contacts(k))
-         force = rounding_of_force(contact%stop, abs(contact%surface%height) &
+         force = rounding_of_force(contact%stop, abs(contact%contact%height) &
             + abs(along(contact%row, state%beam%displacement)), abs(along(contact%row, state%beam%velocity)))
       end associate
    end function rounding_at

@@ -35,7 +35,7 @@ contains
             call strain_energy(stepper, state%beam, sample%beam_energy(2))
          end if
          do k = 1, size(run%contacts)
-            associate (contact => run%contacts(k), record => response%surfaces(run%contacts(k)%surface%number))
+            associate (contact => run%contacts(k), record => response%contacts(run%contacts(k)%contact%number))
                if (allocated(record%eta)) record%eta(place) = state%beam%displacement(contact%row%dof) - record%height
                if (allocated(record%velocity)) record%velocity(place) = state%beam%velocity(contact%row%dof)
                if (allocated(record%force)) record%force(place) = run%height_ratio*state%force(k)

@@ -4,7 +4,7 @@ module newmark_sections
    use kinds, only: wp
    use newmark_contacts, only: settle
    use newmark_energies, only: kinetic_energy, strain_energy
-   use newmark_run, only: gap_at, instant_of, is_held, is_inactive, is_in_contact, is_lifted, is_open, &
+   use newmark_run, only: gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_lifted, is_open, &
       newmark_run_t, contact_energy
    use newmark_stepper, only: restart_acceleration
    use response_types, only: response_t
@@ -24,8 +24,8 @@ contains
       associate (now => run%states(run%now))
          state%q = now%beam%displacement
          state%v = now%beam%velocity
-         state%is_closed = run%contacts%status == is_held .or. run%contacts%status == is_in_contact
-         state%is_indented = run%contacts%status == is_lifted
+         state%is_closed = run%contacts%status == is_constrained .or. run%contacts%status == is_in_contact
+         state%is_deformed = run%contacts%status == is_lifted
          state%depth = now%indentation
          state%branch_force = now%branch_force
          state%hop_tolerance = run%contacts%peak
@@ -54,10 +54,10 @@ contains
                contact%status = is_open
                contact%judged = state%is_low(k)
                contact%peak = state%hop_tolerance(k)
-               if (state%is_indented(k)) contact%status = is_lifted
-               if (state%is_closed(k)) contact%status = merge(is_in_contact, is_held, allocated(contact%stop))
+               if (state%is_deformed(k)) contact%status = is_lifted
+               if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
                ! as deep as it was
-               if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%surface%height &
+               if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%contact%height &
                   + along(contact%row, now%beam%displacement)
                contact%leaving = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
             end associate
@@ -80,7 +80,7 @@ contains
       allocate (response%starts_closed(size(run%contacts)))
       do k = 1, size(run%contacts)
          associate (contact => run%contacts(k))
-            response%starts_closed(contact%surface%number) = contact%status == is_held &
+            response%starts_closed(contact%contact%number) = contact%status == is_constrained &
                .or. contact%status == is_in_contact
          end associate
       end do

@@ -7,10 +7,10 @@ module newmark_start
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: lambda1_power4, wp
-   use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_pull, start_settings_t, &
+   use load_settings, only: is_in_mode, start_balance, start_drop, start_mode, start_release, start_settings_t, &
       start_table, start_velocity
    use newmark_contacts, only: event_here, keep_event, settle
-   use newmark_events, only: meet_and_leave
+   use newmark_events, only: begin_and_end_contacts
    use newmark_loads, only: load_at
    use newmark_run, only: gap_at, gap_rate_at, is_inactive, is_in_contact, is_open, newmark_run_t
    use newmark_stepper, only: restart_acceleration
@@ -18,7 +18,7 @@ module newmark_start
    use run_settings, only: run_settings_t
    use skyline_matrix, only: factorise, skyline_t, solve_factorised
    use stop_laws, only: static_stiffness
-   use stop_surfaces, only: acting, surface_t, touch_tolerance
+   use stop_contacts, only: active_contacts, contact_t, touch_tolerance
    implicit none (type, external)
    private
    public :: make_start, begin_at_contacts
@@ -34,14 +34,14 @@ module newmark_start
 contains
 
    !> The beam's state, and the forces of the surfaces that carry it.
-   subroutine make_start(model, held, settings, surfaces, pulled_shape, run, error)
+   subroutine make_start(model, held, settings, contacts, release_shape, run, error)
       type(beam_model_t), intent(in) :: model
       !> Its rigid supports held
       type(beam_model_t), intent(in) :: held
       type(run_settings_t), intent(in) :: settings
-      type(surface_t), intent(in) :: surfaces(:)
+      type(contact_t), intent(in) :: contacts(:)
       !> The static shape from which the beam is released; unallocated: from none, [order]
-      real(wp), allocatable, intent(in) :: pulled_shape(:)
+      real(wp), allocatable, intent(in) :: release_shape(:)
       !> Its stepper and loads are ready
       type(newmark_run_t), intent(inout) :: run
       !> Set when the state cannot be found, or a surface is in the way
@@ -49,38 +49,39 @@ contains
 
       type(finite_beam_t) :: flexible
       real(wp) :: displacement(held%stiffness%order), velocity(held%stiffness%order), shape(held%stiffness%order, 1)
-      logical :: acts(size(surfaces))
+      logical :: is_active(size(contacts))
 
       displacement = 0.0_wp
       velocity = 0.0_wp
-      acts = acting(surfaces, model%stop_dofs(surfaces%stop))
-      call make_flexible(model, held, surfaces, flexible)
+      is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
+      call make_flexible(model, held, contacts, flexible)
       associate (state => run%states(1), n => run%stepper%order, start => settings%start)
          allocate (state%beam%displacement(1 - band:n + band), state%beam%velocity(1 - band:n + band), &
-            state%beam%acceleration(1 - band:n + band), state%force(size(surfaces)), &
-            state%indentation(size(surfaces)), state%branch_force(size(surfaces)), source=0.0_wp)
+            state%beam%acceleration(1 - band:n + band), state%force(size(contacts)), &
+            state%indentation(size(contacts)), state%branch_force(size(contacts)), source=0.0_wp)
          if (run%loads%count > 0) then
             allocate (state%beam%load(1 - band:n + band), source=0.0_wp)
             call load_at(run, 0.0_wp, state%beam%load)
          end if
          select case (start%kind)
-         case (start_pull)
-            displacement = pulled_shape
+         case (start_release)
+            displacement = release_shape
          case (start_balance)
             if (run%loads%count > 0) then
                call flexible%bend(0.0_wp, reshape(state%beam%load(1:n), [n, 1]), shape, error)
                if (allocated(error)) return
                displacement = shape(:, 1)
             end if
-            call carry(flexible, surfaces, acts, displacement, state%force, error)
-            where (state%force > 0.0_wp .and. static_stiffness(surfaces%settings) > 0.0_wp) state%indentation = &
-               state%force/static_stiffness(surfaces%settings)
+            call carry(flexible, contacts, is_active, displacement, state%force, error)
+            where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
+               state%force/static_stiffness(contacts%settings)
          case (start_velocity, start_drop, start_mode, start_table)
             call set_in_motion(model, held, start, displacement, velocity, error)
          end select
          if (allocated(error)) return
-         if (start%kind /= start_pull) call check_start(flexible, surfaces, state%force, displacement, error)
-         if (.not. allocated(error)) call move_onto_contacts(flexible, surfaces, acts, state%force, displacement, error)
+         if (start%kind /= start_release) call check_start(flexible, contacts, state%force, displacement, error)
+         if (.not. allocated(error)) call move_onto_contacts(flexible, contacts, is_active, state%force, displacement, &
+            error)
          if (allocated(error)) return
          state%beam%displacement(1:n) = displacement
          state%beam%velocity(1:n) = velocity
@@ -89,22 +90,22 @@ contains
    end subroutine make_start
 
    !> The beam in its degrees of freedom.
-   pure subroutine make_flexible(model, held, surfaces, flexible)
+   pure subroutine make_flexible(model, held, contacts, flexible)
       type(beam_model_t), intent(in) :: model
       !> Its rigid supports held
       type(beam_model_t), intent(in) :: held
-      type(surface_t), intent(in) :: surfaces(:)
+      type(contact_t), intent(in) :: contacts(:)
       type(finite_beam_t), intent(out) :: flexible
 
       integer :: k
 
       flexible%stiffness = held%stiffness
       flexible%mass = held%mass
-      allocate (flexible%row(held%stiffness%order, size(surfaces)), source=0.0_wp)
-      do k = 1, size(surfaces)
-         associate (dof => model%stop_dofs(surfaces(k)%stop))
+      allocate (flexible%row(held%stiffness%order, size(contacts)), source=0.0_wp)
+      do k = 1, size(contacts)
+         associate (dof => model%stop_dofs(contacts(k)%stop))
             if (.not. any(model%supports%dof == dof .and. model%supports%stiffness <= 0.0_wp)) flexible%row(dof, k) = &
-               surfaces(k)%sign
+               contacts(k)%sign
          end associate
       end do
    end subroutine make_flexible
@@ -190,7 +191,7 @@ contains
                   call keep_event(run, k, event_here(run, k, event_contact), response)
                   cycle
                end if
-               if (contact%status /= is_open .or. gap_at(run, k, state) > touch_tolerance(contact%surface)) cycle
+               if (contact%status /= is_open .or. gap_at(run, k, state) > touch_tolerance(contact%contact)) cycle
                rate = gap_rate_at(run, k, state)
                run%arrives(k) = rate < 0.0_wp
                if (.not. allocated(contact%stop)) contact%is_stopped = .not. abs(rate) > 0.0_wp
@@ -198,7 +199,7 @@ contains
          end do
       end associate
       if (any(run%arrives)) then
-         call meet_and_leave(run, response)
+         call begin_and_end_contacts(run, response)
       else if (any(run%contacts%is_stopped) .or. any(run%contacts%status == is_in_contact)) then
          call settle(run, response)
       end if

@@ -11,7 +11,8 @@ module newmark_steps
    use motion_intervals, only: observed_contact_t
    use newmark_energies, only: beam_dissipation
    use newmark_loads, only: load_at_end
-   use newmark_run, only: depth_at, gap_at, instant_of, is_held, is_inactive, is_in_contact, is_lifted, is_open, &
+   use newmark_run, only: depth_at, gap_at, instant_of, is_constrained, is_inactive, is_in_contact, is_lifted, &
+      is_open, &
       lets_go, newmark_run_t, contact_energy, whole_step
    use newmark_stepper, only: add_column, deepest_level, finish_step, make_factors, predict_step, solve_for_row
    use run_observers, only: observe
@@ -32,13 +33,13 @@ contains
 
       call make_factors(run%stepper, level, run%error)
       if (allocated(run%error)) return
-      associate (factors => run%factors(level), surfaces => run%contacts, n => size(run%contacts))
+      associate (factors => run%factors(level), contacts => run%contacts, n => size(run%contacts))
          allocate (factors%columns(1 - band:run%stepper%order + band, n), factors%gains(n, n), factors%stops(n))
          do k = 1, n
-            call solve_for_row(run%stepper, level, surfaces(k)%row, factors%columns(:, k))
-            if (allocated(surfaces(k)%stop)) factors%stops(k) = surfaces(k)%stop%step(run%stepper%factors(level)%step)
+            call solve_for_row(run%stepper, level, contacts(k)%row, factors%columns(:, k))
+            if (allocated(contacts(k)%stop)) factors%stops(k) = contacts(k)%stop%step(run%stepper%factors(level)%step)
             do j = 1, n
-               factors%gains(j, k) = along(surfaces(j)%row, factors%columns(:, k))
+               factors%gains(j, k) = along(contacts(j)%row, factors%columns(:, k))
             end do
          end do
          factors%made = .true.
@@ -51,7 +52,7 @@ contains
       !> How often the step is halved
       integer, intent(in) :: level
 
-      integer :: count_closed, count_held, j, k
+      integer :: count_closed, count_constrained, j, k
 
       if (run%loads%count > 0) call load_at_end(run, instant_of(run, shiftr(whole_step, level)), &
          run%states(3 - run%now)%beam%load, run%states(3 - run%now)%load_tau)
@@ -59,15 +60,15 @@ contains
       count_closed = 0
       do k = 1, size(run%contacts)
          run%states(3 - run%now)%force(k) = 0.0_wp
-         if (run%contacts(k)%status == is_held) call enter_closed(run, k, count_closed)
+         if (run%contacts(k)%status == is_constrained) call enter_closed(run, k, count_closed)
       end do
-      count_held = count_closed
+      count_constrained = count_closed
       if (run%yields) then
          do k = 1, size(run%contacts)
             if (run%contacts(k)%status == is_in_contact) call enter_closed(run, k, count_closed)
          end do
       end if
-      if (count_closed == 1 .and. count_held == 1) then
+      if (count_closed == 1 .and. count_constrained == 1) then
          ! one rigid contact in closed form: 4 % less instructions in a run of 8 elements at rest on it
          k = run%closed(1)
          run%right(1) = -along(run%contacts(k)%row, run%states(3 - run%now)%beam%acceleration) &
@@ -78,8 +79,8 @@ contains
       end if
       call finish_step(run%stepper, level, size(run%contacts), run%factors(level)%columns, count_closed, run%closed, &
          run%right, run%states(3 - run%now)%beam)
-      if (count_closed > count_held) call correct_yielding(run, level, count_held, count_closed)
-      do j = 1, count_held
+      if (count_closed > count_constrained) call correct_yielding(run, level, count_constrained, count_closed)
+      do j = 1, count_constrained
          associate (row => run%contacts(run%closed(j))%row, old => run%states(run%now)%beam, &
             new => run%states(3 - run%now)%beam)
             ! nothing but for rounding
@@ -108,7 +109,7 @@ contains
                   u = 0.0_wp
                   new%branch_force(k) = 0.0_wp
                   if (old%indentation(k) <= 0.0_wp .or. contact%is_viscous) cycle
-                  u = old%indentation(k)*run%factors(level)%stops(k)%surface
+                  u = old%indentation(k)*run%factors(level)%stops(k)%contact
                   new%branch_force(k) = -contact%stop%stiffness*u
                case (is_lifted)
                   contact%work = 0.0_wp
@@ -151,7 +152,7 @@ contains
             k = closed(i)
             associate (contact => run%contacts(k), right => run%right(i))
                acceleration = along(contact%row, new%beam%acceleration)
-               if (contact%status == is_held) then
+               if (contact%status == is_constrained) then
                   do j = 1, count_closed
                      run%rows(i, j) = factors%gains(k, closed(j))
                   end do
@@ -162,11 +163,11 @@ contains
                if (contact%is_viscous) then
                   v = along(contact%row, new%beam%velocity) + half*acceleration
                   factor = contact%stop%stiffness*give + contact%stop%viscosity*half
-                  right = contact%stop%stiffness*(contact%surface%height + contact%shift - y) - contact%stop%viscosity*v
+                  right = contact%stop%stiffness*(contact%contact%height + contact%shift - y) - contact%stop%viscosity*v
                else
                   call mean_force_coefficients(factors%stops(k), old%indentation(k), old%branch_force(k), slope, rest)
                   factor = 2.0_wp*slope*give
-                  right = 2.0_wp*(slope*(contact%surface%height + contact%shift - y) + rest) - old%force(k)
+                  right = 2.0_wp*(slope*(contact%contact%height + contact%shift - y) + rest) - old%force(k)
                end if
                do j = 1, count_closed
                   run%rows(i, j) = factor*factors%gains(k, closed(j))
@@ -188,20 +189,20 @@ contains
 
    !> After the step: three elements have a force of their own at the end, to which acceleration and reactions are
    !> turned.
-   pure subroutine correct_yielding(run, level, count_held, count_closed)
+   pure subroutine correct_yielding(run, level, count_constrained, count_closed)
       type(newmark_run_t), intent(inout) :: run
       !> How often the step is halved
       integer, intent(in) :: level
       !> How many hold the beam, which come first, and are closed
-      integer, intent(in) :: count_held
+      integer, intent(in) :: count_constrained
       integer, intent(in) :: count_closed
 
       real(wp) :: change, rest, slope
       integer :: i, j, k
 
       associate (old => run%states(run%now), new => run%states(3 - run%now), stops => run%factors(level)%stops)
-         run%right(:count_held) = 0.0_wp
-         do i = count_held + 1, count_closed
+         run%right(:count_constrained) = 0.0_wp
+         do i = count_constrained + 1, count_closed
             k = run%closed(i)
             associate (contact => run%contacts(k), u => new%indentation(k))
                u = depth_at(run, k, new)
@@ -215,19 +216,19 @@ contains
                new%branch_force(k) = stops(k)%decay*old%branch_force(k) + stops(k)%gain*(u - old%indentation(k))
                change = contact_force(contact%stop, u, new%branch_force(k)) - new%force(k)
                call add_force(run, k, change)
-               do j = 1, count_held
+               do j = 1, count_constrained
                   run%right(j) = run%right(j) - change*run%mobility(run%closed(j), k)
                end do
             end associate
          end do
-         if (count_held > 0) then
-            do j = 1, count_held
-               do i = 1, count_held
+         if (count_constrained > 0) then
+            do j = 1, count_constrained
+               do i = 1, count_constrained
                   run%rows(i, j) = run%mobility(run%closed(i), run%closed(j))
                end do
             end do
-            call eliminate(run%rows, run%right, count_held)
-            do j = 1, count_held
+            call eliminate(run%rows, run%right, count_constrained)
+            do j = 1, count_constrained
                call add_force(run, run%closed(j), run%right(j))
             end do
          end if
@@ -295,7 +296,7 @@ contains
             case (is_open)
                gap = gap_at(run, k, new)
                run%refuses(k) = .not. (gap >= least .or. (run%contacts(k)%leaving .and. gap >= -huge(1.0_wp)))
-            case (is_held, is_in_contact)
+            case (is_constrained, is_in_contact)
                run%refuses(k) = .not. new%force(k) > 0.0_wp
             case (is_lifted)
                run%refuses(k) = .not. lets_go(run, k, new)
@@ -354,8 +355,8 @@ contains
          interval%energies = energies
          do k = 1, size(run%contacts)
             associate (contact => run%contacts(k), seen => interval%seen(k))
-               seen = observed_contact_t(contact%surface%number, contact%row%sign, contact%surface%height, &
-                  contact%status == is_held .or. contact%status == is_in_contact, allocated(contact%stop), &
+               seen = observed_contact_t(contact%contact%number, contact%row%sign, contact%contact%height, &
+                  contact%status == is_constrained .or. contact%status == is_in_contact, allocated(contact%stop), &
                   allocated(contact%stop), contact%status /= is_inactive, .false., contact%flights)
                interval%ends(:, k) = [along(contact%row, old%beam%displacement) - seen%height, &
                   along(contact%row, new%beam%displacement) - seen%height, along(contact%row, old%beam%velocity), &

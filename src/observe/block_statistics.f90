@@ -8,7 +8,7 @@ module block_statistics
    use run_settings, only: end_of_run, run_settings_t
    use statistic_types, only: block_sums_t, impact_t, low_displacement, low_tip, run_statistics_t, statistic_count, &
       sum_contact, sum_count, sum_displacement, sum_force, sum_impact_impulse, sum_impacts, sum_impulse, &
-      sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, surface_sums_t, &
+      sum_square_displacement, sum_square_force, sum_square_tip, sum_time, sum_tip, sum_velocity, contact_sums_t, &
       top_displacement, top_force, top_impulse, top_tip, top_velocity
    use student, only: student_quantile
    implicit none (type, external)
@@ -57,13 +57,13 @@ module block_statistics
 contains
 
    !> Begin a run.
-   subroutine open_blocks(settings, yields, pulled, blocks)
+   subroutine open_blocks(settings, yields, release_contact, blocks)
       !> With statistics
       type(run_settings_t), intent(in) :: settings
       !> Of each surface in the scene's order
       logical, intent(in) :: yields(:)
       !> Number of that from which the beam is released; 0: there is none
-      integer, intent(in) :: pulled
+      integer, intent(in) :: release_contact
       type(block_sums_t), intent(out) :: blocks
 
       integer :: i, k
@@ -80,30 +80,30 @@ contains
          blocks%classes = asked%classes
       end associate
       blocks%force_scale = settings%height_ratio
-      blocks%pulled = pulled
-      allocate (blocks%surface(size(yields)))
+      blocks%release_contact = release_contact
+      allocate (blocks%contact(size(yields)))
       do k = 1, size(yields)
-         call open_surface(yields(k), blocks%edge, blocks%surface(k))
+         call open_contact(yields(k), blocks%edge, blocks%contact(k))
       end do
-      call open_surface(.true., blocks%edge, blocks%tip)
+      call open_contact(.true., blocks%edge, blocks%tip)
    end subroutine open_blocks
 
-   subroutine open_surface(yields, edge, surface)
+   subroutine open_contact(yields, edge, contact)
       logical, intent(in) :: yields
       !> [0:blocks]
       real(wp), intent(in) :: edge(0:)
-      type(surface_sums_t), intent(inout) :: surface
+      type(contact_sums_t), intent(inout) :: contact
 
       integer :: blocks, i
 
       blocks = ubound(edge, 1)
-      surface%yields = yields
-      allocate (surface%sums(sum_count, blocks))
+      contact%yields = yields
+      allocate (contact%sums(sum_count, blocks))
       do i = 1, blocks
-         surface%sums(:, i) = empty_block(edge(i - 1:i))
+         contact%sums(:, i) = empty_block(edge(i - 1:i))
       end do
-      allocate (surface%impacts(16))
-   end subroutine open_surface
+      allocate (contact%impacts(16))
+   end subroutine open_contact
 
    !> Sums of a block in which nothing has gathered.
    pure function empty_block(edge) result(sums)
@@ -168,18 +168,18 @@ contains
       integer :: block, i
 
       do i = blocks%seen + 1, response%event_count
-         associate (event => response%events(i), surface => blocks%surface(response%events(i)%surface))
+         associate (event => response%events(i), contact => blocks%contact(response%events(i)%contact))
             block = block_at(blocks, event%tau)
             if (any(event%kind == [event_impact, event_capture, event_contact])) then
-               call meet(blocks, surface, event%tau, abs(event%velocity_before), block > 0)
+               call begin_contact(blocks, contact, event%tau, abs(event%velocity_before), block > 0)
             end if
             if (.not. abs(event%impulse) > 0.0_wp) cycle
-            if (surface%count == 0) call begin_impact(surface, event%tau, 0.0_wp, .false.)
-            associate (impact => surface%impacts(surface%count))
+            if (contact%count == 0) call begin_impact(contact, event%tau, 0.0_wp, .false.)
+            associate (impact => contact%impacts(contact%count))
                impact%until = event%tau
                if (block == 0) cycle
                impact%impulse = impact%impulse + event%impulse
-               surface%sums(sum_impulse, block) = surface%sums(sum_impulse, block) + event%impulse
+               contact%sums(sum_impulse, block) = contact%sums(sum_impulse, block) + event%impulse
             end associate
          end associate
       end do
@@ -189,10 +189,10 @@ contains
    !> The beam arrives at a surface. That begins an impact if since the last one it has risen above the hop tolerance
    !> and more than `rest` has passed, so that no rounding of instants decides. Where the run starts on the surface, it
    !> is an impact that counts if its velocity exceeds the hop tolerance.
-   pure subroutine meet(blocks, surface, tau, velocity, is_within)
+   pure subroutine begin_contact(blocks, contact, tau, velocity, is_within)
       type(block_sums_t), intent(in) :: blocks
       !> One of theirs
-      type(surface_sums_t), intent(inout) :: surface
+      type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: velocity
       !> It is within the blocks
@@ -200,46 +200,46 @@ contains
 
       logical :: has_flown
 
-      has_flown = surface%has_flown
-      surface%has_flown = .false.
-      if (surface%count > 0) then
-         if (.not. has_flown .or. tau - surface%impacts(surface%count)%until <= blocks%rest) return
+      has_flown = contact%has_flown
+      contact%has_flown = .false.
+      if (contact%count > 0) then
+         if (.not. has_flown .or. tau - contact%impacts(contact%count)%until <= blocks%rest) return
       end if
-      call begin_impact(surface, tau, velocity, &
+      call begin_impact(contact, tau, velocity, &
          is_within .and. velocity > merge(0.0_wp, blocks%hop_tolerance, has_flown))
-   end subroutine meet
+   end subroutine begin_contact
 
    !> One more impact.
-   pure subroutine begin_impact(surface, tau, velocity, counts)
-      type(surface_sums_t), intent(inout) :: surface
+   pure subroutine begin_impact(contact, tau, velocity, counts)
+      type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: velocity
       logical, intent(in) :: counts
 
       type(impact_t), allocatable :: larger(:)
 
-      if (surface%count == size(surface%impacts)) then
-         allocate (larger(2*surface%count))
-         larger(:surface%count) = surface%impacts
-         call move_alloc(larger, surface%impacts)
+      if (contact%count == size(contact%impacts)) then
+         allocate (larger(2*contact%count))
+         larger(:contact%count) = contact%impacts
+         call move_alloc(larger, contact%impacts)
       end if
-      surface%count = surface%count + 1
-      surface%impacts(surface%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
+      contact%count = contact%count + 1
+      contact%impacts(contact%count) = impact_t(tau=tau, until=tau, velocity=velocity, counts=counts)
    end subroutine begin_impact
 
    !> The beam was away from a surface by so much.
-   elemental subroutine take_flight(surface, height, hop_tolerance)
-      type(surface_sums_t), intent(inout) :: surface
+   elemental subroutine take_flight(contact, height, hop_tolerance)
+      type(contact_sums_t), intent(inout) :: contact
       !> Greatest distance from the surface where it is home
       real(wp), intent(in) :: height
       real(wp), intent(in) :: hop_tolerance
 
-      surface%has_flown = surface%has_flown .or. height > hop_tolerance
+      contact%has_flown = contact%has_flown .or. height > hop_tolerance
    end subroutine take_flight
 
    !> A contact, or a part of one within a block.
-   pure subroutine take_contact(surface, from, to, block, integrals, greatest)
-      type(surface_sums_t), intent(inout) :: surface
+   pure subroutine take_contact(contact, from, to, block, integrals, greatest)
+      type(contact_sums_t), intent(inout) :: contact
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
       !> 0: none
@@ -249,14 +249,14 @@ contains
       !> Force
       real(wp), intent(in) :: greatest
 
-      if (surface%count == 0) call begin_impact(surface, from, 0.0_wp, .false.)
-      associate (impact => surface%impacts(surface%count))
+      if (contact%count == 0) call begin_impact(contact, from, 0.0_wp, .false.)
+      associate (impact => contact%impacts(contact%count))
          impact%until = to
          if (block == 0) return
          impact%impulse = impact%impulse + integrals(1)
          impact%force = max(impact%force, greatest)
       end associate
-      associate (sums => surface%sums(:, block))
+      associate (sums => contact%sums(:, block))
          sums(sum_contact) = sums(sum_contact) + (to - from)
          sums([sum_force, sum_square_force]) = sums([sum_force, sum_square_force]) + integrals
          sums(sum_impulse) = sums(sum_impulse) + integrals(1)
@@ -292,53 +292,53 @@ contains
 
       n = size(blocks%tip%sums, 2)
       quantile = student_quantile(confidence, max(n - 1, 1))
-      associate (surfaces => size(blocks%surface))
+      associate (contacts => size(blocks%contact))
          allocate (statistics%edge(0:n), source=blocks%edge)
-         allocate (statistics%value(statistic_count, 0:surfaces), statistics%half_width(statistic_count, 0:surfaces), &
-            statistics%in_block(statistic_count, n, 0:surfaces), statistics%class_edge(blocks%classes, surfaces), &
-            statistics%class_count(blocks%classes, surfaces))
-         allocate (statistics%yields(surfaces))
-         statistics%yields(:) = blocks%surface%yields
+         allocate (statistics%value(statistic_count, 0:contacts), statistics%half_width(statistic_count, 0:contacts), &
+            statistics%in_block(statistic_count, n, 0:contacts), statistics%class_edge(blocks%classes, contacts), &
+            statistics%class_count(blocks%classes, contacts))
+         allocate (statistics%yields(contacts))
+         statistics%yields(:) = blocks%contact%yields
          statistics%tolerance([(measure_named(forms(k)%name) - first_statistic + 1, k=1, statistic_count)]) &
             = blocks%looks(forms%top)%tolerance
          whole = blocks%tip%sums
-         do k = 1, surfaces
-            associate (surface => blocks%surface(k))
-               surface%sums(of_tip, :) = blocks%tip%sums(of_tip, :)
-               call count_impacts(blocks, surface)
-               call classify(blocks, surface, statistics%class_edge(:, k), statistics%class_count(:, k))
-               call scale_forces(blocks%force_scale, surface)
+         do k = 1, contacts
+            associate (contact => blocks%contact(k))
+               contact%sums(of_tip, :) = blocks%tip%sums(of_tip, :)
+               call count_impacts(blocks, contact)
+               call classify(blocks, contact, statistics%class_edge(:, k), statistics%class_count(:, k))
+               call scale_forces(blocks%force_scale, contact)
                is_missing = .false.
-               is_missing([sum_square_force, top_force]) = .not. surface%yields
-               call find_statistics(surface%sums, is_missing, quantile, statistics%value(:, k), &
+               is_missing([sum_square_force, top_force]) = .not. contact%yields
+               call find_statistics(contact%sums, is_missing, quantile, statistics%value(:, k), &
                   statistics%half_width(:, k), statistics%in_block(:, :, k))
                whole(sum_contact:sum_impact_impulse, :) = whole(sum_contact:sum_impact_impulse, :) &
-                  + surface%sums(sum_contact:sum_impact_impulse, :)
+                  + contact%sums(sum_contact:sum_impact_impulse, :)
                whole(top_force:top_impulse, :) = max(whole(top_force:top_impulse, :), &
-                  surface%sums(top_force:top_impulse, :))
+                  contact%sums(top_force:top_impulse, :))
             end associate
          end do
          is_missing = .false.
          is_missing([sum_square_force, top_force]) = .not. all(statistics%yields)
-         is_missing(of_stop) = blocks%pulled == 0
-         if (blocks%pulled > 0) whole(of_stop, :) = blocks%surface(blocks%pulled)%sums(of_stop, :)
+         is_missing(of_stop) = blocks%release_contact == 0
+         if (blocks%release_contact > 0) whole(of_stop, :) = blocks%contact(blocks%release_contact)%sums(of_stop, :)
          call find_statistics(whole, is_missing, quantile, statistics%value(:, 0), statistics%half_width(:, 0), &
             statistics%in_block(:, :, 0))
       end associate
    end subroutine finish_blocks
 
    !> What impacts add to the sums of the blocks in which they begin.
-   subroutine count_impacts(blocks, surface)
+   subroutine count_impacts(blocks, contact)
       type(block_sums_t), intent(in) :: blocks
-      type(surface_sums_t), intent(inout) :: surface
+      type(contact_sums_t), intent(inout) :: contact
 
       integer :: i
 
-      do i = 1, surface%count
-         associate (impact => surface%impacts(i))
-            impact%counts = impact%counts .and. (.not. surface%yields .or. impact%force >= blocks%threshold)
+      do i = 1, contact%count
+         associate (impact => contact%impacts(i))
+            impact%counts = impact%counts .and. (.not. contact%yields .or. impact%force >= blocks%threshold)
             if (.not. impact%counts) cycle
-            associate (sums => surface%sums(:, block_at(blocks, impact%tau)))
+            associate (sums => contact%sums(:, block_at(blocks, impact%tau)))
                sums([sum_impacts, sum_velocity, sum_impact_impulse]) = &
                   sums([sum_impacts, sum_velocity, sum_impact_impulse]) + [1.0_wp, impact%velocity, impact%impulse]
                sums([top_velocity, top_impulse]) = max(sums([top_velocity, top_impulse]), &
@@ -349,9 +349,9 @@ contains
    end subroutine count_impacts
 
    !> The histogram of greatest forces, of a rigid surface of impulses.
-   subroutine classify(blocks, surface, edge, number)
+   subroutine classify(blocks, contact, edge, number)
       type(block_sums_t), intent(in) :: blocks
-      type(surface_sums_t), intent(in) :: surface
+      type(contact_sums_t), intent(in) :: contact
       !> Upper edges
       real(wp), intent(out) :: edge(:)
       integer, intent(out) :: number(:)
@@ -360,8 +360,8 @@ contains
       real(wp) :: widest
       integer :: i, place
 
-      associate (impacts => surface%impacts(:surface%count))
-         if (surface%yields) then
+      associate (impacts => contact%impacts(:contact%count))
+         if (contact%yields) then
             size_of = pack(blocks%force_scale*impacts%force, impacts%counts)
          else
             size_of = pack(impacts%impulse, impacts%counts)
@@ -378,14 +378,14 @@ contains
    end subroutine classify
 
    !> Pbar.
-   pure subroutine scale_forces(scale, surface)
+   pure subroutine scale_forces(scale, contact)
       real(wp), intent(in) :: scale
-      type(surface_sums_t), intent(inout) :: surface
+      type(contact_sums_t), intent(inout) :: contact
 
       integer, parameter :: simple(*) = [sum_force, sum_impulse, top_force]
 
-      surface%sums(simple, :) = scale*surface%sums(simple, :)
-      surface%sums(sum_square_force, :) = scale**2*surface%sums(sum_square_force, :)
+      contact%sums(simple, :) = scale*contact%sums(simple, :)
+      contact%sums(sum_square_force, :) = scale**2*contact%sums(sum_square_force, :)
    end subroutine scale_forces
 
    !> From the sums of blocks, each statistic: of all of them together, half the width of its confidence interval, and

@@ -8,22 +8,22 @@ module contact_measures
    use bracketed_zero, only: bracket_t, chord, enter, go_to
    use kinds, only: wp
    use motion_intervals, only: curve_t, interval_t, observed_contact_t, peak_t, row_t
-   use response_types, only: quiet_level, response_t, run_measures_t
-   use run_measures, only: comes_to_rest, early_part, end_episode, excess_of, finish_tally, &
-      gather_measures, mark_energy, put_peak, take_contact, take_impulse, tally_t
+   use response_types, only: settling_level, response_t, run_measures_t
+   use run_measures, only: comes_to_rest, early_part, end_episode, excess_of, finish_accumulator, &
+      gather_measures, record_decay, put_peak, take_contact, take_impulse, accumulator_t
    implicit none (type, external)
    private
    public :: measurer_t, measures_t, open_measures, measure_interval, measure_impulse, finish_measures
 
    !> What has gathered of a contact.
    type :: measurer_t
-      type(tally_t) :: tally
+      type(accumulator_t) :: accumulator
       type(run_measures_t) :: measures
       !> The flight under way, counted from the start of the run, rose above the quiet level
       integer :: flight = 0
       logical :: has_risen = .false.
       !> The last interval in which |eta_c| exceeds the quiet level; unallocated: there is none
-      class(curve_t), allocatable :: loud
+      class(curve_t), allocatable :: exceeded
    end type measurer_t
 
    type :: measures_t
@@ -32,7 +32,7 @@ module contact_measures
       !> Peaks are kept of so many rebounds
       integer :: most_peaks = 0
       !> Place of the contact from which the beam is released; 0: there is none
-      integer :: pulled = 0
+      integer :: release_contact = 0
       !> Of each contact, and of a run without any, [0:contacts]
       type(measurer_t), allocatable :: of(:)
    end type measures_t
@@ -40,16 +40,16 @@ module contact_measures
 contains
 
    !> Begin a run; each tally is opened by who knows its force at rest.
-   pure subroutine open_measures(contacts, pulled, is_wanted, most_peaks, measures)
+   pure subroutine open_measures(contacts, release_contact, is_wanted, most_peaks, measures)
       integer, intent(in) :: contacts
-      integer, intent(in) :: pulled
+      integer, intent(in) :: release_contact
       logical, intent(in) :: is_wanted
       integer, intent(in) :: most_peaks
       type(measures_t), intent(out) :: measures
 
       measures%is_wanted = is_wanted
       measures%most_peaks = most_peaks
-      measures%pulled = pulled
+      measures%release_contact = release_contact
       allocate (measures%of(0:contacts))
    end subroutine open_measures
 
@@ -60,7 +60,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: impulse
 
-      if (measures%is_wanted) call take_impulse(measures%of(k)%tally, tau, impulse)
+      if (measures%is_wanted) call take_impulse(measures%of(k)%accumulator, tau, impulse)
    end subroutine measure_impulse
 
    !> What an interval tells of each contact, and of the energy.
@@ -74,7 +74,7 @@ contains
 
       do k = 1, interval%contacts
          contact = interval%contact(k)
-         if (.not. (contact%is_active .or. k == measures%pulled)) cycle
+         if (.not. (contact%is_active .or. k == measures%release_contact)) cycle
          had_risen = measures%of(k)%has_risen .and. contact%flights == measures%of(k)%flight &
             .and. .not. contact%is_closed
          if (contact%is_closed) then
@@ -82,10 +82,11 @@ contains
          else
             call measure_flight(interval, k, contact%flights, measures%most_peaks, measures%of(k))
          end if
-         if (k == measures%pulled .and. (contact%yields .or. .not. contact%is_closed)) call keep_loud(interval, k, &
+         if (k == measures%release_contact .and. (contact%yields &
+            .or. .not. contact%is_closed)) call record_exceedance(interval, k, &
             had_risen, measures%of(k))
       end do
-      call measure_energy(interval, measures%of(measures%pulled))
+      call measure_energy(interval, measures%of(measures%release_contact))
    end subroutine measure_interval
 
    !> Force and impulse of a closed contact.
@@ -100,17 +101,19 @@ contains
 
       early_impulse = 0.0_wp
       measurer%has_risen = .false.
-      associate (tally => measurer%tally)
+      associate (accumulator => measurer%accumulator)
          if (contact%yields) then
             call interval%seek_peak(row_t(interval%force_row(k)), [0.0_wp, interval%length], &
-               tally%greatest_force/tally%force_scale*(1.0_wp + interval%tolerance), peak)
-            if (peak%is_found) tally%greatest_force = max(tally%greatest_force, tally%force_scale*peak%value)
-            tally%tolerance = max(tally%tolerance, peak%looks%tolerance)
+               accumulator%greatest_force/accumulator%force_scale*(1.0_wp + interval%tolerance), peak)
+            if (peak%is_found) accumulator%greatest_force = max(accumulator%greatest_force, &
+               accumulator%force_scale*peak%value)
+            accumulator%tolerance = max(accumulator%tolerance, peak%looks%tolerance)
          else
-            early = early_part(tally, interval%start, interval%length)
+            early = early_part(accumulator, interval%start, interval%length)
             if (early > 0.0_wp) early_impulse = interval%impulse(k, early)
          end if
-         call take_contact(tally, interval%start, interval%length, interval%impulse(k, interval%length), early_impulse)
+         call take_contact(accumulator, interval%start, interval%length, interval%impulse(k, interval%length), &
+            early_impulse)
       end associate
    end subroutine measure_closed
 
@@ -132,24 +135,24 @@ contains
 
       if (flights /= measurer%flight) measurer%has_risen = .false.
       measurer%flight = flights
-      if (.not. (measurer%has_risen .or. interval%reach(k) > quiet_level)) return
+      if (.not. (measurer%has_risen .or. interval%reach(k) > settling_level)) return
       associate (measures => measurer%measures, has_risen => measurer%has_risen)
          counted = measures%rebounds + merge(0, 1, has_risen)
          is_kept = counted <= most_peaks
          if (flights == 0 .or. .not. (is_kept .or. interval%is_last)) then
             if (has_risen) return
-            has_risen = interval%exceeds(row_t(k), quiet_level)
+            has_risen = interval%exceeds(row_t(k), settling_level)
             if (.not. has_risen) return
             if (flights > 0) measures%rebounds = counted
-            call end_episode(measurer%tally)
+            call end_episode(measurer%accumulator)
             return
          end if
-         known = quiet_level
+         known = settling_level
          if (has_risen .and. is_kept) known = measures%peak_eta(counted)
          call interval%seek_peak(row_t(k), [0.0_wp, interval%length], known, peak)
-         measurer%tally%tolerance = max(measurer%tally%tolerance, peak%looks%tolerance)
+         measurer%accumulator%tolerance = max(measurer%accumulator%tolerance, peak%looks%tolerance)
          if (.not. peak%is_found) return
-         if (.not. has_risen) call end_episode(measurer%tally)
+         if (.not. has_risen) call end_episode(measurer%accumulator)
          has_risen = .true.
          measures%rebounds = counted
          if (interval%is_last .and. peak%still_rises) then
@@ -161,7 +164,7 @@ contains
    end subroutine measure_flight
 
    !> Keep an interval in which |eta_c| exceeds the quiet level.
-   subroutine keep_loud(interval, k, had_risen, measurer)
+   subroutine record_exceedance(interval, k, had_risen, measurer)
       class(interval_t), intent(in) :: interval
       integer, intent(in) :: k
       !> The flight rose above the level before the interval
@@ -169,19 +172,19 @@ contains
       type(measurer_t), intent(inout) :: measurer
 
       real(wp) :: state(2)
-      logical :: is_loud
+      logical :: is_exceeded
 
-      if (.not. (had_risen .or. interval%reach(k) > quiet_level)) return
-      is_loud = measurer%has_risen .and. .not. had_risen
-      if (.not. is_loud) then
+      if (.not. (had_risen .or. interval%reach(k) > settling_level)) return
+      is_exceeded = measurer%has_risen .and. .not. had_risen
+      if (.not. is_exceeded) then
          ! it may have been low from the start, or risen before
          state = interval%evaluate(row_t(k), 0.0_wp)
-         is_loud = abs(state(1)) > quiet_level
+         is_exceeded = abs(state(1)) > settling_level
       end if
-      if (.not. is_loud .and. had_risen) is_loud = interval%exceeds(row_t(k), quiet_level)
-      if (.not. is_loud) is_loud = interval%exceeds(row_t(k, -1.0_wp), quiet_level)
-      if (is_loud) call interval%keep_gap(k, measurer%loud)
-   end subroutine keep_loud
+      if (.not. is_exceeded .and. had_risen) is_exceeded = interval%exceeds(row_t(k), settling_level)
+      if (.not. is_exceeded) is_exceeded = interval%exceeds(row_t(k, -1.0_wp), settling_level)
+      if (is_exceeded) call interval%keep_gap(k, measurer%exceeded)
+   end subroutine record_exceedance
 
    !> Where in an interval does the energy fall for good to the share that counts as spent?
    subroutine measure_energy(interval, measurer)
@@ -191,28 +194,28 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: at_end, excess
 
-      associate (tally => measurer%tally)
+      associate (accumulator => measurer%accumulator)
          if (.not. (interval%is_last .or. interval%may_gain)) then
-            if (tally%has_spent .or. .not. comes_to_rest(tally)) return
+            if (accumulator%has_spent .or. .not. comes_to_rest(accumulator)) return
          end if
          measurer%measures%final_energy = interval%energy(interval%length)
-         at_end = excess_of(tally, measurer%measures%final_energy)
+         at_end = excess_of(accumulator, measurer%measures%final_energy)
          ! most intervals neither are the last with it nor come after that
-         if (.not. tally%has_spent .and. at_end > 0.0_wp) return
-         excess = excess_of(tally, interval%energy(0.0_wp))
-         if (excess > 0.0_wp .and. tally%has_spent) call mark_energy(tally, .false., interval%start)
-         if (tally%has_spent .or. at_end > 0.0_wp) return
+         if (.not. accumulator%has_spent .and. at_end > 0.0_wp) return
+         excess = excess_of(accumulator, interval%energy(0.0_wp))
+         if (excess > 0.0_wp .and. accumulator%has_spent) call record_decay(accumulator, .false., interval%start)
+         if (accumulator%has_spent .or. at_end > 0.0_wp) return
          ! down to the rounding error of the energy that is left
          bracket = bracket_t(high=interval%length, value_low=excess, value_high=at_end, &
-            least_value=2.0_wp*epsilon(1.0_wp)*abs(excess_of(tally, 0.0_wp)), least_length=4.0_wp*epsilon(1.0_wp))
+            least_value=2.0_wp*epsilon(1.0_wp)*abs(excess_of(accumulator, 0.0_wp)), least_length=4.0_wp*epsilon(1.0_wp))
          ! an impact before the interval may have spent it
          bracket%is_found = excess <= 0.0_wp
          if (.not. bracket%is_found) bracket%point = chord(bracket)
          do while (.not. bracket%is_found)
-            call enter(bracket, excess_of(tally, interval%energy(bracket%point)))
+            call enter(bracket, excess_of(accumulator, interval%energy(bracket%point)))
             call go_to(bracket, chord(bracket))
          end do
-         call mark_energy(tally, .true., interval%start + bracket%point)
+         call record_decay(accumulator, .true., interval%start + bracket%point)
       end associate
    end subroutine measure_energy
 
@@ -237,10 +240,10 @@ contains
          return
       end if
       do k = 1, size(number)
-         measures%of(k)%measures%final_energy = measures%of(measures%pulled)%measures%final_energy
-         call finish_contact(measures%of(k), response%surfaces(number(k))%measures, number(k))
+         measures%of(k)%measures%final_energy = measures%of(measures%release_contact)%measures%final_energy
+         call finish_contact(measures%of(k), response%contacts(number(k))%measures, number(k))
       end do
-      call gather_measures(response, number(measures%pulled))
+      call gather_measures(response, number(measures%release_contact))
 
    contains
 
@@ -251,18 +254,18 @@ contains
          integer, intent(in), optional :: place
 
          real(wp) :: time
-         logical :: is_loud
+         logical :: is_exceeded
 
-         call finish_tally(measurer%tally, response, duration, lost, created, measures%most_peaks, &
+         call finish_accumulator(measurer%accumulator, response, duration, lost, created, measures%most_peaks, &
             measurer%measures, place)
-         is_loud = .false.
+         is_exceeded = .false.
          time = 0.0_wp
-         if (allocated(measurer%loud)) then
-            call measurer%loud%last_beyond(quiet_level, time, is_loud)
-            time = measurer%loud%start + time
+         if (allocated(measurer%exceeded)) then
+            call measurer%exceeded%last_beyond(settling_level, time, is_exceeded)
+            time = measurer%exceeded%start + time
          end if
-         measurer%measures%is_quiet = .not. is_loud
-         measurer%measures%quiet_tau = time
+         measurer%measures%has_settled = .not. is_exceeded
+         measurer%measures%settling_tau = time
          allocate (own, source=measurer%measures)
       end subroutine finish_contact
    end subroutine finish_measures

@@ -4,9 +4,9 @@ module interval_statistics
    use block_statistics, only: blocks_begun, take_contact, take_flight
    use kinds, only: wp
    use motion_intervals, only: interval_t, observed_contact_t, peak_t, row_t
-   use signal_peaks, only: looks_t
+   use signal_peaks, only: extreme_search_t
    use statistic_types, only: block_sums_t, low_displacement, low_tip, sum_displacement, sum_square_displacement, &
-      sum_square_tip, sum_tip, surface_sums_t, top_displacement, top_force, top_tip
+      sum_square_tip, sum_tip, contact_sums_t, top_displacement, top_force, top_tip
    implicit none (type, external)
    private
    public :: take_interval
@@ -34,24 +34,24 @@ contains
          end if
          do k = 1, interval%contacts
             contact = interval%contact(k)
-            associate (surface => blocks%surface(contact%number))
+            associate (gathered => blocks%contact(contact%number))
                if (contact%is_closed) then
                   ! contact lasts, and no impact begins, whatever counts of it
-                  call take_contact(surface, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
-               else if (contact%is_active .and. .not. surface%has_flown) then
-                  call watch_flight(interval, k, blocks%hop_tolerance, surface)
+                  call take_contact(gathered, tau, tau + length, 0, [0.0_wp, 0.0_wp], 0.0_wp)
+               else if (contact%is_active .and. .not. gathered%has_flown) then
+                  call watch_flight(interval, k, blocks%hop_tolerance, gathered)
                end if
             end associate
          end do
       end associate
    end subroutine take_interval
 
-   !> Does the beam rise above the hop tolerance over a surface that it has left?
-   subroutine watch_flight(interval, k, hop_tolerance, surface)
+   !> Does the beam rise above the hop tolerance over a gathered that it has left?
+   subroutine watch_flight(interval, k, hop_tolerance, gathered)
       class(interval_t), intent(in) :: interval
       integer, intent(in) :: k
       real(wp), intent(in) :: hop_tolerance
-      type(surface_sums_t), intent(inout) :: surface
+      type(contact_sums_t), intent(inout) :: gathered
 
       real(wp) :: level, state(2)
 
@@ -62,7 +62,7 @@ contains
       if (state(1) <= level) then
          if (interval%exceeds(row_t(k), level)) state(1) = huge(1.0_wp)
       end if
-      call take_flight(surface, state(1), level)
+      call take_flight(gathered, state(1), level)
    end subroutine watch_flight
 
    !> The part of an interval within one block.
@@ -86,8 +86,8 @@ contains
       end associate
       do k = 1, interval%contacts
          contact = interval%contact(k)
-         associate (surface => blocks%surface(contact%number), sign => contact%sign)
-            associate (sums => surface%sums(:, block))
+         associate (gathered => blocks%contact(contact%number), sign => contact%sign)
+            associate (sums => gathered%sums(:, block))
                sums([sum_displacement, sum_square_displacement]) = sums([sum_displacement, sum_square_displacement]) &
                   + [sign*first(k), second(k)]
                if (contact%holds) then
@@ -105,7 +105,7 @@ contains
                call enter_ends(interval, row_t(row), stretch, force)
                call raise(interval, row_t(row, scale=maxval(force)), stretch, force(2), blocks%looks(top_force))
             end if
-            call take_contact(surface, interval%start + stretch(1), interval%start + stretch(2), block, [first(row), &
+            call take_contact(gathered, interval%start + stretch(1), interval%start + stretch(2), block, [first(row), &
                second(row)], force(2))
          end associate
       end do
@@ -118,7 +118,7 @@ contains
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(inout) :: range(2)
       !> What the searches for both ends have left
-      type(looks_t), intent(inout) :: looks(2)
+      type(extreme_search_t), intent(inout) :: looks(2)
 
       real(wp) :: least, scale
 
@@ -153,7 +153,7 @@ contains
       type(row_t), intent(in) :: row
       real(wp), intent(in) :: stretch(2)
       real(wp), intent(inout) :: greatest
-      type(looks_t), intent(inout) :: looks
+      type(extreme_search_t), intent(inout) :: looks
 
       type(peak_t) :: peak
 

@@ -7,9 +7,9 @@ module mode_trials
    use kinds, only: lambda1, pi, wp
    use load_periods, only: is_steady
    use load_settings, only: course_harmonic, start_balance, start_rest, time_course_t
-   use response_types, only: event_impact, is_contact_start, mode_check_t, quiet_level, response_t
+   use response_types, only: event_impact, is_contact_start, mode_check_t, settling_level, response_t
    use run_settings, only: output_settings_t, run_settings_t, stress_settings_t
-   use stop_surfaces, only: surface_t, surfaces_of
+   use stop_contacts, only: contact_t, contacts_of
    implicit none (type, external)
    private
    public :: trials_t, open_trials, can_afford, add_trial, settle_length, shorten, judge_trials, most_stalled, is_driven
@@ -88,9 +88,9 @@ contains
       integer, intent(in) :: all_modes
       type(trials_t), intent(out) :: trials
 
-      type(surface_t), allocatable :: surfaces(:)
+      type(contact_t), allocatable :: contacts(:)
       type(time_course_t), allocatable :: courses(:)
-      integer :: pulled
+      integer :: release_contact
 
       trials%all_modes = all_modes
       trials%settings = trial_settings(asked, 1.0_wp)
@@ -109,9 +109,9 @@ contains
       end associate
       trials%settings%response%event_limit = min(asked%response%event_limit, most_events)
       call set_length(trials, min(trials%window, real(most_periods, wp)*trials%period))
-      allocate (surfaces, source=surfaces_of(asked))
-      pulled = findloc(surfaces%is_pulled, .true., dim=1)
-      if (pulled > 0) trials%tip_offset = surfaces(pulled)%sign*surfaces(pulled)%height
+      allocate (contacts, source=contacts_of(asked))
+      release_contact = findloc(contacts%is_release_contact, .true., dim=1)
+      if (release_contact > 0) trials%tip_offset = contacts(release_contact)%sign*contacts(release_contact)%height
    end subroutine open_trials
 
    !> Do harmonic loads act from the start for ever, and nothing else that changes?
@@ -324,10 +324,10 @@ contains
          check%difference = maxval(abs(one - other))
          greatest = maxval(abs(other + trials%tip_offset))
       end associate
-      do k = 1, size(more%surfaces)
-         associate (one => fewer%surfaces(k)%eta(:last), other => more%surfaces(k)%eta(:last))
+      do k = 1, size(more%contacts)
+         associate (one => fewer%contacts(k)%eta(:last), other => more%contacts(k)%eta(:last))
             check%difference = max(check%difference, maxval(abs(one - other)))
-            greatest = max(greatest, maxval(abs(other + more%surfaces(k)%height)))
+            greatest = max(greatest, maxval(abs(other + more%contacts(k)%height)))
          end associate
       end do
       check%horizon = horizon
@@ -348,7 +348,7 @@ contains
       real(wp), intent(in) :: height
       integer :: number
 
-      real(wp) :: last(size(response%surfaces))
+      real(wp) :: last(size(response%contacts))
       integer :: i
 
       number = 0
@@ -356,10 +356,10 @@ contains
       do i = 1, response%event_count
          associate (event => response%events(i))
             if (event%tau > horizon) return
-            if ((event%kind == event_impact .or. is_contact_start(event%kind)) .and. last(event%surface) >= 0.0_wp) then
-               if (0.5_wp*abs(event%velocity_before)*(event%tau - last(event%surface)) > height) number = number + 1
+            if ((event%kind == event_impact .or. is_contact_start(event%kind)) .and. last(event%contact) >= 0.0_wp) then
+               if (0.5_wp*abs(event%velocity_before)*(event%tau - last(event%contact)) > height) number = number + 1
             end if
-            last(event%surface) = event%tau
+            last(event%contact) = event%tau
          end associate
       end do
    end function count_hops
@@ -427,11 +427,11 @@ contains
          do while (event < response%event_count)
             if (response%events(event + 1)%tau > response%tau(i)) exit
             event = event + 1
-            highest = quiet_level
+            highest = settling_level
          end do
          if (event == 0) cycle
          if (response%history(eta_stop)%values(i) <= highest) cycle
-         if (highest <= quiet_level) rebounds = rebounds + 1
+         if (highest <= settling_level) rebounds = rebounds + 1
          if (rebounds > last_rebound) return
          if (rebounds == last_rebound) horizon = response%tau(i)
          highest = response%history(eta_stop)%values(i)

@@ -11,7 +11,7 @@ module moment_places
    use motion_intervals, only: interval_t, peak_t, row_t
    use response_types, only: moment_record_t, response_t
    use run_settings, only: run_settings_t
-   use signal_peaks, only: looks_t
+   use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
    public :: moment_places_t, gather_places, open_moments, watch_moments, finish_moments
@@ -112,8 +112,8 @@ contains
             call enter_moment(moment, state(1), interval%start)
             state = interval%evaluate(row_t(interval%moment_row(p)), interval%length)
             call enter_moment(moment, state(1), interval%start + interval%length)
-            call seek_beyond(1.0_wp, moment%greatest, moment%looks_for_greatest)
-            call seek_beyond(-1.0_wp, -moment%least, moment%looks_for_least)
+            call seek_beyond(1.0_wp, moment%greatest, moment%maximum_search)
+            call seek_beyond(-1.0_wp, -moment%least, moment%minimum_search)
          end associate
       end do
 
@@ -123,7 +123,7 @@ contains
       subroutine seek_beyond(sign, known, looks)
          real(wp), intent(in) :: sign
          real(wp), intent(in) :: known
-         type(looks_t), intent(inout) :: looks
+         type(extreme_search_t), intent(inout) :: looks
 
          type(peak_t) :: peak
 
@@ -162,7 +162,7 @@ contains
       associate (moments => response%moments, measures => response%measures)
          measures%has_moment = .true.
          measures%extremes_tolerance = max(measures%extremes_tolerance, &
-            maxval(moments%looks_for_least%tolerance), maxval(moments%looks_for_greatest%tolerance))
+            maxval(moments%minimum_search%tolerance), maxval(moments%maximum_search%tolerance))
          measures%greatest_moment = max(maxval(moments%greatest), maxval(-moments%least))
          measures%has_stress = all(moments%has_stress)
          if (.not. measures%has_stress) return

@@ -5,7 +5,7 @@
 !> values, integrals and extremes of rows, and do not know the method.
 module motion_intervals
    use kinds, only: wp
-   use signal_peaks, only: looks_t
+   use signal_peaks, only: extreme_search_t
    implicit none (type, external)
    private
    public :: interval_t, observed_contact_t, row_t, peak_t, curve_t
@@ -48,7 +48,7 @@ module motion_intervals
       !> Since the start of the interval
       real(wp) :: time = 0.0_wp
       !> What searches for this extreme have left
-      type(looks_t) :: looks
+      type(extreme_search_t) :: looks
    end type peak_t
 
    !> A row through an interval, kept after it.

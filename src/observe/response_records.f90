@@ -2,13 +2,13 @@
 module response_records
    use history_list, only: eta_stop, force_stop, history_count, velocity_stop
    use kinds, only: wp
-   use response_types, only: response_t, surface_record_t
+   use response_types, only: response_t, contact_record_t
    use run_settings, only: count_samples, output_settings_t
    use sorting, only: ascending_order
-   use stop_surfaces, only: surface_t
+   use stop_contacts, only: contact_t
    implicit none (type, external)
    private
-   public :: open_records, open_surface_record
+   public :: open_records, open_contact_record
 
 contains
 
@@ -101,20 +101,20 @@ contains
    end function merged
 
    !> Room for what is kept of a surface.
-   pure subroutine open_surface_record(surface, output, samples, record)
-      type(surface_t), intent(in) :: surface
+   pure subroutine open_contact_record(contact, output, samples, record)
+      type(contact_t), intent(in) :: contact
       type(output_settings_t), intent(in) :: output
       integer, intent(in) :: samples
-      type(surface_record_t), intent(out) :: record
+      type(contact_record_t), intent(out) :: record
 
-      record%stop = surface%stop
-      record%sign = nint(surface%sign)
-      record%position = surface%settings%position
-      record%height = surface%sign*surface%height
+      record%stop = contact%stop
+      record%sign = nint(contact%sign)
+      record%position = contact%settings%position
+      record%height = contact%sign*contact%height
       if (output%history(eta_stop)) allocate (record%eta(samples), source=0.0_wp)
       if (output%history(velocity_stop)) allocate (record%velocity(samples), source=0.0_wp)
       if (output%history(force_stop)) allocate (record%force(samples), source=0.0_wp)
       if (output%energy) allocate (record%energy(samples), record%dissipated(samples), source=0.0_wp)
-   end subroutine open_surface_record
+   end subroutine open_contact_record
 
 end module response_records

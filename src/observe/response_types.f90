@@ -8,14 +8,14 @@ module response_types
    use history_list, only: history_count
    use kinds, only: i8, wp
    use section_types, only: run_sections_t
-   use signal_peaks, only: looks_t, peak_tolerance
+   use signal_peaks, only: extreme_search_t, peak_tolerance
    use statistic_types, only: run_statistics_t
    implicit none (type, external)
    private
-   public :: response_t, event_t, surface_record_t, moment_record_t, append_event, event_names
-   public :: event_impact, event_capture, event_release, event_contact, event_separation, event_blow
+   public :: response_t, event_t, contact_record_t, moment_record_t, append_event, event_names
+   public :: event_impact, event_capture, event_release, event_contact, event_separation, event_closed_impulse
    public :: is_contact_start, is_contact_end, miss_of_energies
-   public :: mode_check_t, mesh_check_t, run_measures_t, quiet_level, quiet_energy
+   public :: mode_check_t, mesh_check_t, run_measures_t, settling_level, settled_energy
 
    !> Model A: the stop point hits the stop and rebounds.
    integer, parameter :: event_impact = 1
@@ -28,15 +28,15 @@ module response_types
    !> Model B: contact ends.
    integer, parameter :: event_separation = 5
    !> Model A: a stop that holds the stop point takes an impulse as another is hit.
-   integer, parameter :: event_blow = 6
+   integer, parameter :: event_closed_impulse = 6
    !> The constants above in words.
    character(*), parameter :: event_names(6) = [character(10) :: 'impact', 'capture', 'release', 'contact', &
       'separation', 'blow']
 
    !> The stop point is quiet while |eta_c| stays within this; a flight that rises above it is a rebound.
-   real(wp), parameter :: quiet_level = 0.02_wp
+   real(wp), parameter :: settling_level = 0.02_wp
    !> The energy is spent when no more than this share of it is left above that at rest.
-   real(wp), parameter :: quiet_energy = 0.01_wp
+   real(wp), parameter :: settled_energy = 0.01_wp
 
    type :: event_t
       !> Instant
@@ -53,7 +53,7 @@ module response_types
       !> Change of the beam's energy at the event
       real(wp) :: energy_change = 0.0_wp
       !> Which surface of those of all stops, in the scene's order, below before above
-      integer :: surface = 1
+      integer :: contact = 1
    end type event_t
 
    !> The ledger at the sample times. Kinetic + strain + stop + dissipated_* - created - work is constant.
@@ -102,10 +102,10 @@ module response_types
       integer :: rebounds = 0
       real(wp), allocatable :: peak_eta(:)
       real(wp), allocatable :: peak_tau(:)
-      !> When |eta_c| last exceeded `quiet_level`; false: at the end it still does
-      logical :: is_quiet = .false.
-      real(wp) :: quiet_tau = 0.0_wp
-      !> When the energy above that of the beam at rest last exceeded `quiet_energy` of the start's; false: it still
+      !> When |eta_c| last exceeded `settling_level`; false: at the end it still does
+      logical :: has_settled = .false.
+      real(wp) :: settling_tau = 0.0_wp
+      !> When the energy above that of the beam at rest last exceeded `settled_energy` of the start's; false: it still
       !> does
       logical :: has_spent = .false.
       real(wp) :: spent_tau = 0.0_wp
@@ -187,7 +187,7 @@ module response_types
    end type series_t
 
    !> What happens at one surface, where there are several.
-   type :: surface_record_t
+   type :: contact_record_t
       !> Which &stop it belongs to; 1 below the beam, -1 above
       integer :: stop = 1
       integer :: sign = 1
@@ -204,7 +204,7 @@ module response_types
       real(wp), allocatable :: dissipated(:)
       !> Its measures; those of the whole run (rebounds, quiet, energies) are not meant
       type(run_measures_t), allocatable :: measures
-   end type surface_record_t
+   end type contact_record_t
 
    !> Bending moment and stress at a place of the beam. Moments in the unit of Pbar times L, positive where the beam is
    !> bent upwards; stresses in E D/L.
@@ -222,8 +222,8 @@ module response_types
       real(wp) :: greatest = -huge(1.0_wp)
       real(wp) :: greatest_tau = 0.0_wp
       !> What the searches for either have left
-      type(looks_t) :: looks_for_least
-      type(looks_t) :: looks_for_greatest
+      type(extreme_search_t) :: minimum_search
+      type(extreme_search_t) :: maximum_search
    end type moment_record_t
 
    type :: response_t
@@ -235,7 +235,7 @@ module response_types
       !> Those of `history_table` at the sample times
       type(series_t) :: history(history_count)
       !> Surfaces in the scene's order, below before above; unallocated: there is one
-      type(surface_record_t), allocatable :: surfaces(:)
+      type(contact_record_t), allocatable :: contacts(:)
       !> Moments at the places asked for, in the scene's order; unallocated: nowhere
       type(moment_record_t), allocatable :: moments(:)
       !> Ledger; unallocated: not asked for

@@ -1,7 +1,7 @@
 !> What is measured of a run, by any method: the tally that its phases or steps keep, and what follows from it and from
 !> the events at the end (docs/theory.md, section 12).
 !>
-!> An episode is all that the stop does to the beam between two flights that rise above `quiet_level`: impacts in their
+!> An episode is all that the stop does to the beam between two flights that rise above `settling_level`: impacts in their
 !> cluster, contacts that last, low hops between them. Single impacts and contacts change with the mesh, an episode's
 !> impulse does not. Nor has the force of a rigid stop a limit in the mesh, which is the greater the less mass is
 !> stopped at once; its mean over a time has one.
@@ -10,12 +10,12 @@ module run_measures
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count, measure_status, measure_table, peak_count
    use response_types, only: event_capture, event_contact, event_impact, is_contact_end, is_contact_start, &
-      quiet_energy, response_t, run_measures_t
+      settled_energy, response_t, run_measures_t
    use sorting, only: ascending_order
    implicit none (type, external)
    private
-   public :: tally_t, open_tally, take_impulse, take_contact, end_episode, mark_energy, put_peak
-   public :: finish_tally, gather_measures
+   public :: accumulator_t, open_accumulator, take_impulse, take_contact, end_episode, record_decay, put_peak
+   public :: finish_accumulator, gather_measures
    public :: comes_to_rest, early_part, excess_of, force_window, no_rest, row_of
 
    !> A rigid stop's force is the mean over so long from the beginning of an episode, tau.
@@ -25,7 +25,7 @@ module run_measures
    real(wp), parameter :: no_rest = -huge(1.0_wp)
 
    !> What has gathered so far; numbers only, so that it can be put back where a run goes back.
-   type :: tally_t
+   type :: accumulator_t
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
       !> The stop yields: the force itself is what it is
@@ -48,12 +48,12 @@ module run_measures
       !> The energy is spent, and since when
       logical :: has_spent = .false.
       real(wp) :: spent_tau = 0.0_wp
-   end type tally_t
+   end type accumulator_t
 
 contains
 
    !> Begin a run with any surface.
-   pure subroutine open_tally(yields, start_energy, rest_force, rest_energy, force_scale, tally)
+   pure subroutine open_accumulator(yields, start_energy, rest_force, rest_energy, force_scale, accumulator)
       !> The surface is not rigid
       logical, intent(in) :: yields
       !> Energy at the start
@@ -64,29 +64,29 @@ contains
       !> Pbar per unit of force
       real(wp), intent(in) :: force_scale
       !> Ready for the first phase
-      type(tally_t), intent(out) :: tally
+      type(accumulator_t), intent(out) :: accumulator
 
-      tally%yields = yields
-      tally%start_energy = start_energy
-      tally%rest_force = rest_force
-      tally%rest_energy = rest_energy
-      tally%force_scale = force_scale
-   end subroutine open_tally
+      accumulator%yields = yields
+      accumulator%start_energy = start_energy
+      accumulator%rest_force = rest_force
+      accumulator%rest_energy = rest_energy
+      accumulator%force_scale = force_scale
+   end subroutine open_accumulator
 
    !> An impulse at an instant.
-   elemental subroutine take_impulse(tally, tau, impulse)
-      type(tally_t), intent(inout) :: tally
+   elemental subroutine take_impulse(accumulator, tau, impulse)
+      type(accumulator_t), intent(inout) :: accumulator
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: impulse
 
-      call begin_episode(tally, tau)
-      tally%impulse = tally%impulse + impulse
-      if (tau <= tally%begin + force_window) call take_early(tally, impulse)
+      call begin_episode(accumulator, tau)
+      accumulator%impulse = accumulator%impulse + impulse
+      if (tau <= accumulator%begin + force_window) call take_early(accumulator, impulse)
    end subroutine take_impulse
 
    !> A contact, or a step of it.
-   elemental subroutine take_contact(tally, from, length, impulse, early_impulse)
-      type(tally_t), intent(inout) :: tally
+   elemental subroutine take_contact(accumulator, from, length, impulse, early_impulse)
+      type(accumulator_t), intent(inout) :: accumulator
       !> Beginning and length
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
@@ -94,81 +94,82 @@ contains
       real(wp), intent(in) :: impulse
       real(wp), intent(in) :: early_impulse
 
-      call begin_episode(tally, from)
-      tally%impulse = tally%impulse + (impulse - tally%rest_force*length)
-      call take_early(tally, early_impulse)
+      call begin_episode(accumulator, from)
+      accumulator%impulse = accumulator%impulse + (impulse - accumulator%rest_force*length)
+      call take_early(accumulator, early_impulse)
    end subroutine take_contact
 
    !> How much of a contact lies in `force_window` of the beginning of its episode.
-   elemental function early_part(tally, from, length) result(part)
-      type(tally_t), intent(in) :: tally
+   elemental function early_part(accumulator, from, length) result(part)
+      type(accumulator_t), intent(in) :: accumulator
       !> Beginning and length of the contact
       real(wp), intent(in) :: from
       real(wp), intent(in) :: length
       real(wp) :: part
 
       part = force_window
-      if (tally%in_episode) part = tally%begin - from + force_window
+      if (accumulator%in_episode) part = accumulator%begin - from + force_window
       part = min(max(part, 0.0_wp), length)
    end function early_part
 
    !> An impulse within `force_window`.
-   elemental subroutine take_early(tally, impulse)
-      type(tally_t), intent(inout) :: tally
+   elemental subroutine take_early(accumulator, impulse)
+      type(accumulator_t), intent(inout) :: accumulator
       real(wp), intent(in) :: impulse
 
-      tally%early_impulse = tally%early_impulse + impulse
-      if (.not. tally%yields) then
-         tally%greatest_force = max(tally%greatest_force, tally%force_scale*tally%early_impulse/force_window)
+      accumulator%early_impulse = accumulator%early_impulse + impulse
+      if (.not. accumulator%yields) then
+         accumulator%greatest_force = max(accumulator%greatest_force, &
+            accumulator%force_scale*accumulator%early_impulse/force_window)
       end if
    end subroutine take_early
 
    !> The stop acts: an episode begins unless it has.
-   elemental subroutine begin_episode(tally, tau)
-      type(tally_t), intent(inout) :: tally
+   elemental subroutine begin_episode(accumulator, tau)
+      type(accumulator_t), intent(inout) :: accumulator
       real(wp), intent(in) :: tau
 
-      if (tally%in_episode) return
-      tally%in_episode = .true.
-      tally%begin = tau
-      tally%impulse = 0.0_wp
-      tally%early_impulse = 0.0_wp
+      if (accumulator%in_episode) return
+      accumulator%in_episode = .true.
+      accumulator%begin = tau
+      accumulator%impulse = 0.0_wp
+      accumulator%early_impulse = 0.0_wp
    end subroutine begin_episode
 
-   !> A flight rises above `quiet_level`, or the run ends: the episode is over.
-   elemental subroutine end_episode(tally)
-      type(tally_t), intent(inout) :: tally
+   !> A flight rises above `settling_level`, or the run ends: the episode is over.
+   elemental subroutine end_episode(accumulator)
+      type(accumulator_t), intent(inout) :: accumulator
 
-      if (tally%in_episode) tally%greatest_impulse = max(tally%greatest_impulse, tally%impulse)
-      tally%in_episode = .false.
+      if (accumulator%in_episode) accumulator%greatest_impulse = max(accumulator%greatest_impulse, accumulator%impulse)
+      accumulator%in_episode = .false.
    end subroutine end_episode
 
    !> Is there rest at the end of all motion?
-   elemental function comes_to_rest(tally) result(does)
-      type(tally_t), intent(in) :: tally
+   elemental function comes_to_rest(accumulator) result(does)
+      type(accumulator_t), intent(in) :: accumulator
       logical :: does
 
-      does = tally%rest_energy > no_rest
+      does = accumulator%rest_energy > no_rest
    end function comes_to_rest
 
    !> By how much an energy, less that of rest, exceeds the share that counts as spent.
-   elemental function excess_of(tally, energy) result(excess)
-      type(tally_t), intent(in) :: tally
+   elemental function excess_of(accumulator, energy) result(excess)
+      type(accumulator_t), intent(in) :: accumulator
       real(wp), intent(in) :: energy
       real(wp) :: excess
 
-      excess = energy - tally%rest_energy - quiet_energy*(tally%start_energy - tally%rest_energy)
+      excess = energy - accumulator%rest_energy - settled_energy*(accumulator%start_energy - accumulator%rest_energy)
    end function excess_of
 
    !> The energy is spent from here on, or is not any more.
-   elemental subroutine mark_energy(tally, is_spent, tau)
-      type(tally_t), intent(inout) :: tally
+   elemental subroutine record_decay(accumulator, is_spent, tau)
+      type(accumulator_t), intent(inout) :: accumulator
       logical, intent(in) :: is_spent
       real(wp), intent(in) :: tau
 
-      if (is_spent .and. .not. tally%has_spent) tally%spent_tau = tau
-      tally%has_spent = is_spent
-   end subroutine mark_energy
+      if (is_spent .and. .not. accumulator%has_spent) accumulator%spent_tau = tau
+      accumulator%has_spent = is_spent
+   end subroutine record_decay
 
    !> The highest point of the last rebound so far.
    pure subroutine put_peak(measures, tau, eta)
@@ -197,9 +198,9 @@ contains
    end subroutine put_peak
 
    !> The end of the run.
-   pure subroutine finish_tally(tally, response, duration, lost, created, most_peaks, measures, surface)
+   pure subroutine finish_accumulator(accumulator, response, duration, lost, created, most_peaks, measures, contact)
       !> What has gathered
-      type(tally_t), intent(inout) :: tally
+      type(accumulator_t), intent(inout) :: accumulator
       !> The run, with its events
       type(response_t), intent(in) :: response
       !> Its length, tau
@@ -213,26 +214,27 @@ contains
       !> Its final energy, rebounds and instant of quiet are there
       type(run_measures_t), intent(inout) :: measures
       !> Only the events of this surface are meant; default: all
-      integer, intent(in), optional :: surface
+      integer, intent(in), optional :: contact
 
       real(wp) :: shares(5), above
       integer :: peaks
 
-      call end_episode(tally)
+      call end_episode(accumulator)
       measures%duration = duration
-      measures%extremes_tolerance = max(measures%extremes_tolerance, tally%tolerance)
-      measures%greatest_force = tally%greatest_force
-      measures%greatest_impulse = tally%greatest_impulse
-      call mark_energy(tally, excess_of(tally, measures%final_energy) <= 0.0_wp, duration)
-      measures%has_spent = tally%has_spent
-      measures%spent_tau = tally%spent_tau
-      measures%start_energy = tally%start_energy
-      measures%rest_energy = merge(tally%rest_energy, ieee_value(1.0_wp, ieee_quiet_nan), comes_to_rest(tally))
+      measures%extremes_tolerance = max(measures%extremes_tolerance, accumulator%tolerance)
+      measures%greatest_force = accumulator%greatest_force
+      measures%greatest_impulse = accumulator%greatest_impulse
+      call record_decay(accumulator, excess_of(accumulator, measures%final_energy) <= 0.0_wp, duration)
+      measures%has_spent = accumulator%has_spent
+      measures%spent_tau = accumulator%spent_tau
+      measures%start_energy = accumulator%start_energy
+      measures%rest_energy = merge(accumulator%rest_energy, ieee_value(1.0_wp, ieee_quiet_nan), &
+         comes_to_rest(accumulator))
       ! a start without energy has none to share
-      above = tally%start_energy - tally%rest_energy
+      above = accumulator%start_energy - accumulator%rest_energy
       shares = ieee_value(1.0_wp, ieee_quiet_nan)
-      if (above > 0.0_wp .and. comes_to_rest(tally)) then
-         shares = [lost, created, measures%final_energy - tally%rest_energy]/above
+      if (above > 0.0_wp .and. comes_to_rest(accumulator)) then
+         shares = [lost, created, measures%final_energy - accumulator%rest_energy]/above
       end if
       measures%lost_beam = shares(1)
       measures%lost_stop = shares(2)
@@ -245,16 +247,16 @@ contains
          measures%peak_eta = measures%peak_eta(:peaks)
          measures%peak_tau = measures%peak_tau(:peaks)
       end if
-      call measure_events(response, measures, surface)
-   end subroutine finish_tally
+      call measure_events(response, measures, contact)
+   end subroutine finish_accumulator
 
    !> What the events alone tell.
-   pure subroutine measure_events(response, measures, surface)
+   pure subroutine measure_events(response, measures, contact)
       type(response_t), intent(in) :: response
       !> What was measured; the length of the run is there
       type(run_measures_t), intent(inout) :: measures
       !> Of this surface only; default: of all
-      integer, intent(in), optional :: surface
+      integer, intent(in), optional :: contact
 
       integer :: contacts, i
       logical :: in_contact
@@ -263,14 +265,14 @@ contains
       allocate (limits(2, response%event_count + 1))
       contacts = 0
       in_contact = .false.
-      if (present(surface) .and. allocated(response%starts_closed)) in_contact = response%starts_closed(surface)
+      if (present(contact) .and. allocated(response%starts_closed)) in_contact = response%starts_closed(contact)
       if (in_contact) then
          contacts = 1
          limits(:, 1) = [0.0_wp, measures%duration]
       end if
       do i = 1, response%event_count
-         if (present(surface)) then
-            if (response%events(i)%surface /= surface) cycle
+         if (present(contact)) then
+            if (response%events(i)%contact /= contact) cycle
          end if
          associate (event => response%events(i))
             if (event%kind == event_impact .or. event%kind == event_contact) measures%impacts = measures%impacts + 1
@@ -299,23 +301,23 @@ contains
 
    !> The measures of a run with several surfaces, of which each has its own: sums, the first, the longest, the greatest
    !> of all. Rebounds, quiet and energies are those of the surface from which the beam was released.
-   pure subroutine gather_measures(response, pulled)
+   pure subroutine gather_measures(response, release_contact)
       !> Its surfaces have measures; it gets those of the run
       type(response_t), intent(inout) :: response
       !> The surface from which the beam was released
-      integer, intent(in) :: pulled
+      integer, intent(in) :: release_contact
 
       integer :: k
       integer, allocatable :: order(:)
       real(wp), allocatable :: start(:), end(:)
 
-      allocate (response%measures, source=response%surfaces(pulled)%measures)
+      allocate (response%measures, source=response%contacts(release_contact)%measures)
       allocate (start(0), end(0))
       associate (whole => response%measures)
          whole%impacts = 0
          whole%has_met_stop = .false.
-         do k = 1, size(response%surfaces)
-            associate (own => response%surfaces(k)%measures)
+         do k = 1, size(response%contacts)
+            associate (own => response%contacts(k)%measures)
                whole%impacts = whole%impacts + own%impacts
                start = [start, own%contact_start]
                end = [end, own%contact_end]
@@ -363,7 +365,7 @@ contains
       associate (peaks => min(size(measures%peak_eta), peak_count))
          row(first_peak:first_peak + peaks - 1) = measures%peak_eta(:peaks)
       end associate
-      if (measures%is_quiet) row(findloc(name, 'quiet_tau', 1)) = measures%quiet_tau
+      if (measures%has_settled) row(findloc(name, 'quiet_tau', 1)) = measures%settling_tau
       if (measures%has_spent) row(findloc(name, 'spent_tau', 1)) = measures%spent_tau
       row(findloc(name, 'lost_beam', 1)) = measures%lost_beam
       row(findloc(name, 'lost_stop', 1)) = measures%lost_stop

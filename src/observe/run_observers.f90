@@ -26,14 +26,14 @@ module run_observers
 contains
 
    !> Begin a run.
-   subroutine open_observers(settings, number, yields, pulled, response, observers, modes)
+   subroutine open_observers(settings, number, yields, release_contact, response, observers, modes)
       type(run_settings_t), intent(in) :: settings
       !> Of each contact in the scene's order
       integer, intent(in) :: number(:)
       !> Its force is finite
       logical, intent(in) :: yields(:)
       !> Place of the contact from which the beam is released; 0: there is none
-      integer, intent(in) :: pulled
+      integer, intent(in) :: release_contact
       !> With room for moments, if they are asked for
       type(response_t), intent(in) :: response
       type(observers_t), intent(inout) :: observers
@@ -45,7 +45,7 @@ contains
 
       in_order(number) = yields
       first = 0
-      if (pulled > 0) first = number(pulled)
+      if (release_contact > 0) first = number(release_contact)
       if (allocated(response%moments)) observers%moments = response%moments
       if (allocated(settings%statistics)) then
          allocate (observers%blocks)

@@ -25,12 +25,12 @@ contains
    end subroutine check_period
 
    !> The instants, and room for what is kept.
-   pure subroutine open_sections(settings, surfaces, pulled, sections, modes)
+   pure subroutine open_sections(settings, contacts, release_contact, sections, modes)
       !> With sections
       type(run_settings_t), intent(in) :: settings
       !> Number of them, and of that from which the beam is released
-      integer, intent(in) :: surfaces
-      integer, intent(in) :: pulled
+      integer, intent(in) :: contacts
+      integer, intent(in) :: release_contact
       type(run_sections_t), allocatable, intent(out) :: sections
       !> Number of modes whose state is kept too; absent: of none
       integer, intent(in), optional :: modes
@@ -43,14 +43,14 @@ contains
          sections%period = asked%period
          sections%most_periods = asked%most_periods
          sections%tolerance = asked%tolerance
-         sections%pulled = pulled
+         sections%release_contact = release_contact
          first = modulo(asked%phase, 1.0_wp)
          ! at tau = 0 there is none
          if (first <= 0.0_wp) first = 1.0_wp
          ! what rounding takes from the end of the run stays in it
          n = int(max(0.0_wp, min(real(asked%keep, wp), duration/asked%period*(1.0_wp + 8.0_wp*epsilon(1.0_wp)) &
             - (real(asked%skip, wp) + first) + 1.0_wp)))
-         allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, surfaces, n), sections%impacts(n))
+         allocate (sections%tau(n), sections%tip(2, n), sections%stop(2, contacts, n), sections%impacts(n))
          sections%tau = [(min(duration, (real(asked%skip + k - 1, wp) + first)*asked%period), k=1, n)]
          if (present(modes) .and. asked%keeps_modes) allocate (sections%modes(2, modes, n))
       end associate

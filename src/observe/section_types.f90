@@ -7,7 +7,7 @@ module section_types
    private
    public :: section_state_t, run_sections_t
 
-   !> All that decides how a motion goes on. Surfaces in the order of `surfaces_of`.
+   !> All that decides how a motion goes on. Surfaces in the order of `contacts_of`.
    type :: section_state_t
       !> When it was so
       real(wp) :: tau = 0.0_wp
@@ -17,7 +17,7 @@ module section_types
       !> These are so many of the lowest modes, and residual modes; 0: they are all modes
       integer :: lowest_modes = 0
       !> The surface is under force; open, but not yet home
-      logical, allocatable :: is_closed(:), is_indented(:)
+      logical, allocatable :: is_closed(:), is_deformed(:)
       !> Its indentation u, and the force in its branch
       real(wp), allocatable :: depth(:), branch_force(:)
       !> The flight under way is a capture if it stays below this, as it did so far (newmark: what it has reached)
@@ -52,7 +52,7 @@ module section_types
       integer :: motion_period = 0
       real(wp) :: impacts_per_period = 0.0_wp
       !> Surface, in the scene's order, of the stop from which the beam is released; 0: there is none
-      integer :: pulled = 0
+      integer :: release_contact = 0
    end type run_sections_t
 
 end module section_types

@@ -3,10 +3,10 @@
 module statistic_types
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_count
-   use signal_peaks, only: looks_t, peak_tolerance
+   use signal_peaks, only: extreme_search_t, peak_tolerance
    implicit none (type, external)
    private
-   public :: run_statistics_t, block_sums_t, impact_t, surface_sums_t, statistic_count
+   public :: run_statistics_t, block_sums_t, impact_t, contact_sums_t, statistic_count
    public :: sum_time, sum_contact, sum_force, sum_square_force, sum_impulse, sum_impacts, sum_velocity, &
       sum_impact_impulse, sum_displacement, sum_square_displacement, sum_tip, sum_square_tip, top_force, top_velocity, &
       top_impulse, low_displacement, top_displacement, low_tip, top_tip, sum_count
@@ -52,7 +52,7 @@ module statistic_types
    end type impact_t
 
    !> What gathers of one surface.
-   type :: surface_sums_t
+   type :: contact_sums_t
       !> Its force has a square
       logical :: yields = .false.
       !> [sum_count, blocks]
@@ -62,7 +62,7 @@ module statistic_types
       integer :: count = 0
       !> Since the last contact, or the start, the beam has risen above the hop tolerance
       logical :: has_flown = .false.
-   end type surface_sums_t
+   end type contact_sums_t
 
    !> What gathers of a run.
    type :: block_sums_t
@@ -77,14 +77,14 @@ module statistic_types
       real(wp) :: force_scale = 1.0_wp
       integer :: classes = 1
       !> In the scene's order; and of the tip where there is none
-      type(surface_sums_t), allocatable :: surface(:)
-      type(surface_sums_t) :: tip
+      type(contact_sums_t), allocatable :: contact(:)
+      type(contact_sums_t) :: tip
       !> Place of the surface to whose stop displacements of the run belong; 0: there is none
-      integer :: pulled = 0
+      integer :: release_contact = 0
       !> Events that have been looked at
       integer :: seen = 0
       !> What searches for extremes have left, those of all surfaces together
-      type(looks_t) :: looks(sum_count)
+      type(extreme_search_t) :: looks(sum_count)
    end type block_sums_t
 
    !> What it told.

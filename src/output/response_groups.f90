@@ -4,13 +4,13 @@ module response_groups
    use kinds, only: wp
    use measure_rows, only: write_measures_of_run
    use quantity_groups, only: quantity_group_t
-   use response_types, only: event_blow, event_names, response_t, run_measures_t
+   use response_types, only: event_closed_impulse, event_names, response_t, run_measures_t
    use run_measures, only: row_of
    use section_groups, only: write_sections
    use signal_peaks, only: peak_tolerance
    use statistic_groups, only: write_statistics
    use stress_groups, only: write_stress
-   use surface_groups, only: names_of, write_surfaces
+   use contact_groups, only: names_of, write_contacts
    implicit none (type, external)
    private
    public :: write_run
@@ -32,15 +32,15 @@ contains
       end if
       if (allocated(response%energy)) call write_energy(group%part('energy'), response)
       if (allocated(response%measures)) call write_measures(group%part('measures'), response%measures, &
-         allocated(response%surfaces))
+         allocated(response%contacts))
       if (allocated(response%statistics)) then
-         call write_statistics(group%part('statistics'), response%statistics, names_of(response%surfaces))
+         call write_statistics(group%part('statistics'), response%statistics, names_of(response%contacts))
       end if
       if (allocated(response%sections)) then
-         call write_sections(group%part('poincare'), response%sections, names_of(response%surfaces))
+         call write_sections(group%part('poincare'), response%sections, names_of(response%contacts))
       end if
       ! sample times that are not allocated are not present
-      if (allocated(response%surfaces)) call write_surfaces(group%part('surfaces'), response%surfaces, response%tau)
+      if (allocated(response%contacts)) call write_contacts(group%part('surfaces'), response%contacts, response%tau)
       if (allocated(response%moments)) call write_stress(group%part('stress'), response%moments, response%tau)
    end subroutine write_run
 
@@ -50,7 +50,7 @@ contains
 
       integer :: i
 
-      if (allocated(response%surfaces)) call group%attribute('among_several_surfaces', group%worded( &
+      if (allocated(response%contacts)) call group%attribute('among_several_surfaces', group%worded( &
          '{eta_stop~displacement_stop} and velocity_stop are of the stop from which the beam ' &
          //'is released, contact_force is the sum over all; each: /surfaces'))
       call group%attribute('evaluations', real(response%evaluations, wp))
@@ -94,7 +94,7 @@ contains
       integer :: count, i, kinds
 
       ! only among several surfaces one takes an impulse as another is hit
-      kinds = merge(size(event_names), event_blow - 1, allocated(response%surfaces))
+      kinds = merge(size(event_names), event_closed_impulse - 1, allocated(response%contacts))
       meanings = trim(event_names(1))
       do i = 2, kinds
          meanings = meanings//' '//trim(event_names(i))
@@ -114,10 +114,10 @@ contains
          'impulse on the beam{ in rho Abar L omega1 (y_c(0) - d)}', 'tau')
       call group%put('energy_change', [(response%events(i)%energy_change, i=1, count)], 'energy', &
          'change of energy{ in rho Abar L omega1^2 (y_c(0) - d)^2}', 'tau')
-      if (.not. allocated(response%surfaces)) return
-      call group%put('surface', [(response%events(i)%surface, i=1, count)], 'surface at which it happens', along='tau')
-      call group%attribute('flag_values', [(i, i=1, size(response%surfaces))], 'surface')
-      call group%attribute('flag_meanings', names_of(response%surfaces), 'surface')
+      if (.not. allocated(response%contacts)) return
+      call group%put('surface', [(response%events(i)%contact, i=1, count)], 'surface at which it happens', along='tau')
+      call group%attribute('flag_values', [(i, i=1, size(response%contacts))], 'surface')
+      call group%attribute('flag_meanings', names_of(response%contacts), 'surface')
    end subroutine write_events
 
    !> Shapes of the whole beam at chosen instants.
@@ -180,15 +180,15 @@ contains
    end subroutine write_energy
 
    !> What the table on the console says.
-   subroutine write_measures(group, measures, has_surfaces)
+   subroutine write_measures(group, measures, has_contacts)
       type(quantity_group_t), intent(in) :: group
       type(run_measures_t), intent(in) :: measures
       !> There are several, which have measures of their own
-      logical, intent(in) :: has_surfaces
+      logical, intent(in) :: has_contacts
 
       integer :: i
 
-      if (has_surfaces) call group%attribute('among_several_surfaces', 'impacts, contacts and total_contact are ' &
+      if (has_contacts) call group%attribute('among_several_surfaces', 'impacts, contacts and total_contact are ' &
          //'sums over all, first_impact is the first, longest_contact, greatest_force and greatest_impulse are the ' &
          //'greatest; rebounds, peaks and quiet are of the stop from which the beam is released; each: /surfaces')
       if (measures%extremes_tolerance > peak_tolerance) call group%attribute('tolerance', measures%extremes_tolerance)

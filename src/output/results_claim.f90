@@ -50,7 +50,7 @@ contains
       !> Why it cannot be had: another run has it, or the name is that of a file of the user's
       type(failure_t), allocatable, intent(out) :: error
 
-      integer(c_int), parameter :: is_held = -1_c_int, is_foreign = -2_c_int
+      integer(c_int), parameter :: is_constrained = -1_c_int, is_foreign = -2_c_int
       integer(c_size_t), parameter :: longest_owner = 400_c_size_t
       character(longest_owner, kind=c_char) :: owner
       character(:), allocatable :: lock, path
@@ -65,7 +65,7 @@ contains
          claim%descriptor = descriptor
          if (.not. is_result(path)) call refuse_foreign(path, 'a results file', error)
          if (allocated(error)) call release_results(claim)
-      case (is_held)
+      case (is_constrained)
          call fail(error, status_run_failed, "'"//path//"' is being computed by "// &
             owner(:index(owner, c_null_char) - 1)//'; wait for it, or give another name or --out')
       case (is_foreign)

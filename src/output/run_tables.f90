@@ -7,14 +7,14 @@ module run_tables
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
    use reader_units, only: phrase, reading_in, unit_in
-   use response_types, only: mesh_check_t, mode_check_t, run_measures_t, surface_record_t
+   use response_types, only: mesh_check_t, mode_check_t, run_measures_t, contact_record_t
    use run_measures, only: row_of
    use signal_peaks, only: peak_tolerance
    use statistic_types, only: run_statistics_t
    use table_columns, only: add_numbers, add_texts, print_line, print_table, table_t, whole
    implicit none (type, external)
    private
-   public :: shown_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, print_surfaces
+   public :: shown_t, add_measures, print_measures, print_mesh, print_modes, print_statistics, print_contacts
 
    !> A column of a table of measures.
    type :: shown_t
@@ -29,7 +29,7 @@ module run_tables
    !> So many rebounds are listed; of more only the number is said.
    integer, parameter :: most_peaks = 12
 
-   type(shown_t), parameter :: of_surfaces(*) = [ &
+   type(shown_t), parameter :: of_contacts(*) = [ &
       shown_t('impacts', 'impacts'), &
       shown_t('contacts', 'lasting contacts'), &
       shown_t('first_impact_tau', 'first at {tau =~t}'), &
@@ -178,48 +178,48 @@ contains
    end subroutine add_measures
 
    !> What happened at each of several surfaces, a line each.
-   subroutine print_surfaces(unit, surfaces, units)
+   subroutine print_contacts(unit, contacts, units)
       integer, intent(in) :: unit
       !> With measures
-      type(surface_record_t), intent(in) :: surfaces(:)
+      type(contact_record_t), intent(in) :: contacts(:)
       !> What results are in
       type(units_t), intent(in) :: units
 
       type(table_t) :: table
-      real(wp) :: rows(measure_count, size(surfaces))
+      real(wp) :: rows(measure_count, size(contacts))
       integer :: i
 
-      do i = 1, size(surfaces)
-         rows(:, i) = row_in(units, row_of(surfaces(i)%measures))
+      do i = 1, size(contacts)
+         rows(:, i) = row_in(units, row_of(contacts(i)%measures))
       end do
-      call add_surfaces(table, surfaces)
-      call add_measures(table, of_surfaces, rows, units)
+      call add_contacts(table, contacts)
+      call add_measures(table, of_contacts, rows, units)
       write (unit, '()')
       call print_table(unit, table)
-   end subroutine print_surfaces
+   end subroutine print_contacts
 
    !> What &statistics says: a line for each surface.
-   subroutine print_statistics(unit, statistics, surfaces, units)
+   subroutine print_statistics(unit, statistics, contacts, units)
       integer, intent(in) :: unit
       type(run_statistics_t), intent(in) :: statistics
-      type(surface_record_t), intent(in) :: surfaces(:)
+      type(contact_record_t), intent(in) :: contacts(:)
       !> What results are in
       type(units_t), intent(in) :: units
 
       type(table_t) :: table
-      real(wp) :: rows(measure_count, size(surfaces))
+      real(wp) :: rows(measure_count, size(contacts))
       integer :: blocks, i
 
       blocks = ubound(statistics%edge, 1)
       write (unit, '(/, 2x, a)') 'statistics from '//instant(0)//' to '//instant(blocks)//' in '//to_text(blocks) &
          //' blocks'
-      if (size(surfaces) == 0) return
+      if (size(contacts) == 0) return
       rows = ieee_value(1.0_wp, ieee_quiet_nan)
-      do i = 1, size(surfaces)
+      do i = 1, size(contacts)
          rows(first_statistic:, i) = statistics%value(:, i)
          rows(:, i) = row_in(units, rows(:, i))
       end do
-      call add_surfaces(table, surfaces)
+      call add_contacts(table, contacts)
       call add_measures(table, of_statistics, rows, units)
       call print_table(unit, table)
 
@@ -235,17 +235,17 @@ contains
    end subroutine print_statistics
 
    !> The first column of their tables, such as '2 above'.
-   subroutine add_surfaces(table, surfaces)
+   subroutine add_contacts(table, contacts)
       type(table_t), intent(inout) :: table
-      type(surface_record_t), intent(in) :: surfaces(:)
+      type(contact_record_t), intent(in) :: contacts(:)
 
-      character(20) :: labels(size(surfaces))
+      character(20) :: labels(size(contacts))
       integer :: i
 
-      do i = 1, size(surfaces)
-         labels(i) = to_text(surfaces(i)%stop)//' '//merge('below', 'above', surfaces(i)%sign > 0)
+      do i = 1, size(contacts)
+         labels(i) = to_text(contacts(i)%stop)//' '//merge('below', 'above', contacts(i)%sign > 0)
       end do
       call add_texts(table, 'stop', labels)
-   end subroutine add_surfaces
+   end subroutine add_contacts
 
 end module run_tables

@@ -2,7 +2,7 @@
 module scene_words
    use body_settings, only: mass_settings_t, root_pinned, root_settings_t
    use kinds, only: wp
-   use load_settings, only: start_pull
+   use load_settings, only: start_release
    use number_text, only: rounded, to_text
    use quantities, only: units_t, words_in
    use reader_units, only: phrase, reading_in
@@ -134,7 +134,7 @@ contains
             call print_line(unit, label, law_in_words(stops(k), units)//', '//words)
             cycle
          end if
-         if (scene%start%kind == start_pull .and. k == released_stop(scene)) words = words//'; released from it'
+         if (scene%start%kind == start_release .and. k == released_stop(scene)) words = words//'; released from it'
          if (stops(k)%side == side_below) words = 'below, '//words
          call print_line(unit, label, words)
          call print_line(unit, '', law_in_words(stops(k), units))
@@ -234,7 +234,7 @@ contains
       integer :: place
 
       place = 0
-      if (allocated(scene%more_stops)) place = stop_released_from(stops_in_scene(scene), scene%pulled)
+      if (allocated(scene%more_stops)) place = stop_released_from(stops_in_scene(scene), scene%release_stop)
    end function released_stop
 
    !> The law of a stop with its numbers.

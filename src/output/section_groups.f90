@@ -16,7 +16,7 @@ contains
       character(*), intent(in) :: names
 
       character(*), parameter :: at_stops(2) = [character(7) :: 'surface', 'tau'], of_modes(2) = ['mode', 'tau ']
-      integer :: k, surfaces
+      integer :: k, contacts
 
       associate (n => sections%count)
          call group%put_attribute('period', sections%period, 'time')
@@ -36,11 +36,11 @@ contains
          call group%put('velocity_tip', sections%tip(2, :n), 'velocity', 'its velocity', 'tau')
          if (allocated(sections%log_size)) call group%put('log_variation', sections%log_size(:n), 'number', &
             'logarithm of the size of a variation of the motion, no number where nothing is left of it', 'tau')
-         surfaces = size(sections%stop, 2)
-         if (surfaces > 0) then
-            call group%put('surface', [(k, k=1, surfaces)], 'surface, in the order of &stop, below before above', &
+         contacts = size(sections%stop, 2)
+         if (contacts > 0) then
+            call group%put('surface', [(k, k=1, contacts)], 'surface, in the order of &stop, below before above', &
                is_scale=.true.)
-            call group%attribute('flag_values', [(k, k=1, surfaces)], 'surface')
+            call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')
             call group%put('displacement_stop', sections%stop(1, :, :n), 'displacement', &
                'displacement of the beam there, up from the unstressed beam', at_stops)

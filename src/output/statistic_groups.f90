@@ -20,13 +20,13 @@ contains
       character(*), intent(in) :: names
 
       character(*), parameter :: along = 'surface', bars = '_half_width', parts = '_in_blocks'
-      integer :: blocks, i, k, surfaces
+      integer :: blocks, i, k, contacts
 
       blocks = size(statistics%in_block, 2)
-      surfaces = size(statistics%yields)
-      call group%put(along, [(k, k=0, surfaces)], 'surface, in the order of &stop, below before above; ' &
+      contacts = size(statistics%yields)
+      call group%put(along, [(k, k=0, contacts)], 'surface, in the order of &stop, below before above; ' &
          //'0: all together', is_scale=.true.)
-      call group%attribute('flag_values', [(k, k=0, surfaces)], along)
+      call group%attribute('flag_values', [(k, k=0, contacts)], along)
       call group%attribute('flag_meanings', trim('all '//names), along)
       call group%attribute('all', 'of all surfaces together sums and means are of the sum of their forces, impacts ' &
          //'and times in contact; displacements of the stop point are of the stop from which the beam is released')
@@ -48,7 +48,7 @@ contains
                'the same block by block', ['block  ', 'surface'])
          end associate
       end do
-      do k = 1, surfaces
+      do k = 1, contacts
          call write_classes(group%part('surface_'//to_text(k)), statistics%yields(k), statistics%class_edge(:, k), &
             statistics%class_count(:, k))
       end do

@@ -31,9 +31,9 @@ contains
       ! without measures nothing was looked for
       if (all(moments%greatest >= moments%least)) then
          call add_extreme('greatest', [moments%greatest], [moments%greatest_tau], &
-            maxval(moments%looks_for_greatest%tolerance))
+            maxval(moments%maximum_search%tolerance))
          call add_extreme('least', [moments%least], [moments%least_tau], &
-            maxval(moments%looks_for_least%tolerance))
+            maxval(moments%minimum_search%tolerance))
       end if
       if (.not. (present(tau) .and. all([(allocated(moments(p)%moment), p=1, size(moments))]))) return
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)

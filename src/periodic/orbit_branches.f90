@@ -385,7 +385,7 @@ contains
       real(wp), allocatable :: direction(:)
 
       bracket = bracket_t(high=trace%step, grows=values(2) > 0.0_wp, value_low=values(1), value_high=values(2), &
-         least_step=1.0e-12_wp, most_looks=60)
+         least_step=1.0e-12_wp, most_evaluations=60)
       bracket%point = chord(bracket)
       do
          call close_orbit(map, moved_along(map, trace%last%place, trace%direction, bracket%point), asked%tolerance, &

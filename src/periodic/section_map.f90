@@ -14,8 +14,8 @@ module section_map
    use response_types, only: event_contact, event_impact, mode_check_t, response_t
    use run_settings, only: output_settings_t, poincare_settings_t, run_settings_t
    use section_types, only: section_state_t
-   use stop_surfaces, only: surface_t, surfaces_of
-   use surface_states, only: make_surface_state, surface_state_t
+   use stop_contacts, only: contact_t, contacts_of
+   use contact_states, only: make_contact_state, contact_state_t
    use tangent_columns, only: by_amplitude, by_frequency, by_nothing, open_tangent
    implicit none (type, external)
    private
@@ -36,7 +36,7 @@ module section_map
       integer :: parameter = by_nothing
       integer :: load = 0
       !> Surfaces, and modes there away from them, [modes, surfaces]
-      type(surface_state_t), allocatable :: surfaces(:)
+      type(contact_state_t), allocatable :: contacts(:)
       real(wp), allocatable :: value(:, :)
       !> Surfaces that keep a force of their own
       integer, allocatable :: keeping(:)
@@ -69,7 +69,7 @@ contains
       !> Set when the modes are not found
       type(failure_t), allocatable, intent(out) :: error
 
-      type(surface_t), allocatable :: surfaces(:)
+      type(contact_t), allocatable :: contacts(:)
       type(free_modes_t), allocatable :: chosen
       type(mode_check_t) :: check
       integer :: k, kept, lowest
@@ -91,16 +91,16 @@ contains
       ! the runs of the map take these as they are
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
-      allocate (surfaces, source=surfaces_of(settings))
-      allocate (map%surfaces(size(surfaces)), map%value(kept, size(surfaces)))
-      do k = 1, size(surfaces)
-         call make_surface_state(surfaces(k), map%surfaces(k))
-         map%value(:, k) = surfaces(k)%sign*map%modes%mode(model%stop_dofs(surfaces(k)%stop), :)
+      allocate (contacts, source=contacts_of(settings))
+      allocate (map%contacts(size(contacts)), map%value(kept, size(contacts)))
+      do k = 1, size(contacts)
+         call make_contact_state(contacts(k), map%contacts(k))
+         map%value(:, k) = contacts(k)%sign*map%modes%mode(model%stop_dofs(contacts(k)%stop), :)
       end do
       allocate (map%keeping(0))
-      do k = 1, size(surfaces)
-         if (.not. allocated(map%surfaces(k)%spring)) cycle
-         if (map%surfaces(k)%spring%branch_stiffness > 0.0_wp) map%keeping = [map%keeping, k]
+      do k = 1, size(contacts)
+         if (.not. allocated(map%contacts(k)%spring)) cycle
+         if (map%contacts(k)%spring%branch_stiffness > 0.0_wp) map%keeping = [map%keeping, k]
       end do
    end subroutine open_section_map
 
@@ -260,7 +260,7 @@ contains
       result%end = state
       allocate (result%end%tangent)
       associate (tangent => result%end%tangent)
-         call open_tangent(modes, size(map%surfaces), total + 1, tangent)
+         call open_tangent(modes, size(map%contacts), total + 1, tangent)
          do i = 1, modes
             tangent%q(i, i) = 1.0_wp
             tangent%v(i, modes + i) = 1.0_wp
@@ -275,7 +275,7 @@ contains
       result%failed = allocated(error)
       if (result%failed) return
       result%failed = any(result%end%is_closed .neqv. state%is_closed) .or. &
-         any(result%end%is_indented .neqv. state%is_indented)
+         any(result%end%is_deformed .neqv. state%is_deformed)
       allocate (result%unknowns, source=unknowns_of(map, result%end))
       allocate (result%derivative(total, total + 1))
       associate (tangent => result%end%tangent, derivative => result%derivative)
@@ -323,15 +323,15 @@ contains
       state%v = x(n + 1:2*n)
       state%branch_force(map%keeping) = x(2*n + 1:)
       fits = .true.
-      do k = 1, size(map%surfaces)
-         gap = sum(map%value(:, k)*state%q) - map%surfaces(k)%surface%height
-         associate (surface => map%surfaces(k))
-            if (state%is_closed(k) .or. state%is_indented(k)) then
-               if (.not. surface%is_rigid) state%depth(k) = -gap
+      do k = 1, size(map%contacts)
+         gap = sum(map%value(:, k)*state%q) - map%contacts(k)%contact%height
+         associate (contact => map%contacts(k))
+            if (state%is_closed(k) .or. state%is_deformed(k)) then
+               if (.not. contact%is_rigid) state%depth(k) = -gap
             else
                if (any(map%keeping == k)) then
-                  state%depth(k) = max(0.0_wp, -state%branch_force(k)/surface%spring%stiffness)
-                  state%branch_force(k) = -surface%spring%stiffness*state%depth(k)
+                  state%depth(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
+                  state%branch_force(k) = -contact%spring%stiffness*state%depth(k)
                end if
                fits = fits .and. gap + state%depth(k) >= -rounding
             end if

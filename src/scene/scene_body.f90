@@ -3,7 +3,7 @@
 module scene_body
    use body_settings, only: mass_settings_t, root_names, root_pinned
    use kinds, only: wp
-   use load_settings, only: start_balance, start_pull
+   use load_settings, only: start_balance, start_release
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t, sweep_t
    use run_settings, only: method_newmark
@@ -92,7 +92,7 @@ contains
 
       if (scene%root%kind /= root_pinned .or. scene%has_supports) return
       if (.not. (scene%wants_response .or. scene%wants_precision)) return
-      if (scene%start%kind == start_pull) then
+      if (scene%start%kind == start_release) then
          call input%complain('root', 'kind', 'a beam that turns freely about its root needs a &support to be pulled ' &
             //'away from a stop; without one give another &start, or only &frequencies')
       else if (scene%start%kind == start_balance .and. scene%response%method == method_newmark) then

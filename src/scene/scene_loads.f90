@@ -2,7 +2,7 @@
 module scene_loads
    use kinds, only: wp
    use load_settings, only: base_displacement, base_names, base_settings_t, course_harmonic, course_names, &
-      course_table, force_settings_t, pulse_names, start_pull, time_course_t
+      course_table, force_settings_t, pulse_names, start_release, time_course_t
    use load_table, only: read_load_table
    use name_table, only: table_t
    use name_types, only: condition_t, kind_text, name_t, sweep_t
@@ -174,7 +174,8 @@ contains
       integer :: k
 
       if (scene%has_stop .and. scene%stop%law == law_restitution .and. scene%stop%impulse == impulse_nodal .and. &
-         (scene%has_forces .or. scene%has_bases .or. scene%start%kind /= start_pull .or. scene%zeta_mass > 0.0_wp .or. &
+         (scene%has_forces .or. scene%has_bases .or. scene%start%kind /= start_release .or. scene%zeta_mass > 0.0_wp &
+         .or. &
          allocated(scene%mode_ratios) .or. scene%wants_stress .or. scene%wants_statistics)) then
          call input%complain('stop', 'impulse', 'goes with a beam that is pulled away and left alone, damped in ' &
             //"proportion to its stiffness, without &stress and &statistics; else take 'momentum'")

@@ -1,7 +1,7 @@
 !> &start: its names; how the motion begins where the file leaves that open, and what then cannot be.
 module scene_start
    use kinds, only: wp
-   use load_settings, only: field_names, start_drop, start_mode, start_names, start_pull, start_rest, start_table, &
+   use load_settings, only: field_names, start_drop, start_mode, start_names, start_release, start_rest, start_table, &
       start_velocity
    use name_table, only: table_t
    use name_types, only: condition_t, name_t, sweep_t
@@ -73,10 +73,10 @@ contains
       if (.not. scene%has_stop) then
          if (.not. input%has('start', 'kind')) then
             scene%start%kind = start_rest
-         else if (scene%start%kind == start_pull) then
+         else if (scene%start%kind == start_release) then
             call input%complain('start', 'kind', 'needs &stop, from which the beam is pulled away')
          end if
-      else if (scene%start%kind /= start_pull) then
+      else if (scene%start%kind /= start_release) then
          do k = 1, count(table%groups(:table%group_count)%name == 'stop')
             if (.not. (input%has('stop', 'initial_height', k) .or. input%has('stop', 'pulled', k))) cycle
             call input%complain('stop', 'initial_height pulled', "only goes with &start kind = 'pull'", k)

@@ -2,7 +2,7 @@
 !> of displacement that follows; stops and supports that contradict each other.
 module scene_stops
    use kinds, only: wp
-   use load_settings, only: start_pull
+   use load_settings, only: start_release
    use name_table, only: table_t
    use name_types, only: condition_t, group_t, name_t, sweep_t
    use number_text, only: rounded, to_text
@@ -46,25 +46,25 @@ contains
       number = table%times('stop', number)
       if (number > 1 .and. .not. allocated(scene%more_stops)) allocate (scene%more_stops(number - 1))
       call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true.), scene%has_stop)
-      if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%pulled)
+      if (table%is_open) call list_stop(table, 1, number, scene%stop, scene%release_stop)
       do k = 2, number
          call table%open(group_t('stop', in_motion_and_benchmark, repeats=.true., occurrence=k, &
             label='stop_'//to_text(k)))
-         if (table%is_open) call list_stop(table, k, number, scene%more_stops(k - 1), scene%pulled)
+         if (table%is_open) call list_stop(table, k, number, scene%more_stops(k - 1), scene%release_stop)
       end do
    end subroutine list_stops
 
-   subroutine list_stop(table, which, number, stop, pulled)
+   subroutine list_stop(table, which, number, stop, release_stop)
       class(table_t), intent(inout) :: table
       !> Which of so many it is
       integer, intent(in) :: which
       integer, intent(in) :: number
       type(stop_settings_t), intent(inout) :: stop
       !> The one from which the beam is released
-      integer, intent(inout) :: pulled
+      integer, intent(inout) :: release_stop
 
       real(wp) :: clearance
-      logical :: is_pulled
+      logical :: is_release_contact
 
       call table%bind(stop%position, name_t('position', &
          'position of the stop Lc over length; ' &
@@ -72,10 +72,10 @@ contains
          sweep=sweep_t(5, is_of_beam=.true., is_in_cases=.true., meaning='position of the stop Lc over length')))
       call table%bind(stop%side, name_t('side', 'where the stop is: below the beam, above it, or on both sides'), &
          side_names)
-      is_pulled = pulled == which .and. number > 1
-      call table%bind(is_pulled, name_t('pulled', 'the beam is released from this stop', default='that with ' &
+      is_release_contact = release_stop == which .and. number > 1
+      call table%bind(is_release_contact, name_t('pulled', 'the beam is released from this stop', default='that with ' &
          //'initial_height, or the one nearest the tip', is_optional=.true.))
-      if (is_pulled) pulled = which
+      if (is_release_contact) release_stop = which
       call table%bind(stop%preload, name_t('preload', 'delta = d / (y_c(0) - d); > 0: presses on the stop at rest', &
          range_t(-1.0e6_wp, 1.0e6_wp), one_side, &
          sweep=sweep_t(9, is_in_cases=.true., meaning='delta = d / (y_c(0) - d)')))
@@ -172,7 +172,7 @@ contains
 
       associate (unit => scene%scales%displacement)
          unit = table%number('scene', 'displacement_scale')
-         if (scene%start%kind /= start_pull .and. unit <= 0.0_wp .and. &
+         if (scene%start%kind /= start_release .and. unit <= 0.0_wp .and. &
             any(needs_displacement(table%entries(places_in_units(table))))) then
             do k = 1, merge(stop_count(scene), 0, scene%has_stop)
                name = height_name(nint(table%number('stop', 'side', k)))
@@ -182,7 +182,7 @@ contains
          end if
       end associate
       if (.not. scene%has_stop) return
-      call find_released(input, table, stop_count(scene), scene%pulled)
+      call find_released(input, table, stop_count(scene), scene%release_stop)
       if (.not. input%has_problem()) call check_heights(input, table, scene)
    end subroutine find_displacement
 
@@ -231,12 +231,12 @@ contains
 
       associate (unit => scene%scales%displacement, most => table%range_of('stop', 'preload'))
          has_height = .false.
-         if (scene%pulled > 0) has_height = table%has('stop', 'initial_height', scene%pulled)
+         if (scene%release_stop > 0) has_height = table%has('stop', 'initial_height', scene%release_stop)
          if (has_height .and. unit > 0.0_wp) then
             call input%complain('stop', 'initial_height', 'does not go with &scene displacement_scale: both say what ' &
-               //'the unit of displacement is', scene%pulled)
+               //'the unit of displacement is', scene%release_stop)
          else if (has_height) then
-            call find_unit(input, table, scene%pulled, scene%scales)
+            call find_unit(input, table, scene%release_stop, scene%scales)
          end if
          if (input%has_problem()) return
          do k = 1, stop_count(scene)

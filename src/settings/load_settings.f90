@@ -11,7 +11,7 @@ module load_settings
    public :: pulse_half_sine, pulse_names
    public :: base_displacement, base_names
    public :: is_in_mode
-   public :: start_pull, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
+   public :: start_release, start_rest, start_balance, start_velocity, start_mode, start_table, start_drop, start_names
    public :: field_uniform, field_rotation, field_mode, field_names
 
    !> amplitude sin(frequency tau + phase)
@@ -31,7 +31,7 @@ module load_settings
    integer, parameter :: base_displacement = 2
 
    !> At rest, pulled away from a stop by a force there
-   integer, parameter :: start_pull = 1
+   integer, parameter :: start_release = 1
    !> At rest and straight
    integer, parameter :: start_rest = 2
    !> At rest under the loads that act at tau = 0, as if they never changed, on the stops that carry it
@@ -98,7 +98,7 @@ module load_settings
    !> &start, relative to the base
    type :: start_settings_t
       !> One of the `start_` constants
-      integer :: kind = start_pull
+      integer :: kind = start_release
       !> One of the `field_` constants, of `start_velocity`
       integer :: field = field_uniform
       !> Upwards, of all points, or of the tip of a rotation or a mode; downwards at the end of a fall

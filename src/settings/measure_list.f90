@@ -3,7 +3,7 @@
 module measure_list
    implicit none (type, external)
    private
-   public :: measure_table, measure_count, measure_named, measure_status, measure_quiet, peak_count, first_statistic
+   public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_statistic
 
    type :: measure_t
       !> Its column in a sweep
@@ -19,7 +19,7 @@ module measure_list
       character(24) :: label = ''
       character(16) :: lead = ''
       !> Each of several surfaces has its own
-      logical :: is_of_surface = .false.
+      logical :: is_of_contact = .false.
       !> Only a scene with this group has it; empty: each has
       character(12) :: group = ''
    end type measure_t
@@ -27,27 +27,27 @@ module measure_list
    type(measure_t), parameter :: measure_table(*) = [ &
       measure_t('status', '', '0: done, 1: failed, the reason is in failure_reason', 'number', .true.), &
       measure_t('impacts', 'impacts', 'impacts of model A, contacts of model B', 'number', .true., 'impacts', &
-      is_of_surface=.true.), &
-      measure_t('contacts', '', 'contacts that last', 'number', .true., 'lasting contacts', is_of_surface=.true.), &
+      is_of_contact=.true.), &
+      measure_t('contacts', '', 'contacts that last', 'number', .true., 'lasting contacts', is_of_contact=.true.), &
       measure_t('rebounds', '', 'flights that rise above {eta = 0.02~0.02 of the unit of displacement}', 'number', &
       .true.), &
       measure_t('first_impact_tau', 'first_impact', 'instant of the first meeting with the stop', 'time', &
-      .false., 'first impact', 'at {tau~t} =', is_of_surface=.true.), &
+      .false., 'first impact', 'at {tau~t} =', is_of_contact=.true.), &
       measure_t('first_impact_velocity', 'first_impact_velocity', &
       '{d eta/d tau~velocity} at the stop point before it', 'velocity', .false., 'velocity before it', &
-      is_of_surface=.true.), &
+      is_of_contact=.true.), &
       measure_t('greatest_force', 'greatest_force', &
       'greatest contact force{ Pbar}; with restitution its mean over the first 0.1 {of tau~/ omega1} of an episode', &
       'force', &
-      .false., is_of_surface=.true.), &
+      .false., is_of_contact=.true.), &
       measure_t('greatest_impulse', 'greatest_impulse', &
       'greatest impulse of an episode, between flights above 0.02{~ of the unit of displacement}, less that of the ' &
       //'force at rest', 'impulse', &
-      .false., is_of_surface=.true.), &
+      .false., is_of_contact=.true.), &
       measure_t('total_contact', 'total_contact', 'time in contact', 'time', .false., 'time in contact', &
-      is_of_surface=.true.), &
+      is_of_contact=.true.), &
       measure_t('longest_contact', 'longest_contact', 'longest contact', 'time', .false., 'longest contact', &
-      is_of_surface=.true.), &
+      is_of_contact=.true.), &
       measure_t('peak_1', '', 'highest point of the first rebound{, eta}', 'displacement', .false.), &
       measure_t('peak_2', '', 'of the second', 'displacement', .false.), &
       measure_t('peak_3', '', 'of the third', 'displacement', .false.), &
@@ -118,7 +118,7 @@ module measure_list
    integer, parameter :: measure_count = size(measure_table)
    !> Those that the program itself asks for by name
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
-   integer, parameter :: measure_quiet = findloc(measure_table%name, 'quiet_tau', dim=1)
+   integer, parameter :: measure_settling = findloc(measure_table%name, 'quiet_tau', dim=1)
    !> After it all are statistics
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
    !> Rebounds whose peaks are measures

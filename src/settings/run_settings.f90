@@ -181,7 +181,7 @@ module run_settings
       !> Stops that the scene gives besides; unallocated: it has one
       type(stop_settings_t), allocatable :: more_stops(:)
       !> From which of all the beam is released
-      integer :: pulled = 1
+      integer :: release_stop = 1
       !> Without a stop nothing is in the beam's way; `stop` then tells where histories are taken
       logical :: has_stop = .true.
       !> What acts on the beam; unallocated: nothing does

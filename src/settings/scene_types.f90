@@ -260,7 +260,7 @@ module scene_types
       !> Further &stop groups; unallocated: there are none
       type(stop_settings_t), allocatable :: more_stops(:)
       !> The stop from which the beam is released; 0: `stop_released_from` tells
-      integer :: pulled = 0
+      integer :: release_stop = 0
       !> &root is there
       logical :: has_root = .false.
       type(root_settings_t) :: root

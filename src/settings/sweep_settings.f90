@@ -1,7 +1,7 @@
 !> What a sweep varies: the parameters, and the settings of &sweep and &best.
 module sweep_settings
    use kinds, only: wp
-   use measure_list, only: measure_quiet
+   use measure_list, only: measure_settling
    implicit none (type, external)
    private
    public :: parameter_t, swept_t, sweep_settings_t, best_settings_t, cases_settings_t, is_swept, place_of, values_given
@@ -76,7 +76,7 @@ module sweep_settings
    !> &best
    type :: best_settings_t
       !> Place in the table of measures of the one by which cases are compared
-      integer :: measure = measure_quiet
+      integer :: measure = measure_settling
       !> `goal_least` or `goal_most`
       integer :: goal = goal_least
       !> Number of cases in the table

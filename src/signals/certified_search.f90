@@ -8,7 +8,8 @@ module certified_search
    use kinds, only: i8, wp
    implicit none (type, external)
    private
-   public :: certified_signal_t, viewed_signal_t, local_t, search_t, trail_t, most_kept, first_zero, falls_to_zero
+   public :: certified_signal_t, viewed_signal_t, bounds_t, search_t, search_history_t, history_size, first_zero, &
+      falls_to_zero
    public :: step_without_zero
    public :: term_value, term_rate, term_curvature, bound_value, bound_curvature, bound_jerk, term_columns
    public :: found_zero, found_none, found_never_left, found_spent
@@ -40,8 +41,8 @@ module certified_search
       !> 0: s(0) > 0. k > 0: s and its first k - 1 derivatives vanish at 0, the k-th is positive
       integer :: start_order = 0
    contains
-      procedure(look_interface), deferred :: look
-      procedure :: glance
+      procedure(bounds_interface), deferred :: find_bounds
+      procedure :: find_bounds_without_step
       procedure(evaluate_interface), deferred :: evaluate
    end type certified_signal_t
 
@@ -52,7 +53,7 @@ module certified_search
    end type viewed_signal_t
 
    !> Room for so many looks of a search.
-   integer, parameter :: most_kept = 32
+   integer, parameter :: history_size = 32
 
    type :: search_t
       !> `found_zero`, `found_none`, `found_never_left` or `found_spent`
@@ -70,7 +71,7 @@ module certified_search
    end type search_t
 
    !> Values at one instant of a derivative of the signal (or of itself).
-   type :: local_t
+   type :: bounds_t
       !> That derivative and the next one
       real(wp) :: value = 0.0_wp
       real(wp) :: slope = 0.0_wp
@@ -91,21 +92,21 @@ module certified_search
       real(wp) :: floor = -huge(1.0_wp)
       !> There is no zero of that derivative within this either, as the signal knows from more than the bound
       real(wp) :: free = 0.0_wp
-   end type local_t
+   end type bounds_t
 
    !> What a search has seen of the signal itself. Before the first of these looks the signal rose, if it started at
    !> rest; behind the last it fell, if it has a zero.
-   type :: trail_t
+   type :: search_history_t
       !> As many, in order of time; more than there is room for: not all were kept
       integer :: count = 0
-      real(wp) :: time(most_kept)
-      type(local_t) :: look(most_kept)
-   end type trail_t
+      real(wp) :: time(history_size)
+      type(bounds_t) :: find_bounds(history_size)
+   end type search_history_t
 
    abstract interface
       !> Values of a derivative at an instant.
-      subroutine look_interface(self, t, order, here)
-         import :: certified_signal_t, local_t, wp
+      subroutine bounds_interface(self, t, order, here)
+         import :: certified_signal_t, bounds_t, wp
          implicit none (type, external)
          class(certified_signal_t), intent(in) :: self
          !> Instant
@@ -113,8 +114,8 @@ module certified_search
          !> Which derivative, 0: the signal itself
          integer, intent(in) :: order
          !> What is there
-         type(local_t), intent(out) :: here
-      end subroutine look_interface
+         type(bounds_t), intent(out) :: here
+      end subroutine bounds_interface
 
       !> The signal and its slope at an instant.
       subroutine evaluate_interface(self, t, value, slope)
@@ -147,44 +148,44 @@ module certified_search
 contains
 
    !> A look for who takes no step from it: `free` may be missing.
-   subroutine glance(self, t, order, here)
+   subroutine find_bounds_without_step(self, t, order, here)
       class(certified_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
-      call self%look(t, order, here)
-   end subroutine glance
+      call self%find_bounds(t, order, here)
+   end subroutine find_bounds_without_step
 
    !> First zero of the signal in (0, limit].
-   subroutine first_zero(signal, limit, search, trail, most_looks, at_start)
+   subroutine first_zero(signal, limit, search, history, most_evaluations, at_start)
       class(certified_signal_t), intent(in) :: signal
       !> Where the search ends
       real(wp), intent(in) :: limit
       !> What was found
       type(search_t), intent(out) :: search
       !> And seen on the way
-      type(trail_t), intent(inout), optional :: trail
+      type(search_history_t), intent(inout), optional :: history
       !> How many it may take; default: as many as it needs
-      integer(i8), intent(in), optional :: most_looks
-      !> What `look` tells of the signal itself at 0, where it is known
-      type(local_t), intent(in), optional :: at_start
+      integer(i8), intent(in), optional :: most_evaluations
+      !> What `find_bounds` tells of the signal itself at 0, where it is known
+      type(bounds_t), intent(in), optional :: at_start
 
       real(wp) :: t, before, step
-      type(local_t) :: here
+      type(bounds_t) :: here
       integer(i8) :: most
       integer :: order
       logical :: is_found
 
       most = huge(most)
-      if (present(most_looks)) most = most_looks
+      if (present(most_evaluations)) most = most_evaluations
       t = 0.0_wp
       before = 0.0_wp
-      call look_at_start(signal, order, here, search, at_start)
-      if (present(trail)) trail%count = 0
+      call bounds_at_start(signal, order, here, search, at_start)
+      if (present(history)) history%count = 0
       search%ceiling = merge(here%signal, huge(1.0_wp), order == 0)
       do
          search%greatest = max(search%greatest, here%signal)
@@ -192,7 +193,7 @@ contains
             call lower_order(signal, before, t, order, here, search, is_found)
             if (is_found) return
          end if
-         if (present(trail) .and. order == 0) call keep_look(trail, t, here)
+         if (present(history) .and. order == 0) call keep_look(history, t, here)
          if (order == 0 .and. falls_to_zero(here)) then
             call finish(signal, t, here, limit, search)
             return
@@ -226,7 +227,7 @@ contains
          end if
          before = t
          t = t + step
-         call signal%look(t, order, here)
+         call signal%find_bounds(t, order, here)
          search%evaluations = search%evaluations + 1_i8
       end do
 
@@ -242,22 +243,22 @@ contains
    end subroutine first_zero
 
    !> Keep a look at a later time than those before.
-   pure subroutine keep_look(trail, t, here)
-      type(trail_t), intent(inout) :: trail
+   pure subroutine keep_look(history, t, here)
+      type(search_history_t), intent(inout) :: history
       real(wp), intent(in) :: t
       !> Values of the signal
-      type(local_t), intent(in) :: here
+      type(bounds_t), intent(in) :: here
 
-      trail%count = trail%count + 1
-      if (trail%count > most_kept) return
-      trail%time(trail%count) = t
-      trail%look(trail%count) = here
+      history%count = history%count + 1
+      if (history%count > history_size) return
+      history%time(history%count) = t
+      history%find_bounds(history%count) = here
    end subroutine keep_look
 
    !> What a signal does not exceed within a step.
    elemental function highest(here, step) result(bound)
       !> Values of the signal at its start
-      type(local_t), intent(in) :: here
+      type(bounds_t), intent(in) :: here
       real(wp), intent(in) :: step
       real(wp) :: bound
 
@@ -273,25 +274,25 @@ contains
    end function highest
 
    !> From a zero the search marches on the derivative that is positive there: while it is, so is all below it.
-   subroutine look_at_start(signal, order, here, search, known)
+   subroutine bounds_at_start(signal, order, here, search, known)
       class(certified_signal_t), intent(in) :: signal
       !> Which derivative; 0: the signal itself
       integer, intent(out) :: order
       !> Its values
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
       !> Counts the looks
       type(search_t), intent(inout) :: search
       !> Those of the signal itself
-      type(local_t), intent(in), optional :: known
+      type(bounds_t), intent(in), optional :: known
 
-      type(local_t) :: lower
+      type(bounds_t) :: lower
 
       order = signal%start_order
       if (order == 1) order = 0
       if (present(known) .and. order == 0) then
          here = known
       else
-         call signal%look(0.0_wp, order, here)
+         call signal%find_bounds(0.0_wp, order, here)
       end if
       search%evaluations = 1_i8
       search%rounding = here%signal_rounding
@@ -301,7 +302,7 @@ contains
       end if
       if (order > 2 .and. here%value <= 64.0_wp*here%rounding) then
          ! where stiff modes creep the derivative below decides
-         call signal%look(0.0_wp, order - 1, lower)
+         call signal%find_bounds(0.0_wp, order - 1, lower)
          search%evaluations = search%evaluations + 1_i8
          if (lower%value > 64.0_wp*lower%rounding) then
             order = order - 1
@@ -309,7 +310,7 @@ contains
             here%signal = 0.0_wp
          end if
       end if
-   end subroutine look_at_start
+   end subroutine bounds_at_start
 
    !> March on a lower derivative, or on the signal, as soon as it exceeds its rounding error.
    subroutine lower_order(signal, before, t, order, here, search, is_found)
@@ -320,12 +321,12 @@ contains
       !> Which derivative, > 0
       integer, intent(inout) :: order
       !> Its values
-      type(local_t), intent(inout) :: here
+      type(bounds_t), intent(inout) :: here
       type(search_t), intent(inout) :: search
       !> The signal has a zero before t
       logical, intent(out) :: is_found
 
-      type(local_t) :: lower
+      type(bounds_t) :: lower
 
       is_found = here%signal < -max(deepest_dip, 64.0_wp*here%signal_rounding)
       if (is_found) then
@@ -334,10 +335,10 @@ contains
          search%time = start_of_dip(signal, before, t)
       else if (here%signal > 64.0_wp*here%signal_rounding) then
          order = 0
-         call signal%look(t, order, here)
+         call signal%find_bounds(t, order, here)
          search%evaluations = search%evaluations + 1_i8
       else if (order > 1) then
-         call signal%look(t, order - 1, lower)
+         call signal%find_bounds(t, order - 1, lower)
          search%evaluations = search%evaluations + 1_i8
          if (lower%value > 64.0_wp*lower%rounding) then
             order = order - 1
@@ -349,7 +350,7 @@ contains
    !> Has the signal died away so far that its digits underflow?
    elemental function is_faint(here) result(is)
       !> Values of the signal
-      type(local_t), intent(in) :: here
+      type(bounds_t), intent(in) :: here
       logical :: is
 
       real(wp), parameter :: least = tiny(1.0_wp)/epsilon(1.0_wp)
@@ -368,7 +369,7 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: value, slope
 
-      bracket = bracket_t(low=above, high=below, least_value=-1.0_wp, most_looks=40)
+      bracket = bracket_t(low=above, high=below, least_value=-1.0_wp, most_evaluations=40)
       call go_to(bracket)
       do while (.not. bracket%is_found)
          call signal%evaluate(bracket%point, value, slope)
@@ -381,7 +382,7 @@ contains
    !> Is it certain that the signal falls, without a turn, until it is zero?
    elemental function falls_to_zero(here) result(certain)
       !> Values of the signal
-      type(local_t), intent(in) :: here
+      type(bounds_t), intent(in) :: here
       logical :: certain
 
       ! below this squares underflow, and with them bounds
@@ -394,7 +395,7 @@ contains
    !> Bound, >= 0, from above on the second derivative for twice as long as the signal would take to zero at its slope.
    elemental function upper_bound(here) result(bound)
       !> Values of the signal; the slope is negative
-      type(local_t), intent(in) :: here
+      type(bounds_t), intent(in) :: here
       real(wp) :: bound
 
       bound = here%bound_both
@@ -431,7 +432,7 @@ contains
       !> Where the certificate was given
       real(wp), intent(in) :: start
       !> Values there, which fall to zero for certain
-      type(local_t), intent(in) :: at_start
+      type(bounds_t), intent(in) :: at_start
       !> Where the search ends
       real(wp), intent(in) :: limit
       !> What was found
@@ -449,7 +450,7 @@ contains
       end associate
       bracket%neighbours = 2.0_wp
       bracket%least_value = max(0.25_wp*at_start%rounding, tiny(1.0_wp))
-      bracket%most_looks = 100
+      bracket%most_evaluations = 100
       bracket%point = min(max(t, bracket%low), bracket%high)
       t_before = start
       value_before = at_start%value

@@ -1,7 +1,7 @@
 !> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element
 !> stop. No term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
-   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, local_t, &
+   use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, bounds_t, &
       term_columns, term_curvature, term_rate, term_value, viewed_signal_t
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: powers
@@ -19,7 +19,7 @@ module exponential_signal
       !> weight times c, [count]
       complex(wp), allocatable :: amplitude(:)
    contains
-      procedure :: look
+      procedure :: find_bounds
       procedure :: evaluate
       procedure :: view
    end type exponential_signal_t
@@ -35,12 +35,12 @@ contains
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      real(wp), dimension(padded(size(self%exponent))) :: decay, swing, real_part, imaginary_part, power, turned
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, turned
       real(wp) :: term, turned_term
       integer :: k
 
-      call line_up(self, decay, swing, real_part, imaginary_part)
-      call powers(size(decay)/lanes, decay, swing, t, power, turned)
+      call line_up(self, decay, omega, real_part, imaginary_part)
+      call powers(size(decay)/lanes, decay, omega, t, power, turned)
       value = self%offset
       slope = 0.0_wp
       !$omp simd reduction(+:value, slope) private(term, turned_term)
@@ -48,16 +48,16 @@ contains
          term = real_part(k)*power(k) - imaginary_part(k)*turned(k)
          turned_term = real_part(k)*turned(k) + imaginary_part(k)*power(k)
          value = value + term
-         slope = slope - decay(k)*term - swing(k)*turned_term
+         slope = slope - decay(k)*term - omega(k)*turned_term
       end do
    end subroutine evaluate
 
    !> The terms in real vectors, the fastest last.
-   pure subroutine line_up(self, decay, swing, real_part, imaginary_part)
+   pure subroutine line_up(self, decay, omega, real_part, imaginary_part)
       type(exponential_signal_t), intent(in) :: self
       !> -Re s and Im s, with zeros up to whole vectors
       real(wp), intent(out) :: decay(:)
-      real(wp), intent(out) :: swing(:)
+      real(wp), intent(out) :: omega(:)
       !> Of the amplitude, [count at least]
       real(wp), intent(inout) :: real_part(:)
       real(wp), intent(inout) :: imaginary_part(:)
@@ -66,33 +66,33 @@ contains
 
       do k = 1, size(self%exponent)
          decay(k) = -real(self%exponent(k), wp)
-         swing(k) = aimag(self%exponent(k))
+         omega(k) = aimag(self%exponent(k))
          real_part(k) = real(self%amplitude(k), wp)
          imaginary_part(k) = aimag(self%amplitude(k))
       end do
       decay(size(self%exponent) + 1:) = 0.0_wp
-      swing(size(self%exponent) + 1:) = 0.0_wp
+      omega(size(self%exponent) + 1:) = 0.0_wp
    end subroutine line_up
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
-   subroutine look(self, t, order, here)
+   subroutine find_bounds(self, t, order, here)
       class(exponential_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
       real(wp) :: terms(size(self%exponent), term_columns)
-      real(wp), dimension(padded(size(self%exponent))) :: decay, swing, real_part, imaginary_part, power, turned
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, turned
       real(wp), dimension(size(self%exponent)) :: value, turned_value, speed, bound
       real(wp) :: magnitude, rest(term_columns), size_of_signal, signal, rounding, rate, turned_rate
       integer :: k, m, n
 
       n = size(self%exponent)
-      call line_up(self, decay, swing, real_part, imaginary_part)
-      call powers(size(decay)/lanes, decay, swing, t, power, turned)
+      call line_up(self, decay, omega, real_part, imaginary_part)
+      call powers(size(decay)/lanes, decay, omega, t, power, turned)
       signal = self%offset
       magnitude = 4.0_wp*abs(self%offset)
       size_of_signal = 0.0_wp
@@ -101,7 +101,7 @@ contains
          value(k) = real_part(k)*power(k) - imaginary_part(k)*turned(k)
          turned_value(k) = real_part(k)*turned(k) + imaginary_part(k)*power(k)
          ! far from where a square could overflow, so without the care that abs takes
-         speed(k) = sqrt(decay(k)**2 + swing(k)**2)
+         speed(k) = sqrt(decay(k)**2 + omega(k)**2)
          bound(k) = sqrt(value(k)**2 + turned_value(k)**2)
          signal = signal + value(k)
          size_of_signal = size_of_signal + bound(k)
@@ -111,8 +111,8 @@ contains
       do m = 1, order
          !$omp simd private(rate)
          do k = 1, n
-            rate = -decay(k)*value(k) - swing(k)*turned_value(k)
-            turned_value(k) = swing(k)*value(k) - decay(k)*turned_value(k)
+            rate = -decay(k)*value(k) - omega(k)*turned_value(k)
+            turned_value(k) = omega(k)*value(k) - decay(k)*turned_value(k)
             value(k) = rate
             bound(k) = bound(k)*speed(k)
          end do
@@ -121,11 +121,11 @@ contains
       !$omp simd reduction(+:rounding) private(rate, turned_rate)
       do k = 1, n
          rounding = rounding + (4.0_wp + speed(k)*t)*bound(k)
-         rate = -decay(k)*value(k) - swing(k)*turned_value(k)
-         turned_rate = swing(k)*value(k) - decay(k)*turned_value(k)
+         rate = -decay(k)*value(k) - omega(k)*turned_value(k)
+         turned_rate = omega(k)*value(k) - decay(k)*turned_value(k)
          terms(k, term_value) = value(k)
          terms(k, term_rate) = rate
-         terms(k, term_curvature) = -decay(k)*rate - swing(k)*turned_rate
+         terms(k, term_curvature) = -decay(k)*rate - omega(k)*turned_rate
          terms(k, bound_value) = bound(k)
          terms(k, bound_curvature) = bound(k)*speed(k)**2
          terms(k, bound_jerk) = min(terms(k, bound_curvature)*speed(k), huge(1.0_wp))
@@ -148,7 +148,7 @@ contains
       rest = 0.0_wp
       rest(term_value) = merge(self%offset, 0.0_wp, order == 0)
       here%free = free_step(terms, rest, here%value, here%slope)
-   end subroutine look
+   end subroutine find_bounds
 
    !> offset + factor times a derivative of the signal, from an instant on.
    subroutine view(self, from, factor, offset, order, part)
@@ -163,7 +163,7 @@ contains
       class(viewed_signal_t), allocatable, intent(out) :: part
 
       type(exponential_signal_t), allocatable :: exponential
-      real(wp), dimension(padded(size(self%exponent))) :: decay, swing, power, turned
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, power, turned
 
       allocate (exponential)
       exponential%offset = offset
@@ -174,10 +174,10 @@ contains
       if (from > 0.0_wp) then
          associate (n => size(self%exponent))
             decay(n + 1:) = 0.0_wp
-            swing(n + 1:) = 0.0_wp
+            omega(n + 1:) = 0.0_wp
             decay(:n) = -real(self%exponent, wp)
-            swing(:n) = aimag(self%exponent)
-            call powers(size(decay)/lanes, decay, swing, from, power, turned)
+            omega(:n) = aimag(self%exponent)
+            call powers(size(decay)/lanes, decay, omega, from, power, turned)
             exponential%amplitude(:) = exponential%amplitude*cmplx(power(:n), turned(:n), wp)
          end associate
       end if

@@ -1,6 +1,6 @@
 !> The peak of a flight from what the search for its end has seen: two or three looks more, instead of searches.
 module flight_peaks
-   use certified_search, only: local_t, most_kept, trail_t, viewed_signal_t
+   use certified_search, only: bounds_t, history_size, search_history_t, viewed_signal_t
    use kinds, only: wp
    use signal_peaks, only: peak_tolerance
    implicit none (type, external)
@@ -10,36 +10,37 @@ module flight_peaks
 contains
 
    !> The greatest value between two zeros of a signal, certain within `peak_tolerance`.
-   subroutine find_peak(signal, trail, is_certain, peak, time)
+   subroutine find_peak(signal, history, is_certain, peak, time)
       class(viewed_signal_t), intent(in) :: signal
       !> From the search for the second zero; gets the looks that are taken
-      type(trail_t), intent(inout) :: trail
+      type(search_history_t), intent(inout) :: history
       !> Else there may be a higher one
       logical, intent(out) :: is_certain
       real(wp), intent(out) :: peak
       real(wp), intent(out) :: time
 
-      integer, parameter :: most_looks = 8
+      integer, parameter :: most_evaluations = 8
       real(wp) :: level
-      type(local_t) :: here
+      type(bounds_t) :: here
       integer :: i, looks
 
-      call climb(signal, trail, is_certain, peak, time)
+      call climb(signal, history, is_certain, peak, time)
       if (.not. is_certain) return
       level = peak*(1.0_wp + peak_tolerance)
       looks = 0
       i = 1
-      do while (i < trail%count)
-         if (stays_below(level, trail%time(i + 1) - trail%time(i), trail%look(i), trail%look(i + 1))) then
+      do while (i < history%count)
+         if (stays_below(level, history%time(i + 1) - history%time(i), history%find_bounds(i), history%find_bounds(i &
+            + 1))) then
             i = i + 1
             cycle
          end if
          looks = looks + 1
-         is_certain = looks <= most_looks .and. trail%count < most_kept
+         is_certain = looks <= most_evaluations .and. history%count < history_size
          if (.not. is_certain) return
-         associate (t => 0.5_wp*(trail%time(i) + trail%time(i + 1)))
-            call signal%glance(t, 0, here)
-            call insert(trail, i + 1, t, here)
+         associate (t => 0.5_wp*(history%time(i) + history%time(i + 1)))
+            call signal%find_bounds_without_step(t, 0, here)
+            call insert(history, i + 1, t, here)
          end associate
          is_certain = here%value < level
          if (.not. is_certain) return
@@ -47,28 +48,28 @@ contains
    end subroutine find_peak
 
    !> To the turn next to the highest look, which joins the looks.
-   subroutine climb(signal, trail, is_found, peak, time)
+   subroutine climb(signal, history, is_found, peak, time)
       class(viewed_signal_t), intent(in) :: signal
-      type(trail_t), intent(inout) :: trail
+      type(search_history_t), intent(inout) :: history
       logical, intent(out) :: is_found
       real(wp), intent(out) :: peak
       real(wp), intent(out) :: time
 
-      integer, parameter :: most_looks = 12
-      type(local_t) :: here
+      integer, parameter :: most_evaluations = 12
+      type(bounds_t) :: here
       real(wp) :: from, step, to
       integer :: k, place
 
       peak = 0.0_wp
       time = 0.0_wp
       is_found = .false.
-      call find_turn(signal, trail, place)
+      call find_turn(signal, history, place)
       if (place == 0) return
-      from = trail%time(place)
-      to = trail%time(place + 1)
-      time = from + (to - from)*top_between(to - from, trail%look(place), trail%look(place + 1))
-      do k = 1, most_looks
-         call signal%glance(time, 1, here)
+      from = history%time(place)
+      to = history%time(place + 1)
+      time = from + (to - from)*top_between(to - from, history%find_bounds(place), history%find_bounds(place + 1))
+      do k = 1, most_evaluations
+         call signal%find_bounds_without_step(time, 1, here)
          if (here%value > 0.0_wp) from = time
          if (here%value <= 0.0_wp) to = time
          step = step_to_turn(here)
@@ -81,34 +82,35 @@ contains
       if (.not. is_found) return
       time = time + step
       peak = here%signal + step*(here%value + step*(here%slope/2.0_wp + step*here%curvature/6.0_wp))
-      here = local_t(value=peak, curvature=here%slope + step*here%curvature, bound_jerk=trail%look(place)%bound_jerk)
-      call insert(trail, place + 1, time, here)
+      here = bounds_t(value=peak, curvature=here%slope + step*here%curvature, &
+         bound_jerk=history%find_bounds(place)%bound_jerk)
+      call insert(history, place + 1, time, here)
    end subroutine climb
 
    !> Two looks next to each other, one of them the highest, between which the signal turns downwards.
-   subroutine find_turn(signal, trail, place)
+   subroutine find_turn(signal, history, place)
       class(viewed_signal_t), intent(in) :: signal
       !> Gets the looks that are taken
-      type(trail_t), intent(inout) :: trail
+      type(search_history_t), intent(inout) :: history
       !> The former of them, 0: not found
       integer, intent(out) :: place
 
-      integer, parameter :: most_looks = 4
-      type(local_t) :: here
+      integer, parameter :: most_evaluations = 4
+      type(bounds_t) :: here
       real(wp) :: t
       integer :: k
 
-      do k = 0, most_looks
+      do k = 0, most_evaluations
          place = 0
-         if (trail%count < 2 .or. trail%count >= most_kept - 1) return
-         place = maxloc(trail%look(:trail%count)%value, 1)
-         if (trail%look(place)%slope < 0.0_wp) place = place - 1
-         if (place == trail%count) place = 0
+         if (history%count < 2 .or. history%count >= history_size - 1) return
+         place = maxloc(history%find_bounds(:history%count)%value, 1)
+         if (history%find_bounds(place)%slope < 0.0_wp) place = place - 1
+         if (place == history%count) place = 0
          if (place == 0) return
-         if (trail%look(place)%slope > 0.0_wp .and. trail%look(place + 1)%slope < 0.0_wp) return
-         t = 0.5_wp*(trail%time(place) + trail%time(place + 1))
-         call signal%glance(t, 0, here)
-         call insert(trail, place + 1, t, here)
+         if (history%find_bounds(place)%slope > 0.0_wp .and. history%find_bounds(place + 1)%slope < 0.0_wp) return
+         t = 0.5_wp*(history%time(place) + history%time(place + 1))
+         call signal%find_bounds_without_step(t, 0, here)
+         call insert(history, place + 1, t, here)
       end do
       place = 0
    end subroutine find_turn
@@ -116,7 +118,7 @@ contains
    !> To where the parabola through the slope, its slope and its curvature is zero.
    elemental function step_to_turn(here) result(step)
       !> Values of the signal's slope
-      type(local_t), intent(in) :: here
+      type(bounds_t), intent(in) :: here
       real(wp) :: step
 
       ! a step of this length leads nowhere; its cube is a number
@@ -132,9 +134,9 @@ contains
    pure function top_between(distance, low, high) result(share)
       real(wp), intent(in) :: distance
       !> It rises
-      type(local_t), intent(in) :: low
+      type(bounds_t), intent(in) :: low
       !> It falls
-      type(local_t), intent(in) :: high
+      type(bounds_t), intent(in) :: high
       real(wp) :: share
 
       real(wp) :: bend, mean, middle
@@ -153,8 +155,8 @@ contains
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance
       !> The looks
-      type(local_t), intent(in) :: low
-      type(local_t), intent(in) :: high
+      type(bounds_t), intent(in) :: low
+      type(bounds_t), intent(in) :: high
       logical :: is
 
       integer, parameter :: parts = 16
@@ -189,21 +191,21 @@ contains
    end function top_of
 
    !> Put a look among the others.
-   pure subroutine insert(trail, place, t, here)
-      type(trail_t), intent(inout) :: trail
+   pure subroutine insert(history, place, t, here)
+      type(search_history_t), intent(inout) :: history
       integer, intent(in) :: place
       real(wp), intent(in) :: t
-      type(local_t), intent(in) :: here
+      type(bounds_t), intent(in) :: here
 
       integer :: i
 
-      do i = trail%count, place, -1
-         trail%time(i + 1) = trail%time(i)
-         trail%look(i + 1) = trail%look(i)
+      do i = history%count, place, -1
+         history%time(i + 1) = history%time(i)
+         history%find_bounds(i + 1) = history%find_bounds(i)
       end do
-      trail%time(place) = t
-      trail%look(place) = here
-      trail%count = trail%count + 1
+      history%time(place) = t
+      history%find_bounds(place) = here
+      history%count = history%count + 1
    end subroutine insert
 
 end module flight_peaks

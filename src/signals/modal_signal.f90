@@ -5,7 +5,8 @@
 !> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_none, &
-      found_zero, local_t, search_t, term_columns, term_curvature, term_rate, term_value, trail_t, viewed_signal_t
+      found_zero, bounds_t, search_t, term_columns, term_curvature, term_rate, term_value, search_history_t, &
+      viewed_signal_t
    use damped_oscillators, only: acceleration, lanes, oscillators_t, padded, propagate, propagate_lanes
    use free_steps, only: free_step
    use kinds, only: wp
@@ -38,18 +39,18 @@ module modal_signal
       !> For modes far beyond critical damping the sum is over z_i + 2 zeta z_i' instead (a force)
       logical :: is_viscous = .false.
       !> Indentation of the surface at t = 0, and the rate at which it relaxes
-      real(wp) :: surface = 0.0_wp
+      real(wp) :: contact = 0.0_wp
       real(wp) :: rate = 0.0_wp
       !> Gets the state at the instant that was evaluated last, where its arrays are there; null: nobody asks for it
       type(modal_state_t), pointer :: last => null()
    contains
-      procedure :: look
-      procedure :: glance
+      procedure :: find_bounds
+      procedure :: find_bounds_without_step
       procedure :: evaluate
       procedure :: view
       procedure :: find_zero
       procedure :: find_short
-      procedure :: look_among
+      procedure :: find_bounds_among
    end type modal_signal_t
 
 contains
@@ -82,7 +83,7 @@ contains
       real(wp), intent(out) :: slope
 
       real(wp), dimension(self%oscillators%count) :: z, v
-      real(wp) :: surface
+      real(wp) :: contact
 
       if (self%is_viscous) then
          call state_of_exponentials(self, t, z, v)
@@ -96,10 +97,10 @@ contains
       end if
       value = self%offset + sum(self%weight*z)
       slope = sum(self%weight*v)
-      if (abs(self%surface) > 0.0_wp) then
-         surface = self%surface*exp(-self%rate*t)
-         value = value + surface
-         slope = slope - self%rate*surface
+      if (abs(self%contact) > 0.0_wp) then
+         contact = self%contact*exp(-self%rate*t)
+         value = value + contact
+         slope = slope - self%rate*contact
       end if
    end subroutine evaluate
 
@@ -131,34 +132,34 @@ contains
          modal%v = self%v
       end if
       modal%rate = self%rate
-      modal%surface = factor*self%surface*exp(-self%rate*from)
+      modal%contact = factor*self%contact*exp(-self%rate*from)
       if (order == 1) then
          rate = modal%v
          modal%v = acceleration(self%oscillators, modal%z, rate)
          modal%z = rate
-         modal%surface = -self%rate*modal%surface
+         modal%contact = -self%rate*modal%contact
       end if
       call move_alloc(modal, part)
    end subroutine view
 
    !> First zero of the signal in (0, limit]; of a short hop by its series.
-   subroutine find_zero(self, limit, search, trail, at_start)
+   subroutine find_zero(self, limit, search, history, at_start)
       class(modal_signal_t), intent(in) :: self
       !> Where the search ends
       real(wp), intent(in) :: limit
       !> What was found
       type(search_t), intent(out) :: search
       !> What was seen of it; of a short hop nothing
-      type(trail_t), intent(inout), optional :: trail
-      !> What `look` tells of the signal at its start, where it is known
-      type(local_t), intent(in), optional :: at_start
+      type(search_history_t), intent(inout), optional :: history
+      !> What `find_bounds` tells of the signal at its start, where it is known
+      type(bounds_t), intent(in), optional :: at_start
 
-      if (present(trail)) trail%count = 0
+      if (present(history)) history%count = 0
       if (self%start_order == 1) then
          call self%find_short(limit, search)
          if (search%outcome == found_zero) return
       end if
-      call first_zero(self, limit, search, trail, at_start=at_start)
+      call first_zero(self, limit, search, history, at_start=at_start)
    end subroutine find_zero
 
    !> The end of a short hop, which rises from zero.
@@ -174,46 +175,46 @@ contains
       real(wp), intent(in), optional :: frequency(:)
 
       search%outcome = found_none
-      if (abs(self%surface) > 0.0_wp) return
+      if (abs(self%contact) > 0.0_wp) return
       call find_short_flight(self%oscillators, self%lane_weight, self%z, self%v, limit, search, slope, turning, &
          frequency)
    end subroutine find_short
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
-   subroutine look(self, t, order, here)
+   subroutine find_bounds(self, t, order, here)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
-      call self%look_among(t, order, here)
-   end subroutine look
+      call self%find_bounds_among(t, order, here)
+   end subroutine find_bounds
 
    !> The same for who takes no step from there.
-   subroutine glance(self, t, order, here)
+   subroutine find_bounds_without_step(self, t, order, here)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
-      call self%look_among(t, order, here, takes_step=.false.)
-   end subroutine glance
+      call self%find_bounds_among(t, order, here, takes_step=.false.)
+   end subroutine find_bounds_without_step
 
    !> The same for who adds something to it: only the step without a zero knows of that.
-   subroutine look_among(self, t, order, here, more, floor_of_more, takes_step)
+   subroutine find_bounds_among(self, t, order, here, more, floor_of_more, takes_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
       !> What is added, columns as in `certified_search`, and below what it never falls
       real(wp), intent(in), optional :: more(term_columns)
       real(wp), intent(in), optional :: floor_of_more
@@ -222,7 +223,7 @@ contains
 
       real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
       real(wp) :: terms(size(self%lane_weight), term_columns)
-      real(wp) :: magnitude, rest(term_columns), surface, signal, slope
+      real(wp) :: magnitude, rest(term_columns), contact, signal, slope
       integer :: blocks, k, last
       logical :: separates
 
@@ -259,22 +260,22 @@ contains
          here%bound = sum(terms(:, bound_curvature))
          here%bound_both = here%bound
          here%bound_jerk = sum(terms(:, bound_jerk))
-         surface = 0.0_wp
-         if (abs(self%surface) > 0.0_wp) call add_surface(self, t, order, here, surface)
+         contact = 0.0_wp
+         if (abs(self%contact) > 0.0_wp) call add_contact(self, t, order, here, contact)
          if (present(more)) call add_more(more, floor_of_more, here)
          if (present(takes_step)) then
             if (.not. takes_step) return
          end if
          if (order == 0 .and. here%floor > here%rounding) return
          if (order == 0 .and. falls_to_zero(here)) return
-         if (surface < 0.0_wp) return
+         if (contact < 0.0_wp) return
          rest = 0.0_wp
          if (present(more)) rest = more
-         rest(term_value) = merge(self%offset, 0.0_wp, order == 0) + surface + rest(term_value)
-         rest(term_rate) = rest(term_rate) - self%rate*surface
+         rest(term_value) = merge(self%offset, 0.0_wp, order == 0) + contact + rest(term_value)
+         rest(term_rate) = rest(term_rate) - self%rate*contact
          here%free = free_step(terms, rest, here%value, here%slope)
       end associate
-   end subroutine look_among
+   end subroutine find_bounds_among
 
    !> What is added to a signal.
    pure subroutine add_more(more, floor, here)
@@ -282,7 +283,7 @@ contains
       real(wp), intent(in) :: more(term_columns)
       !> Below this it never falls
       real(wp), intent(in) :: floor
-      type(local_t), intent(inout) :: here
+      type(bounds_t), intent(inout) :: here
 
       here%value = here%value + more(term_value)
       here%slope = here%slope + more(term_rate)
@@ -295,28 +296,28 @@ contains
    end subroutine add_more
 
    !> What the surface adds.
-   pure subroutine add_surface(self, t, order, here, surface)
+   pure subroutine add_contact(self, t, order, here, contact)
       type(modal_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       !> Which derivative
       integer, intent(in) :: order
-      type(local_t), intent(inout) :: here
+      type(bounds_t), intent(inout) :: here
       !> That derivative of it
-      real(wp), intent(out) :: surface
+      real(wp), intent(out) :: contact
 
-      surface = self%surface*exp(-self%rate*t)
-      here%floor = here%floor + min(surface, 0.0_wp)
-      here%signal = here%signal + surface
-      surface = surface*(-self%rate)**order
-      here%value = here%value + surface
-      if (order > 0) here%rounding = here%rounding + 4.0_wp*epsilon(1.0_wp)*abs(surface)
-      here%slope = here%slope - self%rate*surface
-      here%curvature = here%curvature + self%rate**2*surface
+      contact = self%contact*exp(-self%rate*t)
+      here%floor = here%floor + min(contact, 0.0_wp)
+      here%signal = here%signal + contact
+      contact = contact*(-self%rate)**order
+      here%value = here%value + contact
+      if (order > 0) here%rounding = here%rounding + 4.0_wp*epsilon(1.0_wp)*abs(contact)
+      here%slope = here%slope - self%rate*contact
+      here%curvature = here%curvature + self%rate**2*contact
       ! of an even derivative it is convex
-      here%bound = here%bound + self%rate**2*max(-surface, 0.0_wp)
-      here%bound_both = here%bound_both + self%rate**2*abs(surface)
-      here%bound_jerk = here%bound_jerk + self%rate**3*abs(surface)
-   end subroutine add_surface
+      here%bound = here%bound + self%rate**2*max(-contact, 0.0_wp)
+      here%bound_both = here%bound_both + self%rate**2*abs(contact)
+      here%bound_jerk = here%bound_jerk + self%rate**3*abs(contact)
+   end subroutine add_contact
 
    !> State of the modes at an instant, where those far beyond critical damping are taken by their exponentials.
    pure subroutine state_of_exponentials(self, t, z, v)

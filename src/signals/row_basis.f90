@@ -34,7 +34,7 @@ module row_basis
       !> Exponent of 2 of the longest stored step
       integer :: highest = 0
       !> -Re s, Im s and |s|, filled up with zeros to whole vectors, [padded terms]
-      real(wp), allocatable :: decay(:), swing(:), speed(:)
+      real(wp), allocatable :: decay(:), omega(:), speed(:)
       !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row, [lanes, 2, terms, blocks]
       real(wp), allocatable :: column(:, :, :, :)
       !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, terms, blocks]
@@ -60,9 +60,9 @@ contains
       basis%rows = rows
       basis%terms = n
       basis%blocks = padded(row_columns*rows)/lanes
-      allocate (basis%decay(padded(n)), basis%swing(padded(n)), basis%speed(padded(n)), source=0.0_wp)
+      allocate (basis%decay(padded(n)), basis%omega(padded(n)), basis%speed(padded(n)), source=0.0_wp)
       basis%decay(:n) = -real(exponents, wp)
-      basis%swing(:n) = aimag(exponents)
+      basis%omega(:n) = aimag(exponents)
       basis%speed(:n) = abs(exponents)
       allocate (basis%column(lanes, 2, n, basis%blocks), basis%weight(lanes, n, basis%blocks), source=0.0_wp)
       ! a step longer than four radians of the slowest term is of no use
@@ -98,7 +98,7 @@ contains
       integer :: k, m, place
 
       do m = first, first + size(coefficient) - 1
-         s = cmplx(-basis%decay(m), basis%swing(m), wp)
+         s = cmplx(-basis%decay(m), basis%omega(m), wp)
          turned = coefficient(m - first + 1)
          weight(size_column) = abs(turned)
          weight(rate_size_column) = weight(size_column)*basis%speed(m)
@@ -126,7 +126,7 @@ contains
       integer :: i
 
       if (.not. basis%has_power(step)) then
-         call powers(size(basis%decay)/lanes, basis%decay, basis%swing, 2.0_wp**step, basis%power(:, 1, step), &
+         call powers(size(basis%decay)/lanes, basis%decay, basis%omega, 2.0_wp**step, basis%power(:, 1, step), &
             basis%power(:, 2, step))
          basis%has_power(step) = .true.
       end if
@@ -150,7 +150,7 @@ contains
       real(wp), dimension(size(z, 1)) :: power, turned
       integer :: i
 
-      call powers(size(basis%decay)/lanes, basis%decay, basis%swing, time, power, turned)
+      call powers(size(basis%decay)/lanes, basis%decay, basis%omega, time, power, turned)
       !$omp simd
       do i = 1, size(z, 1)
          later(i, 1) = z(i, 1)*power(i) - z(i, 2)*turned(i)

@@ -1,12 +1,12 @@
 !> The greatest value of a signal and the last time it was above a level, certain like the search for its zeros.
 module signal_peaks
-   use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, local_t, search_t, &
+   use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, bounds_t, search_t, &
       viewed_signal_t
    use kinds, only: i8, wp
    use row_peaks, only: peak_tolerance
    implicit none (type, external)
    private
-   public :: looks_t, exceeds, greatest_value, last_time_above, peak_tolerance
+   public :: extreme_search_t, exceeds, greatest_value, last_time_above, peak_tolerance
 
    !> Looks that the searches for an extreme of a run may take besides those of each phase, before their tolerance is
    !> raised tenfold: undamped, a beam swings for ever.
@@ -15,11 +15,11 @@ module signal_peaks
    integer(i8), parameter :: looks_of_phase = 100_i8
 
    !> What searches for an extreme have left.
-   type :: looks_t
+   type :: extreme_search_t
       !> Its tolerance by now, as a share
       real(wp) :: tolerance = peak_tolerance
       integer(i8), private :: left = first_looks
-   end type looks_t
+   end type extreme_search_t
 
 contains
 
@@ -66,11 +66,11 @@ contains
       !> rounding
       real(wp), intent(in), optional :: scale
       !> What searches for the extreme of all phases have left; default: those in this phase have their own
-      type(looks_t), intent(inout), optional :: looks
+      type(extreme_search_t), intent(inout), optional :: looks
 
       class(viewed_signal_t), allocatable :: part
-      type(local_t) :: here
-      type(looks_t) :: mine
+      type(bounds_t) :: here
+      type(extreme_search_t) :: mine
       type(search_t) :: search
       real(wp) :: least, level, slope, t, turn
       integer :: attempt
@@ -78,7 +78,7 @@ contains
       least = 0.0_wp
       if (present(looks)) mine = looks
       if (present(scale)) then
-         call signal%look(0.0_wp, 0, here)
+         call signal%find_bounds(0.0_wp, 0, here)
          least = max(scale, here%rounding/peak_tolerance)
       end if
       mine%left = min(mine%left + looks_of_phase, max(mine%left, further_looks))
@@ -132,10 +132,10 @@ contains
    subroutine seek(signal, limit, looks, search)
       class(viewed_signal_t), intent(in) :: signal
       real(wp), intent(in) :: limit
-      type(looks_t), intent(inout) :: looks
+      type(extreme_search_t), intent(inout) :: looks
       type(search_t), intent(out) :: search
 
-      call first_zero(signal, limit, search, most_looks=looks%left)
+      call first_zero(signal, limit, search, most_evaluations=looks%left)
       looks%left = looks%left - search%evaluations
       if (looks%left > 0) return
       looks%left = further_looks
@@ -185,7 +185,7 @@ contains
       !> What counts where that is near zero
       real(wp), intent(in) :: scale
       !> They tell the tolerance
-      type(looks_t), intent(in) :: looks
+      type(extreme_search_t), intent(in) :: looks
       real(wp) :: higher
 
       higher = level + looks%tolerance*max(abs(level), scale) + tiny(1.0_wp)

@@ -1,6 +1,6 @@
 !> Two signals as one.
 module summed_signal
-   use certified_search, only: local_t, viewed_signal_t
+   use certified_search, only: bounds_t, viewed_signal_t
    use kinds, only: wp
    implicit none (type, external)
    private
@@ -10,7 +10,7 @@ module summed_signal
       class(viewed_signal_t), allocatable :: first
       class(viewed_signal_t), allocatable :: second
    contains
-      procedure :: look
+      procedure :: find_bounds
       procedure :: evaluate
       procedure :: view
    end type summed_signal_t
@@ -38,19 +38,19 @@ contains
    end subroutine evaluate
 
    !> Value, slope and bounds of a derivative of the signal at an instant.
-   subroutine look(self, t, order, here)
+   subroutine find_bounds(self, t, order, here)
       class(summed_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
       !> Which derivative, 0: the signal itself
       integer, intent(in) :: order
       !> What is there
-      type(local_t), intent(out) :: here
+      type(bounds_t), intent(out) :: here
 
-      type(local_t) :: one, other
+      type(bounds_t) :: one, other
 
-      call self%first%look(t, order, one)
-      call self%second%look(t, order, other)
+      call self%first%find_bounds(t, order, one)
+      call self%second%find_bounds(t, order, other)
       here%value = one%value + other%value
       here%slope = one%slope + other%slope
       here%curvature = one%curvature + other%curvature
@@ -61,7 +61,7 @@ contains
       here%signal = one%signal + other%signal
       here%signal_rounding = one%signal_rounding + other%signal_rounding
       here%floor = max(one%floor, -endless) + max(other%floor, -endless)
-   end subroutine look
+   end subroutine find_bounds
 
    !> offset + factor times a derivative of the signal, from an instant on.
    subroutine view(self, from, factor, offset, order, part)

@@ -305,7 +305,7 @@ contains
       real(wp) :: tau
 
       tau = horizon
-      if (measures%is_quiet) tau = min(measures%quiet_tau, horizon)
+      if (measures%has_settled) tau = min(measures%settling_tau, horizon)
    end function quiet_by
 
    !> Longest over shortest element: what the scene gives, and of a beam that is thinner at the tip what fits its waves.

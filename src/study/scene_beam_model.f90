@@ -238,7 +238,7 @@ contains
       if (scene%wants_stress) settings%stress = scene%stress
       if (.not. allocated(scene%more_stops)) return
       settings%more_stops = scene%more_stops
-      settings%pulled = stop_released_from([scene%stop, scene%more_stops], scene%pulled)
+      settings%release_stop = stop_released_from([scene%stop, scene%more_stops], scene%release_stop)
    end function run_of
 
    !> What acts on the beam of a scene, and how it begins.

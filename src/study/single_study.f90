@@ -16,7 +16,7 @@ module single_study
    use results_file, only: begin_results, expected_size, finish_results, write_groups
    use run_reach, only: forget_reach, watch_reach
    use run_settings, only: run_settings_t
-   use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_surfaces
+   use run_tables, only: print_measures, print_mesh, print_modes, print_statistics, print_contacts
    use scene_beam_model, only: motion_model_of, run_of
    use scene_types, only: scene_t
    use scene_units, only: units_in
@@ -67,9 +67,9 @@ contains
       if (allocated(table)) call print_frequency_table(job%unit, table, units_in(scene))
       if (allocated(response) .and. scene%has_stop) then
          call print_measures(job%unit, response%measures, units_in(scene), released_stop(scene))
-         if (allocated(response%surfaces)) call print_surfaces(job%unit, response%surfaces, units_in(scene))
+         if (allocated(response%contacts)) call print_contacts(job%unit, response%contacts, units_in(scene))
          if (allocated(response%statistics)) then
-            call print_statistics(job%unit, response%statistics, response%surfaces, units_in(scene))
+            call print_statistics(job%unit, response%statistics, response%contacts, units_in(scene))
          end if
       end if
       call print_analyses(job%unit, analysed, units_in(scene))

@@ -274,7 +274,7 @@ contains
             call complain(path, number, error)
             return
          end if
-         if (held + size(part%rows, 2) > size(rows, 1)) call put_held()
+         if (held + size(part%rows, 2) > size(rows, 1)) call put_constrained()
          do i = 1, size(part%rows, 2)
             values(held + i, :) = part%values(:, i)
             rows(held + i, :) = part%rows(:, i)
@@ -287,12 +287,12 @@ contains
          end if
          held = held + size(part%rows, 2)
       end do
-      call put_held()
+      call put_constrained()
 
    contains
 
       !> Write the rows held back.
-      subroutine put_held()
+      subroutine put_constrained()
          integer :: n
 
          call cases%put(first, [(real(n, wp), n=first, first + held - 1)])
@@ -306,7 +306,7 @@ contains
          end do
          first = first + held
          held = 0
-      end subroutine put_held
+      end subroutine put_constrained
 
    end subroutine write_rows
 

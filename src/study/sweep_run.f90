@@ -291,7 +291,7 @@ contains
       first = size(values)/section_values - kept%count
       do k = 1, kept%count
          associate (section => values(section_values*(first + k - 1) + 1:section_values*(first + k)))
-            if (kept%pulled > 0) section(1:2) = factor*kept%stop(:, kept%pulled, k)
+            if (kept%release_contact > 0) section(1:2) = factor*kept%stop(:, kept%release_contact, k)
             section(3:4) = factor*kept%tip(:, k)
          end associate
       end do

@@ -7,7 +7,7 @@ module exact_scenes
    use damped_oscillators, only: make_oscillators
    use exact_motion, only: exact_response
    use failures, only: failure_t
-   use held_sets, only: free_beam_t
+   use constrained_sets, only: free_beam_t
    use joint_modes, only: joint_amplitudes
    use kinds, only: lambda1, wp
    use natural_solver, only: natural_modes

@@ -5,7 +5,7 @@ module load_scenes
    use failures, only: failure_t
    use free_modes, only: find_free_modes, free_modes_t
    use kinds, only: wp
-   use load_courses, only: piece_at, piece_t, value_at
+   use load_courses, only: load_segment_at, load_segment_t, value_at
    use load_settings, only: course_pulse, course_step, course_table, force_settings_t, pulse_half_sine, start_rest, &
       time_course_t
    use run_settings, only: run_settings_t
@@ -83,7 +83,7 @@ contains
       type(applied_loads_t) :: loads
       type(free_modes_t) :: modes
       type(failure_t), allocatable :: error
-      type(piece_t) :: piece
+      type(load_segment_t) :: segment
       real(wp) :: decay, from, mode_load, rate, to, t, value, width
       integer :: g, i, j, panel, panels
 
@@ -102,8 +102,8 @@ contains
             value = 0.0_wp
             from = 0.0_wp
             do while (from < time)
-               piece = piece_at(loads%course(g), from)
-               to = min(piece%until, time)
+               segment = load_segment_at(loads%course(g), from)
+               to = min(segment%until, time)
                panels = ceiling(4.0_wp*(to - from)*sqrt(modes%square(i))) + 40
                width = 0.5_wp*(to - from)/real(panels, wp)
                do panel = 1, panels

@@ -2,7 +2,7 @@
 !> squaring, for the modes of a beam alone, held at the stop, or on the three-element stop.
 module quad_exponential
    use, intrinsic :: iso_fortran_env, only: real128
-   use held_sets, only: free_beam_t
+   use constrained_sets, only: free_beam_t
    use kinds, only: wp
    use three_element_stop, only: three_element_t
    implicit none (type, external)

@@ -54,7 +54,7 @@ module newmark_convergence
       !> What rounding is a share of
       real(wp) :: size = 0.0_wp
       !> Whose it is; 0: no surface's
-      integer :: surface = 0
+      integer :: contact = 0
    end type signal_t
 
 contains
@@ -340,15 +340,15 @@ contains
       integer :: i, place, speed
 
       associate (contact => exact%events(1))
-         place = findloc(expected%surface == contact%surface .and. expected%name == 'eta', .true., dim=1)
-         speed = findloc(expected%surface == contact%surface .and. expected%name == 'velocity', .true., dim=1)
+         place = findloc(expected%contact == contact%contact .and. expected%name == 'eta', .true., dim=1)
+         speed = findloc(expected%contact == contact%contact .and. expected%name == 'velocity', .true., dim=1)
          if (abs(contact%velocity_before) < slow*maxval(abs(expected(speed)%values))) return
          if (any(steps%event_count == 0)) then
             complaint = complaint//'no contact; '
             return
          end if
          found = [(steps(i)%events(1), i=1, lengths)]
-         if (any(found%kind /= contact%kind .or. found%surface /= contact%surface)) complaint = 'another contact; '
+         if (any(found%kind /= contact%kind .or. found%contact /= contact%contact)) complaint = 'another contact; '
          if (.not. falls(abs((found%tau - contact%tau)*contact%velocity_before), errors(:, place), &
             rounding_of_size*expected(place)%size)) complaint = complaint//'instants of contact err by '// &
             to_text(found(1)%tau - contact%tau)//', '//to_text(found(3)%tau - contact%tau)//'; '
@@ -397,10 +397,10 @@ contains
       whole = maxval(response%energy%kinetic + response%energy%strain)
       allocate (signals(0))
       call add('tip', response%history(eta_tip)%values, sqrt(whole))
-      if (allocated(response%surfaces)) then
-         do k = 1, size(response%surfaces)
-            call add('eta', response%surfaces(k)%eta, sqrt(whole), k)
-            call add('velocity', response%surfaces(k)%velocity, sqrt(whole), k)
+      if (allocated(response%contacts)) then
+         do k = 1, size(response%contacts)
+            call add('eta', response%contacts(k)%eta, sqrt(whole), k)
+            call add('velocity', response%contacts(k)%velocity, sqrt(whole), k)
          end do
       else
          call add('eta', response%history(eta_stop)%values, sqrt(whole), 1)
@@ -420,19 +420,19 @@ contains
 
    contains
 
-      subroutine add(name, values, least_size, surface)
+      subroutine add(name, values, least_size, contact)
          character(*), intent(in) :: name
          real(wp), intent(in) :: values(:)
          !> What rounding is a share of, at least
          real(wp), intent(in) :: least_size
          !> Whose it is
-         integer, intent(in), optional :: surface
+         integer, intent(in), optional :: contact
 
          type(signal_t) :: signal
          integer :: i
 
          signal%name = name
-         if (present(surface)) signal%surface = surface
+         if (present(contact)) signal%contact = contact
          signal%size = max(least_size, maxval(abs(values)))
          allocate (signal%values(samples))
          signal%values(:) = [(values(1 + stride*(i - 1)), i=1, samples)]

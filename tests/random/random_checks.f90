@@ -9,7 +9,7 @@ module random_checks
    use hdf5_reading, only: has_object, not_finite, opens, read_number_attribute, read_reals
    use history_list, only: eta_stop, eta_tip, force_stop, history_count
    use kinds, only: lambda1, wp
-   use load_settings, only: start_pull
+   use load_settings, only: start_release
    use measure_list, only: measure_count, measure_table
    use newmark_limits, only: rounding_of_energy
    use newmark_stability, only: highest_frequency
@@ -31,7 +31,7 @@ module random_checks
    use stop_laws, only: static_stiffness
    implicit none (type, external)
    private
-   public :: open_folder, settle, complaint_of, is_legal, tally_t, clean_up
+   public :: open_folder, settle, complaint_of, is_legal, accumulator_t, clean_up
 
    !> Where the scenes and their results are: a folder of this process, as suites run side by side.
    character(:), allocatable, save :: folder, scene_file
@@ -39,13 +39,13 @@ module random_checks
    real(wp), parameter :: rounding = 1.0e-11_wp
 
    !> What was seen on the way.
-   type :: tally_t
+   type :: accumulator_t
       integer :: done = 0
       !> Failed in words, as it should
       integer :: failed = 0
       integer :: events = 0
       integer :: rows = 0
-   end type tally_t
+   end type accumulator_t
 
    interface
       !> C: end the process after some seconds; 0: never mind.
@@ -132,7 +132,7 @@ contains
    end subroutine run_one
 
    !> What goes wrong when a scene is run; empty: nothing.
-   function complaint_of(names, draft, scene, tally) result(complaint)
+   function complaint_of(names, draft, scene, accumulator) result(complaint)
       !> The table of names
       type(name_t), intent(in) :: names(:)
       !> The scene in ratios
@@ -140,7 +140,7 @@ contains
       !> The same, perhaps in units, as it was read
       type(scene_t), intent(in) :: scene
       !> What was seen
-      type(tally_t), intent(inout) :: tally
+      type(accumulator_t), intent(inout) :: accumulator
       character(:), allocatable :: complaint
 
       integer, parameter :: patience = 300
@@ -154,19 +154,19 @@ contains
       call run_one(scene, error)
       if (allocated(error)) then
          complaint = ''
-         tally%failed = tally%failed + 1
+         accumulator%failed = accumulator%failed + 1
          if (.not. is_legal(error%message)) complaint = 'fails: '//error%message
          if (opens(file)) complaint = complaint//'; a file is left by a run that failed'
       else
-         tally%done = tally%done + 1
+         accumulator%done = accumulator%done + 1
          complaint = complaint_of_file(file)
          if (scene%wants_sweep) then
             ! of a chain no row is that of a single run
-            if (scene%sweep%carry == 0) call compare_rows(names, draft, file, tally, complaint)
+            if (scene%sweep%carry == 0) call compare_rows(names, draft, file, accumulator, complaint)
          else if (scene%wants_cases) then
-            call compare_cases(names, draft, scene, file, tally, complaint)
+            call compare_cases(names, draft, scene, file, accumulator, complaint)
          else if (scene%wants_response) then
-            call look_closely(scene, file, tally, complaint)
+            call look_closely(scene, file, accumulator, complaint)
          end if
       end if
       left = c_alarm(0)
@@ -229,13 +229,13 @@ contains
 
    !> One run: everything that must hold of its motion, at its events, at many more instants than it asks for, and
    !> just before and after each event.
-   subroutine look_closely(scene, file, tally, complaint)
+   subroutine look_closely(scene, file, accumulator, complaint)
       !> The scene
       type(scene_t), intent(in) :: scene
       !> Its results
       character(*), intent(in) :: file
       !> What was seen
-      type(tally_t), intent(inout) :: tally
+      type(accumulator_t), intent(inout) :: accumulator
       !> Gets what is wrong
       character(:), allocatable, intent(inout) :: complaint
 
@@ -249,7 +249,7 @@ contains
       real(wp), allocatable :: tau(:)
 
       tau = read_reals(file, 'events/tau')
-      tally%events = tally%events + size(tau)
+      accumulator%events = accumulator%events + size(tau)
       probe = scene
       probe%wants_frequencies = .false.
       probe%stress%history = .true.
@@ -292,7 +292,7 @@ contains
 
       do p = 1, size(response%moments)
          associate (record => response%moments(p))
-            share = 3.0_wp*max(record%looks_for_least%tolerance, record%looks_for_greatest%tolerance)
+            share = 3.0_wp*max(record%minimum_search%tolerance, record%maximum_search%tolerance)
             associate (scale => least_moment + maxval(abs(response%moments%greatest)) + maxval(abs(response%moments%least)))
                call limit('a moment exceeds its greatest by', maxval(record%moment) - record%greatest, share*scale, &
                   complaint)
@@ -387,7 +387,7 @@ contains
       type(response_t), intent(in) :: response
       real(wp) :: unit
 
-      if (scene%start%kind /= start_pull .or. allocated(response%energy%work)) then
+      if (scene%start%kind /= start_release .or. allocated(response%energy%work)) then
          ! a tip that is held tells nothing of how far loads bend the beam
          unit = 1.0_wp + greatest_preload(scene) + maxval(abs(response%history(eta_tip)%values)) &
             + sqrt(maxval(response%energy%strain))
@@ -407,7 +407,7 @@ contains
    end function greatest_preload
 
    !> What must hold at every instant of each surface.
-   subroutine check_surfaces(scene, response, complaint)
+   subroutine check_contacts(scene, response, complaint)
       type(scene_t), intent(in) :: scene
       !> Its motion, everything kept
       type(response_t), intent(in) :: response
@@ -421,22 +421,23 @@ contains
       stops = [scene%stop]
       if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
       reach = length_scale(scene, response)
-      do k = 1, size(response%surfaces)
-         associate (surface => response%surfaces(k))
-            if (.not. (all(ieee_is_finite(surface%eta)) .and. all(ieee_is_finite(surface%force)))) &
+      do k = 1, size(response%contacts)
+         associate (contact => response%contacts(k))
+            if (.not. (all(ieee_is_finite(contact%eta)) .and. all(ieee_is_finite(contact%force)))) &
                complaint = complaint//'a surface has what is not finite; '
-            call limit('a surface pulls', -minval(surface%force)/max(maxval(surface%force), &
-               response%measures%greatest_force, least_force(stops(surface%stop), reach)), rounding, complaint)
-            if (stops(surface%stop)%law /= law_restitution) cycle
+            call limit('a surface pulls', -minval(contact%force)/max(maxval(contact%force), &
+               response%measures%greatest_force, least_force(stops(contact%stop), reach)), rounding, complaint)
+            if (stops(contact%stop)%law /= law_restitution) cycle
             if (scene%response%method == method_exact) then
-               call limit('the beam enters a surface', -minval(real(surface%sign, wp)*surface%eta)/reach, rounding, complaint)
+               call limit('the beam enters a surface', -minval(real(contact%sign, wp)*contact%eta)/reach, rounding, &
+                  complaint)
             else
-               call limit('the beam enters a surface', -minval(real(surface%sign, wp)*surface%eta), &
+               call limit('the beam enters a surface', -minval(real(contact%sign, wp)*contact%eta), &
                   scene%response%contact_tolerance, complaint)
             end if
          end associate
       end do
-   end subroutine check_surfaces
+   end subroutine check_contacts
 
    !> Newmark's method adds up M and h^2 K: what rounding leaves of M is less by (omega h)^2 of the highest mode. What
    !> opens the ledger by more than `promised` is refused.
@@ -531,8 +532,8 @@ contains
          call limit('the stop pulls', -minval(force)/max(maxval(force), response%measures%greatest_force, &
             least_force(scene%stop, reach)), rounding, complaint)
       end associate
-      if (allocated(response%surfaces)) then
-         call check_surfaces(scene, response, complaint)
+      if (allocated(response%contacts)) then
+         call check_contacts(scene, response, complaint)
          return
       end if
       if (scene%stop%law /= law_restitution) return
@@ -566,7 +567,7 @@ contains
             complaint = complaint//'events out of order; '
          if (events(1)%tau < 0.0_wp .or. events(size(events))%tau > scene%response%duration) &
             complaint = complaint//'events outside the run; '
-         if (allocated(response%surfaces)) return
+         if (allocated(response%contacts)) return
          ! a rebound too low to count, or to tell from the rounding error of the gap, may be taken back
          arrives = (events%kind == event_impact .or. events%kind == event_contact) .and. &
             [.true., (events(i + 1)%velocity_before*(events(i + 1)%tau - events(i)%tau) &
@@ -603,7 +604,7 @@ contains
    end subroutine limit
 
    !> The rows of a sweep against single runs.
-   subroutine compare_rows(names, draft, file, tally, complaint)
+   subroutine compare_rows(names, draft, file, accumulator, complaint)
       !> The table of names
       type(name_t), intent(in) :: names(:)
       !> The scene with its sweep
@@ -611,7 +612,7 @@ contains
       !> Its results
       character(*), intent(in) :: file
       !> What was seen
-      type(tally_t), intent(inout) :: tally
+      type(accumulator_t), intent(inout) :: accumulator
       !> Gets what differs
       character(:), allocatable, intent(inout) :: complaint
 
@@ -625,7 +626,7 @@ contains
       status = read_reals(file, 'sweep/status')
       call parse_scene(text_of(draft), 'draft.nml', whole, error)
       do i = 1, size(status)
-         tally%rows = tally%rows + 1
+         accumulator%rows = accumulator%rows + 1
          single = numbered(draft)
          call drop(single, 'sweep', '')
          call drop(single, 'best', '')
@@ -752,7 +753,7 @@ contains
    end subroutine compare
 
    !> The cases of a scene against single runs.
-   subroutine compare_cases(names, draft, scene, file, tally, complaint)
+   subroutine compare_cases(names, draft, scene, file, accumulator, complaint)
       !> The table of names
       type(name_t), intent(in) :: names(:)
       !> The scene with its cases
@@ -762,7 +763,7 @@ contains
       !> Its results
       character(*), intent(in) :: file
       !> What was seen
-      type(tally_t), intent(inout) :: tally
+      type(accumulator_t), intent(inout) :: accumulator
       !> Gets what differs
       character(:), allocatable, intent(inout) :: complaint
 
@@ -780,7 +781,7 @@ contains
       integer :: i, k
 
       do i = 1, size(scene%cases%values)
-         tally%rows = tally%rows + 1
+         accumulator%rows = accumulator%rows + 1
          single = numbered(draft)
          parameter = trim(scene%cases%parameter%name)
          call put_parameter(names, parameter, scene%cases%values(i), file, single)
@@ -806,7 +807,7 @@ contains
                   tolerance*max((1.0_wp + greatest_preload(alone))**powers(k), maxval(abs(there))), complaint)
             end if
          end do
-         call look_closely(alone, folder//'/single.h5', tally, complaint)
+         call look_closely(alone, folder//'/single.h5', accumulator, complaint)
       end do
    end subroutine compare_cases
 

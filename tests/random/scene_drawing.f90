@@ -2,7 +2,7 @@
 !> values and their neighbours, and, half of the time, where beams live. What makes a run long is kept small.
 module scene_drawing
    use kinds, only: lambda1_power4, wp
-   use load_settings, only: base_displacement, course_table, start_names, start_pull, time_course_t
+   use load_settings, only: base_displacement, course_table, start_names, start_release, time_course_t
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, start_random
    use run_settings, only: side_above, side_both
@@ -1301,7 +1301,7 @@ contains
          if (allocated(scene%supports)) call instead('support_1', 'stiffness_ratio', 'stiffness', stiffness &
             *scene%supports(1)%stiffness_ratio*merge(scales%length**2, 1.0_wp, scene%supports(1)%motion == support_rotation))
          call instead('damping', 'zeta_mass', 'mass_coefficient', 2.0_wp*scene%zeta_mass/time)
-         if (scene%start%kind /= start_pull) call give_units_of_loads(scene, stiffness, lift, time)
+         if (scene%start%kind /= start_release) call give_units_of_loads(scene, stiffness, lift, time)
          if (allocated(scene%more_stops)) return
          lift = lift*merge(-1.0_wp, 1.0_wp, scene%stop%side == side_above)
          call instead('stop', 'preload', 'surface_height', scene%stop%preload*lift)

@@ -7,7 +7,7 @@ module unit_checks
    use failures, only: failure_t
    use frequency_types, only: frequency_table_t
    use kinds, only: wp
-   use load_settings, only: start_pull
+   use load_settings, only: start_release
    use measure_list, only: first_statistic, measure_count, measure_table
    use number_text, only: to_text
    use random_numbers, only: next_random, random_t, start_random
@@ -50,13 +50,13 @@ module unit_checks
 contains
 
    !> The same in SI and in millimetres, tonnes and seconds, with lengths, modulus and density at random.
-   subroutine compare_units(number, draft, scene, tally, complaint)
+   subroutine compare_units(number, draft, scene, accumulator, complaint)
       !> Which scene
       integer, intent(in) :: number
       !> It in ratios, and as it was read
       type(draft_t), intent(in) :: draft
       type(scene_t), intent(in) :: scene
-      type(unit_tally_t), intent(inout) :: tally
+      type(unit_tally_t), intent(inout) :: accumulator
       !> What differs; empty: nothing
       character(:), allocatable, intent(out) :: complaint
 
@@ -77,12 +77,12 @@ contains
          if (.not. is_read) cycle
          call give_units(other, in_units)
          ! it says the same as the unit of displacement
-         if (scene%start%kind /= start_pull) call drop(in_units, 'stop', 'initial_height')
+         if (scene%start%kind /= start_release) call drop(in_units, 'stop', 'initial_height')
          call read_all(in_units, other, is_read)
          if (.not. is_read) cycle
          call respond(other, second)
          if (.not. allocated(second)) cycle
-         call compare(first, second, scene%response, tally, words)
+         call compare(first, second, scene%response, accumulator, words)
          if (words /= '') complaint = complaint//trim(systems(k))//': '//words
       end do
    end subroutine compare_units
@@ -166,12 +166,12 @@ contains
    end function scaled
 
    !> Events, until rounding has grown; where they are the same to the end, measures and statistics.
-   subroutine compare(first, second, settings, tally, complaint)
+   subroutine compare(first, second, settings, accumulator, complaint)
       type(response_t), intent(in) :: first
       type(response_t), intent(in) :: second
       !> Of both
       type(response_settings_t), intent(in) :: settings
-      type(unit_tally_t), intent(inout) :: tally
+      type(unit_tally_t), intent(inout) :: accumulator
       !> What differs; empty: nothing
       character(:), allocatable, intent(out) :: complaint
 
@@ -183,12 +183,12 @@ contains
       integer :: i, row, same
 
       complaint = ''
-      tally%scenes = tally%scenes + 1
+      accumulator%scenes = accumulator%scenes + 1
       apart = rounding
       same = 0
       do i = 1, min(first%event_count, second%event_count)
          associate (a => first%events(i), b => second%events(i))
-            if (a%kind /= b%kind .or. a%surface /= b%surface) exit
+            if (a%kind /= b%kind .or. a%contact /= b%contact) exit
             apart = max(apart, abs(a%tau - b%tau)/(1.0_wp + a%tau), abs(a%velocity_before - b%velocity_before), &
                abs(a%velocity_after - b%velocity_after))
             same = i
@@ -202,9 +202,9 @@ contains
          return
       end if
       if (apart > grown) return
-      tally%whole = tally%whole + 1
-      tally%events = tally%events + same
-      extent = 1.0_wp + maxval([0.0_wp, abs(first%surfaces%height)])
+      accumulator%whole = accumulator%whole + 1
+      accumulator%events = accumulator%events + same
+      extent = 1.0_wp + maxval([0.0_wp, abs(first%contacts%height)])
       associate (a => first%statistics, b => second%statistics)
          do i = 1, size(a%value, 1)
             row = first_statistic + i - 1

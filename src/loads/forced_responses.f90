@@ -5,21 +5,22 @@
 !> of surfaces, the tip, and the points of the loads. A row goes as constant + slope t + Re sum harmonic exp(i W t),
 !> besides modes that start from rest, as there the sum of two great parts would lose its digits: those with which a
 !> harmonic load resonates, and those so slow that loads hardly meet their stiffness.
-module phase_drives
+module forced_responses
    use applied_loads, only: applied_loads_t, bear_whole
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
    use driven_modes, only: driven_mode_at, driven_mode_t, make_driven_mode
    use driven_signal, only: driven_signal_t, turn_of
-   use held_sets, only: free_beam_t, held_set_t
+   use constrained_sets, only: free_beam_t, constrained_set_t
    use kinds, only: wp
-   use load_courses, only: piece_at, piece_t
+   use load_courses, only: load_segment_at, load_segment_t
    use point_forces, only: find_point_forces
    use power_integrals, only: make_power_form, power_form_t
    use yielding_stop, only: holds, impedance_t
    implicit none (type, external)
    private
-   public :: set_drive_t, phase_drive_t, make_set_drive, ready_for_terms, start_drive, drive_at, find_rows_at
+   public :: unit_responses_t, forced_response_t, make_unit_responses, ready_for_terms, start_forced_response, &
+      forced_at, find_rows_at
    public :: answer_at, by_constant, by_harmonic
 
    !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
@@ -57,10 +58,10 @@ module phase_drives
    end type driven_pair_t
 
    !> Answers of a set to unit loads.
-   type :: set_drive_t
+   type :: unit_responses_t
       type(row_places_t) :: at
       !> To 1, and what t leaves besides t times that, [rows, loads]
-      real(wp), allocatable :: constant(:, :), lag(:, :)
+      real(wp), allocatable :: constant(:, :), ramp(:, :)
       !> To exp(i W t), [rows, loads]
       complex(wp), allocatable :: harmonic(:, :)
       !> Of each mode alone to exp(i W t), as time runs backward, [modes, loads]
@@ -76,15 +77,15 @@ module phase_drives
       type(power_form_t) :: products
       !> Gaps as signals, where no surface yields, [surfaces]; their state and terms are set by who looks at them
       type(driven_signal_t), allocatable :: gap(:)
-   end type set_drive_t
+   end type unit_responses_t
 
    !> The rows during a phase.
-   type :: phase_drive_t
+   type :: forced_response_t
       !> tau at its start, and at which it has to end
       real(wp) :: tau = 0.0_wp
       real(wp) :: until = huge(1.0_wp)
       !> The loads, [loads]
-      type(piece_t), allocatable :: piece(:)
+      type(load_segment_t), allocatable :: segment(:)
       !> [rows], [rows, harmonics]
       real(wp), allocatable :: constant(:), slope(:)
       complex(wp), allocatable :: harmonic(:, :)
@@ -93,83 +94,85 @@ module phase_drives
       !> And modes driven from rest, with their pairs
       type(driven_mode_t), allocatable :: mode(:)
       integer, allocatable :: pair(:)
-   end type phase_drive_t
+   end type forced_response_t
 
 contains
 
    !> The answers of a set.
-   subroutine make_set_drive(beam, held, pressed, spring, loads, drive)
+   subroutine make_unit_responses(beam, constrained, compliant, spring, loads, forced)
       type(free_beam_t), intent(in) :: beam
-      type(held_set_t), intent(in) :: held
+      type(constrained_set_t), intent(in) :: constrained
       !> Surfaces that yield and are closed, and all impedances
-      integer, intent(in) :: pressed(:)
+      integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
-      type(set_drive_t), intent(out) :: drive
+      type(unit_responses_t), intent(out) :: forced
 
       ! what a step in s has to be for the derivative there, which needs no difference
       real(wp), parameter :: tiny_step = 1.0e-100_wp
       complex(wp), allocatable :: answer(:)
-      logical, dimension(held%count) :: is_slow, is_driven
-      real(wp) :: mobility(size(held%held), size(held%held))
-      integer :: g, i, surfaces, total
+      logical, dimension(constrained%count) :: is_slow, is_driven
+      real(wp) :: mobility(size(constrained%closed), size(constrained%closed))
+      integer :: g, i, contacts, total
 
-      surfaces = size(held%gap)
+      contacts = size(constrained%gap)
       total = loads%count
-      drive%at%gaps = held%count
-      drive%at%forces = drive%at%gaps + surfaces
-      drive%at%depths = drive%at%forces + surfaces
-      drive%at%branches = drive%at%depths + surfaces
-      drive%at%tip = drive%at%branches + surfaces
-      drive%at%loads = drive%at%tip + 1
-      drive%at%rows = drive%at%loads + total
-      associate (rows => drive%at%rows)
-         allocate (drive%constant(rows, total), drive%lag(rows, total), source=0.0_wp)
-         allocate (drive%harmonic(rows, total), source=(0.0_wp, 0.0_wp))
+      forced%at%gaps = constrained%count
+      forced%at%forces = forced%at%gaps + contacts
+      forced%at%depths = forced%at%forces + contacts
+      forced%at%branches = forced%at%depths + contacts
+      forced%at%tip = forced%at%branches + contacts
+      forced%at%loads = forced%at%tip + 1
+      forced%at%rows = forced%at%loads + total
+      associate (rows => forced%at%rows)
+         allocate (forced%constant(rows, total), forced%ramp(rows, total), source=0.0_wp)
+         allocate (forced%harmonic(rows, total), source=(0.0_wp, 0.0_wp))
          allocate (answer(rows))
       end associate
-      if (allocated(held%mode)) then
-         allocate (drive%load, source=matmul(transpose(held%mode), loads%mode))
+      if (allocated(constrained%mode)) then
+         allocate (forced%load, source=matmul(transpose(constrained%mode), loads%mode))
       else
-         allocate (drive%load, source=loads%mode)
+         allocate (forced%load, source=loads%mode)
       end if
-      allocate (drive%backward(held%count, total), source=(0.0_wp, 0.0_wp))
-      do i = 1, size(held%held)
-         mobility(:, i) = [(sum(beam%value(:, held%held(g))*beam%value(:, held%held(i))), g=1, size(held%held))]
+      allocate (forced%backward(constrained%count, total), source=(0.0_wp, 0.0_wp))
+      do i = 1, size(constrained%closed)
+         mobility(:, i) = [(sum(beam%value(:, constrained%closed(g))*beam%value(:, constrained%closed(i))), g=1, &
+            size(constrained%closed))]
       end do
-      allocate (drive%share(size(held%held), total), source=0.0_wp)
+      allocate (forced%share(size(constrained%closed), total), source=0.0_wp)
       do g = 1, total
-         if (size(held%held) == 0) exit
-         call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, held%held)), &
-            spread(.true., 1, size(held%held)), drive%share(:, g))
-         call bear_whole(beam%value(:, held%held), loads%mode(:, g), drive%share(:, g), drive%load(:, g))
+         if (size(constrained%closed) == 0) exit
+         call solve_active(mobility, -matmul(loads%mode(:, g), beam%value(:, constrained%closed)), &
+            spread(.true., 1, size(constrained%closed)), forced%share(:, g))
+         call bear_whole(beam%value(:, constrained%closed), loads%mode(:, g), forced%share(:, g), forced%load(:, g))
       end do
-      allocate (drive%driven(0))
-      is_slow = held%oscillators%frequency < loads%slow .and. size(pressed) == 0
-      do i = 1, held%count
-         if (is_slow(i)) call add_driven(held, i, by_constant, 0, drive)
-         if (is_slow(i)) call add_driven(held, i, by_slope, 0, drive)
+      allocate (forced%driven(0))
+      is_slow = constrained%oscillators%frequency < loads%slow .and. size(compliant) == 0
+      do i = 1, constrained%count
+         if (is_slow(i)) call add_driven(constrained, i, by_constant, 0, forced)
+         if (is_slow(i)) call add_driven(constrained, i, by_slope, 0, forced)
       end do
       do g = 1, total
-         call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, tiny_step, wp), is_slow, answer)
-         drive%constant(:, g) = real(answer, wp)
-         drive%lag(:, g) = aimag(answer)/tiny_step
+         call answer_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, tiny_step, wp), is_slow, answer)
+         forced%constant(:, g) = real(answer, wp)
+         forced%ramp(:, g) = aimag(answer)/tiny_step
          if (loads%frequency(g) <= 0.0_wp) cycle
-         is_driven = size(pressed) == 0 .and. (resonates(held%oscillators, loads%frequency(g)) .or. &
+         is_driven = size(compliant) == 0 .and. (resonates(constrained%oscillators, loads%frequency(g)) .or. &
             (is_slow .and. loads%frequency(g) < loads%slow))
-         do i = 1, held%count
-            if (is_driven(i)) call add_driven(held, i, by_harmonic, g, drive)
+         do i = 1, constrained%count
+            if (is_driven(i)) call add_driven(constrained, i, by_harmonic, g, forced)
          end do
-         call answer_at(held, pressed, spring, drive, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, answer)
-         drive%harmonic(:, g) = answer
-         drive%backward(:, g) = backward_of(held%oscillators, drive%load(:, g), loads%frequency(g), is_driven)
+         call answer_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, &
+            answer)
+         forced%harmonic(:, g) = answer
+         forced%backward(:, g) = backward_of(constrained%oscillators, forced%load(:, g), loads%frequency(g), is_driven)
       end do
-      if (size(pressed) > 0) return
-      allocate (drive%gap(surfaces))
-      do i = 1, surfaces
-         allocate (drive%gap(i)%free, source=held%gap(i))
+      if (size(compliant) > 0) return
+      allocate (forced%gap(contacts))
+      do i = 1, contacts
+         allocate (forced%gap(i)%free, source=constrained%gap(i))
       end do
-   end subroutine make_set_drive
+   end subroutine make_unit_responses
 
    !> Answer of modes to a load, with their damping turned round.
    pure function backward_of(oscillators, load, frequency, left_out) result(answer)
@@ -189,25 +192,25 @@ contains
    end function backward_of
 
    !> What work of loads and losses in stops need of the terms of a set on surfaces that yield.
-   subroutine ready_for_terms(exponent, shape, frequency, drive)
+   subroutine ready_for_terms(exponent, shape, frequency, forced)
       !> [count]
       complex(wp), intent(in) :: exponent(:)
       !> Modes of the set per unit of each, [modes, count]
       complex(wp), intent(in) :: shape(:, :)
       !> With which loads swing, [harmonics]
       real(wp), intent(in) :: frequency(:)
-      type(set_drive_t), intent(inout) :: drive
+      type(unit_responses_t), intent(inout) :: forced
 
       integer :: all, m
 
-      if (allocated(drive%term_load)) deallocate (drive%term_load)
-      allocate (drive%term_load(size(exponent), size(drive%load, 2)))
+      if (allocated(forced%term_load)) deallocate (forced%term_load)
+      allocate (forced%term_load(size(exponent), size(forced%load, 2)))
       do m = 1, size(exponent)
-         drive%term_load(m, :) = matmul(shape(:, m), drive%load)
+         forced%term_load(m, :) = matmul(shape(:, m), forced%load)
       end do
       all = size(exponent) + size(frequency) + 1
       call make_power_form([exponent, cmplx(0.0_wp, frequency, wp), (0.0_wp, 0.0_wp)], &
-         reshape([((1.0_wp, 0.0_wp), m=1, all)], [1, all]), drive%products)
+         reshape([((1.0_wp, 0.0_wp), m=1, all)], [1, all]), forced%products)
    end subroutine ready_for_terms
 
    !> With which modes does a harmonic load resonate?
@@ -223,14 +226,14 @@ contains
    end function resonates
 
    !> A mode that is left out of the answer to a load.
-   subroutine add_driven(held, mode, part, load, drive)
-      type(held_set_t), intent(in) :: held
+   subroutine add_driven(constrained, mode, part, load, forced)
+      type(constrained_set_t), intent(in) :: constrained
       integer, intent(in) :: mode
       !> One of the `by_` constants
       integer, intent(in) :: part
       !> Which load; 0: all
       integer, intent(in) :: load
-      type(set_drive_t), intent(inout) :: drive
+      type(unit_responses_t), intent(inout) :: forced
 
       type(driven_pair_t) :: pair
       integer :: place
@@ -238,27 +241,28 @@ contains
       pair%mode = mode
       pair%part = part
       pair%load = load
-      allocate (pair%row(drive%at%rows), pair%row_of_rate(drive%at%rows), source=0.0_wp)
-      associate (at => drive%at, surfaces => size(held%gap))
+      allocate (pair%row(forced%at%rows), pair%row_of_rate(forced%at%rows), source=0.0_wp)
+      associate (at => forced%at, contacts => size(constrained%gap))
          pair%row(at%modes + mode) = 1.0_wp
-         pair%row(at%gaps + 1:at%gaps + surfaces) = held%value(mode, :)
-         do place = 1, size(held%held)
-            pair%row(at%forces + held%held(place)) = held%reaction(place, mode)
-            pair%row_of_rate(at%forces + held%held(place)) = held%oscillators%two_zeta*held%reaction(place, mode)
+         pair%row(at%gaps + 1:at%gaps + contacts) = constrained%value(mode, :)
+         do place = 1, size(constrained%closed)
+            pair%row(at%forces + constrained%closed(place)) = constrained%reaction(place, mode)
+            pair%row_of_rate(at%forces &
+               + constrained%closed(place)) = constrained%oscillators%two_zeta*constrained%reaction(place, mode)
          end do
-         pair%row(at%tip + 1) = held%tip_value(mode)
-         pair%row(at%loads + 1:) = drive%load(mode, :)
+         pair%row(at%tip + 1) = constrained%tip_value(mode)
+         pair%row(at%loads + 1:) = forced%load(mode, :)
       end associate
-      drive%driven = [drive%driven, pair]
+      forced%driven = [forced%driven, pair]
    end subroutine add_driven
 
    !> The rows that follow exp(s t) of a unit load.
-   pure subroutine answer_at(held, pressed, spring, drive, load, s, left_out, answer)
-      type(held_set_t), intent(in) :: held
-      integer, intent(in) :: pressed(:)
+   pure subroutine answer_at(constrained, compliant, spring, forced, load, s, left_out, answer)
+      type(constrained_set_t), intent(in) :: constrained
+      integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
       !> Places of the rows, loads in the set's modes
-      type(set_drive_t), intent(in) :: drive
+      type(unit_responses_t), intent(in) :: forced
       integer, intent(in) :: load
       complex(wp), intent(in) :: s
       !> Modes that stay at rest, [modes]
@@ -266,42 +270,44 @@ contains
       !> [rows]
       complex(wp), intent(out) :: answer(:)
 
-      complex(wp), dimension(held%count) :: dynamic, z, viscous
-      complex(wp), dimension(size(pressed)) :: flexibility, force, unmoved
+      complex(wp), dimension(constrained%count) :: dynamic, z, viscous
+      complex(wp), dimension(size(compliant)) :: flexibility, force, unmoved
       integer :: k
 
       answer = (0.0_wp, 0.0_wp)
-      viscous = 1.0_wp + held%oscillators%two_zeta*s
-      dynamic = s**2 + held%oscillators%mass_rate(:held%count)*s + viscous*held%oscillators%square
-      if (size(pressed) > 0) then
+      viscous = 1.0_wp + constrained%oscillators%two_zeta*s
+      dynamic = s**2 + constrained%oscillators%mass_rate(:constrained%count)*s + viscous*constrained%oscillators%square
+      if (size(compliant) > 0) then
          unmoved = (0.0_wp, 0.0_wp)
          flexibility = (0.0_wp, 0.0_wp)
-         where (.not. holds(spring(pressed))) flexibility = 1.0_wp/response_of(spring(pressed), s)
-         call find_point_forces(dynamic, held%value(:, pressed), flexibility, cmplx(drive%load(:, load), 0.0_wp, wp), &
+         where (.not. holds(spring(compliant))) flexibility = 1.0_wp/response_of(spring(compliant), s)
+         call find_point_forces(dynamic, constrained%value(:, compliant), flexibility, cmplx(forced%load(:, load), &
+            0.0_wp, wp), &
             unmoved, force, z)
       else
          z = (0.0_wp, 0.0_wp)
-         where (.not. left_out) z = drive%load(:, load)/dynamic
+         where (.not. left_out) z = forced%load(:, load)/dynamic
       end if
-      associate (at => drive%at)
-         answer(at%modes + 1:at%modes + held%count) = z
-         answer(at%gaps + 1:at%gaps + size(held%gap)) = matmul(z, held%value)
-         do k = 1, size(held%held)
-            answer(at%forces + held%held(k)) = sum(held%reaction(k, :)*viscous*z) - drive%share(k, load) &
-               - sum(held%share(k, pressed)*force)
+      associate (at => forced%at)
+         answer(at%modes + 1:at%modes + constrained%count) = z
+         answer(at%gaps + 1:at%gaps + size(constrained%gap)) = matmul(z, constrained%value)
+         do k = 1, size(constrained%closed)
+            answer(at%forces + constrained%closed(k)) = sum(constrained%reaction(k, :)*viscous*z) - forced%share(k, &
+               load) &
+               - sum(constrained%share(k, compliant)*force)
          end do
-         do k = 1, size(pressed)
-            answer(at%forces + pressed(k)) = force(k)
-            answer(at%gaps + pressed(k)) = (0.0_wp, 0.0_wp)
-            if (holds(spring(pressed(k)))) cycle
-            associate (u => force(k)*flexibility(k), p => pressed(k))
+         do k = 1, size(compliant)
+            answer(at%forces + compliant(k)) = force(k)
+            answer(at%gaps + compliant(k)) = (0.0_wp, 0.0_wp)
+            if (holds(spring(compliant(k)))) cycle
+            associate (u => force(k)*flexibility(k), p => compliant(k))
                answer(at%depths + p) = u
                answer(at%gaps + p) = -u
                answer(at%branches + p) = spring(p)%branch_stiffness*s/(s + spring(p)%relaxation_rate)*u
             end associate
          end do
-         answer(at%tip + 1) = sum(held%tip_value*z)
-         answer(at%loads + 1:) = matmul(z, drive%load)
+         answer(at%tip + 1) = sum(constrained%tip_value*z)
+         answer(at%loads + 1:) = matmul(z, forced%load)
       end associate
    end subroutine answer_at
 
@@ -318,98 +324,99 @@ contains
    end function response_of
 
    !> The rows from an instant on.
-   subroutine start_drive(set, oscillators, loads, tau, drive)
-      type(set_drive_t), intent(in) :: set
+   subroutine start_forced_response(set, oscillators, loads, tau, forced)
+      type(unit_responses_t), intent(in) :: set
       !> Of the set
       type(oscillators_t), intent(in) :: oscillators
       type(applied_loads_t), intent(in) :: loads
       real(wp), intent(in) :: tau
-      type(phase_drive_t), intent(inout) :: drive
+      type(forced_response_t), intent(inout) :: forced
 
       integer :: g, i, m
 
-      drive%tau = tau
-      if (.not. allocated(drive%piece)) allocate (drive%piece(loads%count))
-      drive%frequency = loads%frequencies
+      forced%tau = tau
+      if (.not. allocated(forced%segment)) allocate (forced%segment(loads%count))
+      forced%frequency = loads%frequencies
       do g = 1, loads%count
-         drive%piece(g) = piece_at(loads%course(g), tau)
+         forced%segment(g) = load_segment_at(loads%course(g), tau)
       end do
-      drive%until = minval(drive%piece%until)
-      if (allocated(drive%slope)) then
-         if (size(drive%harmonic, 1) /= set%at%rows .or. size(drive%harmonic, 2) /= size(drive%frequency)) then
-            deallocate (drive%constant, drive%slope, drive%harmonic)
+      forced%until = minval(forced%segment%until)
+      if (allocated(forced%slope)) then
+         if (size(forced%harmonic, 1) /= set%at%rows .or. size(forced%harmonic, 2) /= size(forced%frequency)) then
+            deallocate (forced%constant, forced%slope, forced%harmonic)
          end if
       end if
-      if (.not. allocated(drive%slope)) then
-         allocate (drive%constant(set%at%rows), drive%slope(set%at%rows))
-         allocate (drive%harmonic(set%at%rows, size(drive%frequency)))
+      if (.not. allocated(forced%slope)) then
+         allocate (forced%constant(set%at%rows), forced%slope(set%at%rows))
+         allocate (forced%harmonic(set%at%rows, size(forced%frequency)))
       end if
-      drive%constant(:) = 0.0_wp
-      drive%slope(:) = 0.0_wp
-      drive%harmonic(:, :) = (0.0_wp, 0.0_wp)
+      forced%constant(:) = 0.0_wp
+      forced%slope(:) = 0.0_wp
+      forced%harmonic(:, :) = (0.0_wp, 0.0_wp)
       do g = 1, loads%count
-         associate (piece => drive%piece(g))
-            if (abs(piece%constant) > 0.0_wp) drive%constant(:) = drive%constant + set%constant(:, g)*piece%constant
-            if (abs(piece%slope) > 0.0_wp) then
-               drive%constant(:) = drive%constant + set%lag(:, g)*piece%slope
-               drive%slope(:) = drive%slope + set%constant(:, g)*piece%slope
+         associate (segment => forced%segment(g))
+            if (abs(segment%constant) > 0.0_wp) forced%constant(:) = forced%constant + set%constant(:, &
+               g)*segment%constant
+            if (abs(segment%slope) > 0.0_wp) then
+               forced%constant(:) = forced%constant + set%ramp(:, g)*segment%slope
+               forced%slope(:) = forced%slope + set%constant(:, g)*segment%slope
             end if
             m = loads%harmonic(g)
             if (m == 0) cycle
             !$omp simd
             do i = 1, set%at%rows
-               drive%harmonic(i, m) = drive%harmonic(i, m) + piece%harmonic*set%harmonic(i, g)
+               forced%harmonic(i, m) = forced%harmonic(i, m) + segment%harmonic*set%harmonic(i, g)
             end do
          end associate
       end do
-      call start_modes(set, oscillators, drive)
-   end subroutine start_drive
+      call start_modes(set, oscillators, forced)
+   end subroutine start_forced_response
 
    !> Modes that are driven from rest.
-   subroutine start_modes(set, oscillators, drive)
-      type(set_drive_t), intent(in) :: set
+   subroutine start_modes(set, oscillators, forced)
+      type(unit_responses_t), intent(in) :: set
       !> Of the set
       type(oscillators_t), intent(in) :: oscillators
       !> Its pieces are there
-      type(phase_drive_t), intent(inout) :: drive
+      type(forced_response_t), intent(inout) :: forced
 
       complex(wp) :: force(size(set%driven))
       integer :: i
 
-      if (size(set%driven) == 0 .and. allocated(drive%pair)) then
-         if (size(drive%pair) == 0) return
+      if (size(set%driven) == 0 .and. allocated(forced%pair)) then
+         if (size(forced%pair) == 0) return
       end if
       do i = 1, size(set%driven)
-         associate (pair => set%driven(i), piece => drive%piece)
+         associate (pair => set%driven(i), segment => forced%segment)
             select case (pair%part)
             case (by_constant)
-               force(i) = sum(set%load(pair%mode, :)*piece%constant)
+               force(i) = sum(set%load(pair%mode, :)*segment%constant)
             case (by_slope)
-               force(i) = sum(set%load(pair%mode, :)*piece%slope)
+               force(i) = sum(set%load(pair%mode, :)*segment%slope)
             case default
-               force(i) = set%load(pair%mode, pair%load)*piece(pair%load)%harmonic
+               force(i) = set%load(pair%mode, pair%load)*segment(pair%load)%harmonic
             end select
          end associate
       end do
-      drive%pair = pack([(i, i=1, size(set%driven))], abs(force) > 0.0_wp)
-      if (allocated(drive%mode)) deallocate (drive%mode)
-      allocate (drive%mode(size(drive%pair)))
-      do i = 1, size(drive%pair)
-         associate (pair => set%driven(drive%pair(i)), mode => drive%mode(i))
+      forced%pair = pack([(i, i=1, size(set%driven))], abs(force) > 0.0_wp)
+      if (allocated(forced%mode)) deallocate (forced%mode)
+      allocate (forced%mode(size(forced%pair)))
+      do i = 1, size(forced%pair)
+         associate (pair => set%driven(forced%pair(i)), mode => forced%mode(i))
             mode = make_driven_mode(oscillators, pair%mode)
-            mode%force = force(drive%pair(i))
+            mode%force = force(forced%pair(i))
             mode%is_ramp = pair%part == by_slope
             if (pair%part /= by_harmonic) cycle
-            mode%frequency = drive%piece(pair%load)%frequency
-            drive%until = min(drive%until, drive%tau + most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency)
+            mode%frequency = forced%segment(pair%load)%frequency
+            forced%until = min(forced%until, forced%tau + most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency)
          end associate
       end do
    end subroutine start_modes
 
    !> Rows at a time since the start of the phase, or their rates.
-   pure function drive_at(set, drive, first, last, time, order) result(values)
-      type(set_drive_t), intent(in) :: set
-      type(phase_drive_t), intent(in) :: drive
+   pure function forced_at(set, forced, first, last, time, order) result(values)
+      type(unit_responses_t), intent(in) :: set
+      type(forced_response_t), intent(in) :: forced
       !> Which rows
       integer, intent(in) :: first
       integer, intent(in) :: last
@@ -420,15 +427,15 @@ contains
 
       real(wp), dimension(last - first + 1) :: rows, rates
 
-      call find_rows_at(set, drive, first, last, time, rows, rates)
+      call find_rows_at(set, forced, first, last, time, rows, rates)
       if (order == 0) values = rows
       if (order > 0) values = rates
-   end function drive_at
+   end function forced_at
 
    !> Both.
-   pure subroutine find_rows_at(set, drive, first, last, time, rows, rates, turn)
-      type(set_drive_t), intent(in) :: set
-      type(phase_drive_t), intent(in) :: drive
+   pure subroutine find_rows_at(set, forced, first, last, time, rows, rates, turn)
+      type(unit_responses_t), intent(in) :: set
+      type(forced_response_t), intent(in) :: forced
       !> Which rows
       integer, intent(in) :: first
       integer, intent(in) :: last
@@ -439,26 +446,26 @@ contains
       !> exp(i W t), where it is known, [harmonics]
       complex(wp), intent(in), optional :: turn(:)
 
-      complex(wp) :: turned(size(drive%frequency))
+      complex(wp) :: turned(size(forced%frequency))
       real(wp) :: here(0:2)
       integer :: i, m
 
       !$omp simd
       do i = 1, size(rows)
-         rates(i) = drive%slope(first - 1 + i)
-         rows(i) = drive%constant(first - 1 + i) + rates(i)*time
+         rates(i) = forced%slope(first - 1 + i)
+         rows(i) = forced%constant(first - 1 + i) + rates(i)*time
       end do
       if (present(turn)) then
          turned = turn
       else
-         turned = turn_of(drive%frequency, time)
+         turned = turn_of(forced%frequency, time)
       end if
-      do m = 1, size(drive%frequency)
-         call add_harmonic(drive%harmonic(first:last, m), drive%frequency(m), turned(m), rows, rates)
+      do m = 1, size(forced%frequency)
+         call add_harmonic(forced%harmonic(first:last, m), forced%frequency(m), turned(m), rows, rates)
       end do
-      do m = 1, size(drive%pair)
-         here = driven_mode_at(drive%mode(m), time, 2)
-         associate (pair => set%driven(drive%pair(m)))
+      do m = 1, size(forced%pair)
+         here = driven_mode_at(forced%mode(m), time, 2)
+         associate (pair => set%driven(forced%pair(m)))
             rows = rows + pair%row(first:last)*here(0) + pair%row_of_rate(first:last)*here(1)
             rates = rates + pair%row(first:last)*here(1) + pair%row_of_rate(first:last)*here(2)
          end associate
@@ -488,4 +495,4 @@ contains
       end do
    end subroutine add_harmonic
 
-end module phase_drives
+end module forced_responses

@@ -10,7 +10,7 @@
 !> smaller than q by lambda_i^2, and the direction bends the beam as a force at the support does: the rounding would be
 !> lambda_i^4 times as great in B^T B q. So displacements at supports are taken from the sums that make B q, where they
 !> are known to the rounding of displacements, and the shape of that force is taken out of B q.
-module held_coordinates
+module support_coordinates
    use beam_model, only: beam_model_t, has_rigid_mode
    use kinds, only: wp
    use natural_coordinates, only: coordinates_of_forces, coordinates_of_shape, deflect, deflect_transposed, &
@@ -18,7 +18,8 @@ module held_coordinates
    use pinned_coordinates, only: rigid_rotation
    implicit none (type, external)
    private
-   public :: held_beam_t, make_held_beam, bend, bend_transposed, displace, displace_transposed, strain_of_shape
+   public :: supported_beam_t, make_supported_beam, bend, bend_transposed, displace, displace_transposed, &
+      strain_of_shape
 
    !> A support: the displacement or slope of a degree of freedom is that of its spring, `give` times a coordinate.
    type :: tie_t
@@ -29,7 +30,7 @@ module held_coordinates
       real(wp) :: give = 0.0_wp
    end type tie_t
 
-   type :: held_beam_t
+   type :: supported_beam_t
       !> Coordinates: those of the curvatures, then of springs along the beam; directions that are not excluded
       integer :: order = 0
       integer :: free = 0
@@ -50,15 +51,15 @@ module held_coordinates
       !> The support to which each motion gives way by 1, and at which those behind it are at rest, [motions]
       type(tie_t), allocatable :: tie(:)
       !> Degrees of freedom that are held
-      integer, allocatable :: held(:)
-   end type held_beam_t
+      integer, allocatable :: supported(:)
+   end type supported_beam_t
 
 contains
 
    !> The beam on its supports.
-   pure subroutine make_held_beam(model, beam)
+   pure subroutine make_supported_beam(model, beam)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(out) :: beam
+      type(supported_beam_t), intent(out) :: beam
 
       integer :: shares, told
 
@@ -66,7 +67,7 @@ contains
       beam%rows = beam%natural%rows
       beam%dofs = beam%natural%dofs
       associate (supports => model%supports)
-         beam%held = pack(supports%dof, .not. supports%stiffness > 0.0_wp)
+         beam%supported = pack(supports%dof, .not. supports%stiffness > 0.0_wp)
          beam%sprung = pack(supports%dof, supports%stiffness > 0.0_wp)
          beam%root_stiffness = sqrt(pack(supports%stiffness, supports%stiffness > 0.0_wp))
          beam%order = beam%natural%order + size(beam%sprung)
@@ -81,12 +82,12 @@ contains
          call exclude_supports(model, told, beam)
       end associate
       beam%free = beam%order - size(beam%excluded, 2)
-   end subroutine make_held_beam
+   end subroutine make_supported_beam
 
    !> The rows of B with the displacement of the stop's node continued from the others.
    pure subroutine continue_displacement(model, beam)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(inout) :: beam
+      type(supported_beam_t), intent(inout) :: beam
 
       real(wp) :: forces(beam%dofs)
       integer :: i
@@ -106,7 +107,7 @@ contains
    !> orthogonal to what the coordinates move.
    pure subroutine add_rotation(model, beam, support)
       type(beam_model_t), intent(in) :: model
-      type(held_beam_t), intent(inout) :: beam
+      type(supported_beam_t), intent(inout) :: beam
       !> The support, 0: there is none
       integer, intent(out) :: support
 
@@ -117,11 +118,11 @@ contains
       support = 0
       least = huge(1.0_wp)
       do i = 1, size(model%supports)
-         associate (held => model%supports(i))
-            if (.not. abs(motion(held%dof)) > 0.0_wp) cycle
+         associate (supported => model%supports(i))
+            if (.not. abs(motion(supported%dof)) > 0.0_wp) cycle
             give = 1.0_wp
-            if (held%stiffness > 0.0_wp) give = 1.0_wp + 1.0_wp/sqrt(held%stiffness)
-            give = give/abs(motion(held%dof))
+            if (supported%stiffness > 0.0_wp) give = 1.0_wp + 1.0_wp/sqrt(supported%stiffness)
+            give = give/abs(motion(supported%dof))
          end associate
          if (give >= least) cycle
          least = give
@@ -150,7 +151,7 @@ contains
       type(beam_model_t), intent(in) :: model
       !> The support that tells the rotation already
       integer, intent(in) :: told
-      type(held_beam_t), intent(inout) :: beam
+      type(supported_beam_t), intent(inout) :: beam
 
       type(tie_t) :: tie
       real(wp) :: shape(beam%dofs)
@@ -173,7 +174,7 @@ contains
    pure function tie_of(model, beam, support) result(tie)
       type(beam_model_t), intent(in) :: model
       !> Its springs
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       integer, intent(in) :: support
       type(tie_t) :: tie
 
@@ -191,7 +192,7 @@ contains
    !> The motion of the direction excluded last, by which the support gives way by 1.
    pure subroutine add_motion(tie, beam)
       type(tie_t), intent(in) :: tie
-      type(held_beam_t), intent(inout) :: beam
+      type(supported_beam_t), intent(inout) :: beam
 
       real(wp), allocatable :: rows(:, :), dofs(:, :)
       integer :: before
@@ -230,7 +231,7 @@ contains
 
    !> How much of each motion besides there is.
    pure function amounts_of(beam, q, nodal) result(amount)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Coordinates, [order]
       real(wp), intent(in) :: q(:)
       !> What curvatures move, [dofs]
@@ -253,7 +254,7 @@ contains
 
    !> One direction more; one that others hold already excludes nothing.
    pure subroutine exclude(beam, direction)
-      type(held_beam_t), intent(inout) :: beam
+      type(supported_beam_t), intent(inout) :: beam
       !> [order]
       real(wp), intent(in) :: direction(:)
 
@@ -273,7 +274,7 @@ contains
 
    !> What of a vector is allowed; twice, as rounding in the first would show.
    pure subroutine take_out(beam, q)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> [order]
       real(wp), intent(inout) :: q(:)
 
@@ -288,7 +289,7 @@ contains
 
    !> B q.
    pure subroutine bend(beam, q, deflection)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Coordinates, [order]
       real(wp), intent(in) :: q(:)
       !> [rows]
@@ -310,7 +311,7 @@ contains
 
    !> B^T f, as far as the supports allow it.
    pure subroutine bend_transposed(beam, f, q)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> [rows]
       real(wp), intent(in) :: f(:)
       !> Coordinates, [order]
@@ -328,7 +329,7 @@ contains
 
    !> Motion of the degrees of freedom.
    pure subroutine displace(beam, q, nodal)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> Coordinates, [order]
       real(wp), intent(in) :: q(:)
       !> [dofs]
@@ -342,13 +343,13 @@ contains
       do k = 1, size(amount)
          nodal = nodal + beam%motion_dofs(:, k)*amount(k)
       end do
-      nodal(beam%held) = 0.0_wp
+      nodal(beam%supported) = 0.0_wp
    end subroutine displace
 
    !> The coordinates of the static shape under forces on the degrees of freedom, E Ibar = L = 1, as far as the supports
    !> allow it.
    pure subroutine displace_transposed(beam, forces, q)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> [dofs]
       real(wp), intent(in) :: forces(:)
       !> Coordinates, [order]
@@ -367,7 +368,7 @@ contains
    !> The coordinates of a unit pair of forces on a degree of freedom and against its spring, also in the directions
    !> that supports exclude.
    pure function strain_under_tie(beam, tie) result(q)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       type(tie_t), intent(in) :: tie
       real(wp) :: q(beam%order)
 
@@ -377,7 +378,7 @@ contains
 
    !> The same of the force alone.
    pure function strain_under(beam, dof) result(q)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       integer, intent(in) :: dof
       real(wp) :: q(beam%order)
 
@@ -395,7 +396,7 @@ contains
 
    !> Coordinates of a motion of the degrees of freedom, which the supports allow.
    pure function strain_of_shape(beam, nodal) result(q)
-      type(held_beam_t), intent(in) :: beam
+      type(supported_beam_t), intent(in) :: beam
       !> [dofs]
       real(wp), intent(in) :: nodal(:)
       real(wp) :: q(beam%order)
@@ -404,4 +405,4 @@ contains
       q(beam%natural%order + 1:) = beam%root_stiffness*nodal(beam%sprung)
    end function strain_of_shape
 
-end module held_coordinates
+end module support_coordinates

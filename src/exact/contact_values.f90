@@ -1,14 +1,14 @@
 !> Gaps, velocities and forces of surfaces at the present state of a motion, in the free modes.
-module surface_values
+module contact_values
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: event_t
-   use surface_states, only: force_in
+   use contact_states, only: force_in
    implicit none (type, external)
    private
-   public :: along, event_of, gap_of, gap_at_home, velocity_of, noise_of, speed_noise, force_of
-   public :: yielding_forces, pull_of
+   public :: along, event_of, gap_of, gap_to_undeformed, velocity_of, noise_of, speed_noise, force_of
+   public :: yielding_forces, reaction_demand
 
 contains
 
@@ -23,9 +23,9 @@ contains
       real(wp), intent(in) :: after
       type(event_t) :: event
 
-      associate (surface => self%states(k)%surface)
-         event = event_t(tau=motion%tau, kind=kind, eta=surface%sign*gap_of(self, k, motion%q), &
-            velocity_before=surface%sign*before, velocity_after=surface%sign*after, surface=surface%number)
+      associate (contact => self%states(k)%contact)
+         event = event_t(tau=motion%tau, kind=kind, eta=contact%sign*gap_of(self, k, motion%q), &
+            velocity_before=contact%sign*before, velocity_after=contact%sign*after, contact=contact%number)
       end associate
    end function event_of
 
@@ -36,19 +36,19 @@ contains
       real(wp), contiguous, intent(in) :: q(:)
       real(wp) :: gap
 
-      gap = gap_at_home(self, k, q)
+      gap = gap_to_undeformed(self, k, q)
       if (self%states(k)%is_node) gap = gap + self%states(k)%depth
    end function gap_of
 
    !> The same of the modes' displacement there, without that of a node without mass.
-   pure function gap_at_home(self, k, q) result(gap)
+   pure function gap_to_undeformed(self, k, q) result(gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), contiguous, intent(in) :: q(:)
       real(wp) :: gap
 
       gap = along(self%beam%value(:, k), q) - self%beam%height(k)
-   end function gap_at_home
+   end function gap_to_undeformed
 
    !> Displacement or velocity of a point, or the mobility between two.
    pure function along(shape, state) result(value)
@@ -124,7 +124,7 @@ contains
    end function yielding_forces
 
    !> How the beam presses on a surface that does not act: the gap's acceleration with its sign turned.
-   function pull_of(self, k, motion, noise) result(pull)
+   function reaction_demand(self, k, motion, noise) result(pull)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
@@ -150,6 +150,6 @@ contains
          end if
          if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*noise
       end associate
-   end function pull_of
+   end function reaction_demand
 
-end module surface_values
+end module contact_values

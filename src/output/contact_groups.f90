@@ -1,75 +1,75 @@
 !> The group of the surfaces in a results file, where the beam can meet more than the paper's one: where they are,
 !> what happens at each, its measures.
-module surface_groups
+module contact_groups
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
    use measure_rows, only: write_measures_of_cases
    use number_text, only: to_text
    use quantity_groups, only: quantity_group_t
-   use response_types, only: surface_record_t
+   use response_types, only: contact_record_t
    use run_measures, only: row_of
    implicit none (type, external)
    private
-   public :: write_surfaces, names_of
+   public :: write_contacts, names_of
 
 contains
 
    !> A list over the surfaces for each thing that is one number, a table over instants for each that is a history.
-   subroutine write_surfaces(group, surfaces, tau)
+   subroutine write_contacts(group, contacts, tau)
       type(quantity_group_t), intent(in) :: group
       !> In the scene's order
-      type(surface_record_t), intent(in) :: surfaces(:)
+      type(contact_record_t), intent(in) :: contacts(:)
       !> Sample times; histories have no place without them
       real(wp), contiguous, intent(in), optional :: tau(:)
 
       character(*), parameter :: along = 'surface'
       integer :: i
 
-      call group%put(along, [(i, i=1, size(surfaces))], 'surface, in the order of &stop, below before above', &
+      call group%put(along, [(i, i=1, size(contacts))], 'surface, in the order of &stop, below before above', &
          is_scale=.true.)
-      call group%attribute('flag_values', [(i, i=1, size(surfaces))], along)
-      call group%attribute('flag_meanings', names_of(surfaces), along)
-      call group%put('stop', [surfaces%stop], 'which &stop it belongs to', along)
-      call group%put('side', [surfaces%sign], '1: below the beam, -1: above it', along)
-      call group%put('position', [surfaces%position], 'length', 'position{ Lc/L}', along)
-      call group%put('height', [surfaces%height], 'displacement', 'd, up from the unstressed beam', along)
-      if (present(tau) .and. size(surfaces) > 0) call write_histories(group, surfaces, tau)
-      if (all([(allocated(surfaces(i)%measures), i=1, size(surfaces))])) call write_measures(group, surfaces)
-   end subroutine write_surfaces
+      call group%attribute('flag_values', [(i, i=1, size(contacts))], along)
+      call group%attribute('flag_meanings', names_of(contacts), along)
+      call group%put('stop', [contacts%stop], 'which &stop it belongs to', along)
+      call group%put('side', [contacts%sign], '1: below the beam, -1: above it', along)
+      call group%put('position', [contacts%position], 'length', 'position{ Lc/L}', along)
+      call group%put('height', [contacts%height], 'displacement', 'd, up from the unstressed beam', along)
+      if (present(tau) .and. size(contacts) > 0) call write_histories(group, contacts, tau)
+      if (all([(allocated(contacts(i)%measures), i=1, size(contacts))])) call write_measures(group, contacts)
+   end subroutine write_contacts
 
    !> Such as 'stop_1_below stop_2_above'.
-   pure function names_of(surfaces) result(names)
-      type(surface_record_t), intent(in) :: surfaces(:)
+   pure function names_of(contacts) result(names)
+      type(contact_record_t), intent(in) :: contacts(:)
       character(:), allocatable :: names
 
       integer :: i
 
       names = ''
-      do i = 1, size(surfaces)
+      do i = 1, size(contacts)
          if (i > 1) names = names//' '
-         names = names//'stop_'//to_text(surfaces(i)%stop)//trim(merge('_below', '_above', surfaces(i)%sign > 0))
+         names = names//'stop_'//to_text(contacts(i)%stop)//trim(merge('_below', '_above', contacts(i)%sign > 0))
       end do
    end function names_of
 
    !> Those that were asked for.
-   subroutine write_histories(group, surfaces, tau)
+   subroutine write_histories(group, contacts, tau)
       type(quantity_group_t), intent(in) :: group
-      type(surface_record_t), intent(in) :: surfaces(:)
+      type(contact_record_t), intent(in) :: contacts(:)
       real(wp), contiguous, intent(in) :: tau(:)
 
       integer :: k, n
 
-      n = size(surfaces)
+      n = size(contacts)
       call group%put('tau', tau, 'time', 'time{ tau}', is_scale=.true.)
-      if (allocated(surfaces(1)%eta)) call add('eta', [(surfaces(k)%eta, k=1, n)], &
+      if (allocated(contacts(1)%eta)) call add('eta', [(contacts(k)%eta, k=1, n)], &
          'displacement of the beam there from the surface{, eta}; with `side` the gap', 'displacement')
-      if (allocated(surfaces(1)%velocity)) call add('velocity', [(surfaces(k)%velocity, k=1, n)], &
+      if (allocated(contacts(1)%velocity)) call add('velocity', [(contacts(k)%velocity, k=1, n)], &
          'velocity of the beam there{, d eta/d tau}', 'velocity')
-      if (allocated(surfaces(1)%force)) call add('force', [(surfaces(k)%force, k=1, n)], &
+      if (allocated(contacts(1)%force)) call add('force', [(contacts(k)%force, k=1, n)], &
          'contact force{ Pbar}, away from the surface', 'force')
-      if (.not. allocated(surfaces(1)%energy)) return
-      call add('energy', [(surfaces(k)%energy, k=1, n)], 'energy in the springs of the surface', 'energy')
-      call add('dissipated', [(surfaces(k)%dissipated, k=1, n)], &
+      if (.not. allocated(contacts(1)%energy)) return
+      call add('energy', [(contacts(k)%energy, k=1, n)], 'energy in the springs of the surface', 'energy')
+      call add('dissipated', [(contacts(k)%dissipated, k=1, n)], &
          'dissipated so far in the surface and at impacts on it', 'energy')
 
    contains
@@ -88,22 +88,22 @@ contains
    end subroutine write_histories
 
    !> Those that a surface has of its own, and its contacts.
-   subroutine write_measures(group, surfaces)
+   subroutine write_measures(group, contacts)
       type(quantity_group_t), intent(in) :: group
       !> With measures
-      type(surface_record_t), intent(in) :: surfaces(:)
+      type(contact_record_t), intent(in) :: contacts(:)
 
       character(len(measure_table%name)) :: names(measure_count)
-      real(wp) :: rows(measure_count, size(surfaces))
+      real(wp) :: rows(measure_count, size(contacts))
       real(wp), allocatable :: start(:), end(:)
       integer, allocatable :: met(:)
       integer :: i, k
 
-      names = merge(measure_table%name, '                        ', measure_table%is_of_surface)
-      where (measure_table%is_of_surface .and. measure_table%run_name /= '') names = measure_table%run_name
+      names = merge(measure_table%name, '                        ', measure_table%is_of_contact)
+      where (measure_table%is_of_contact .and. measure_table%run_name /= '') names = measure_table%run_name
       allocate (start(0), end(0), met(0))
-      do k = 1, size(surfaces)
-         associate (measures => surfaces(k)%measures)
+      do k = 1, size(contacts)
+         associate (measures => contacts(k)%measures)
             rows(:, k) = row_of(measures)
             start = [start, measures%contact_start]
             end = [end, measures%contact_end]
@@ -117,4 +117,4 @@ contains
       call group%put('contact_end', end, 'time', 'its end or that of the run{, tau}', 'contact')
    end subroutine write_measures
 
-end module surface_groups
+end module contact_groups

@@ -1,15 +1,15 @@
 !> A surface that closes or opens during a motion, and how the flight that follows begins.
-module surface_changes
+module contact_changes
    use kinds, only: wp
    use motion_phases, only: motion_t
    use phase_state, only: phase_state_t
    use response_types, only: append_event, event_capture, event_contact, event_release, event_separation, &
       event_t, response_t
-   use surface_states, only: node_at
-   use surface_values, only: event_of, force_of, velocity_of
+   use contact_states, only: node_at
+   use contact_values, only: event_of, force_of, velocity_of
    implicit none (type, external)
    private
-   public :: let_go, open_surface, start_flight, close_surface, check_dampers
+   public :: let_go, open_contact, start_flight, close_contact, check_dampers
 
 contains
 
@@ -22,20 +22,20 @@ contains
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%is_rigid) then
-            call open_surface(self, k, 3, motion, response)
+            call open_contact(self, k, 3, motion, response)
          else if (state%is_node) then
             ! its own damping lets the node go smoothly, without it the node leaves at the modes' velocity
-            call open_surface(self, k, merge(2, 1, state%spring%viscosity > 0.0_wp), motion, response)
+            call open_contact(self, k, merge(2, 1, state%spring%viscosity > 0.0_wp), motion, response)
          else
             call append_event(response, event_of(self, k, event_separation, motion, velocity, velocity))
             call start_flight(self, k, 1, 0.0_wp)
-            state%is_indented = state%follows .and. state%depth > 0.0_wp
+            state%is_deformed = state%relaxes .and. state%depth > 0.0_wp
          end if
       end associate
    end subroutine let_go
 
    !> A rigid surface lets the beam go.
-   subroutine open_surface(self, k, order, motion, response)
+   subroutine open_contact(self, k, order, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       !> Of the first derivative of the gap that does not vanish
@@ -44,9 +44,9 @@ contains
       type(response_t), intent(inout) :: response
 
       call append_event(response, event_t(tau=motion%tau, kind=event_release, &
-         surface=self%states(k)%surface%number))
+         contact=self%states(k)%contact%number))
       call start_flight(self, k, order, 0.0_wp)
-   end subroutine open_surface
+   end subroutine open_contact
 
    !> The beam leaves a surface.
    pure subroutine start_flight(self, k, order, hop_tolerance)
@@ -69,7 +69,7 @@ contains
    end subroutine start_flight
 
    !> Contact with a surface that yields begins.
-   subroutine close_surface(self, k, order, motion, response)
+   subroutine close_contact(self, k, order, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       !> Of the first derivative of its force that does not vanish, where that is not a damper's
@@ -81,7 +81,7 @@ contains
       real(wp) :: node(2)
 
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
-         if (state%follows .and. .not. state%is_indented) state%depth = 0.0_wp
+         if (state%relaxes .and. .not. state%is_deformed) state%depth = 0.0_wp
          if (state%is_node) then
             ! it comes back to the modes, and is held at once: without mass there is no impact
             node = node_at(state, 0.0_wp)
@@ -94,11 +94,11 @@ contains
          end if
          state%is_closed = .true.
          state%is_touched = .false.
-         state%is_indented = .false.
+         state%is_deformed = .false.
          state%start_order = order
          if (state%spring%viscosity > 0.0_wp .and. force_of(self, k, motion) > 0.0_wp) state%start_order = 0
       end associate
-   end subroutine close_surface
+   end subroutine close_contact
 
    !> Impulses make the forces of dampers jump: is each spring with a damper pressed now, or left?
    subroutine check_dampers(self, motion, response)
@@ -111,16 +111,16 @@ contains
 
       do k = 1, size(self%states)
          associate (state => self%states(k))
-            if (.not. (state%follows .and. (state%is_closed .or. state%is_indented))) cycle
+            if (.not. (state%relaxes .and. (state%is_closed .or. state%is_deformed))) cycle
             force = force_of(self, k, motion)
             if (state%is_closed .and. force < 0.0_wp) then
                call let_go(self, k, motion, response)
-               if (state%is_indented) state%start_order = 0
-            else if (state%is_indented .and. force > 0.0_wp) then
-               call close_surface(self, k, 1, motion, response)
+               if (state%is_deformed) state%start_order = 0
+            else if (state%is_deformed .and. force > 0.0_wp) then
+               call close_contact(self, k, 1, motion, response)
             end if
          end associate
       end do
    end subroutine check_dampers
 
-end module surface_changes
+end module contact_changes

@@ -1,16 +1,17 @@
 !> What rigid surfaces that hold the beam do to it at an instant, and what follows for the others: surfaces that yield
 !> and that it touches, and whether it moves at all (docs/theory.md, section 17).
-module surface_reactions
+module contact_reactions
    use complementarity, only: solve_complementarity
    use damped_oscillators, only: acceleration_of => acceleration
    use kinds, only: wp
-   use load_courses, only: piece_at, piece_t
+   use load_courses, only: load_segment_at, load_segment_t
    use motion_phases, only: motion_t
    use phase_state, only: find_load, phase_state_t
    use response_types, only: response_t
-   use surface_changes, only: close_surface
-   use surface_states, only: reactions_t
-   use surface_values, only: along, force_of, gap_of, noise_of, pull_of, speed_noise, velocity_of, yielding_forces
+   use contact_changes, only: close_contact
+   use contact_states, only: reactions_t
+   use contact_values, only: along, force_of, gap_of, noise_of, reaction_demand, speed_noise, velocity_of, &
+      yielding_forces
    implicit none (type, external)
    private
    public :: find_reactions, leaving_orders, settle_touched
@@ -52,7 +53,7 @@ contains
             do i = 1, n
                reactions%mobility(i, a) = along(self%beam%value(:, place(i)), self%beam%value(:, place(a)))
             end do
-            reactions%free(a) = -pull_of(self, place(a), motion, reactions%noise(a))
+            reactions%free(a) = -reaction_demand(self, place(a), motion, reactions%noise(a))
          end do
          if (n > 0) call solve_complementarity(reactions%mobility, reactions%free, reactions%force, holds)
          do a = 1, n
@@ -241,7 +242,7 @@ contains
          if (order == 0) then
             state%start_order = 3
          else if (push(order) < 0.0_wp) then
-            call close_surface(self, k, order, motion, response)
+            call close_contact(self, k, order, motion, response)
          else
             state%is_touched = .false.
             state%start_order = order
@@ -260,23 +261,23 @@ contains
       real(wp), intent(in) :: spread(:)
       logical :: answer
 
-      type(piece_t) :: piece
+      type(load_segment_t) :: segment
       integer :: g, k
 
       answer = all(abs(acceleration) <= rounding*spread) .and. &
          all(abs(motion%v)*max(self%beam%oscillators%frequency, 1.0_wp) <= rounding*spread)
       do g = 1, self%loads%count
          if (.not. answer) return
-         piece = piece_at(self%loads%course(g), motion%tau)
-         answer = .not. (abs(piece%slope) > 0.0_wp .or. abs(piece%harmonic) > 0.0_wp)
+         segment = load_segment_at(self%loads%course(g), motion%tau)
+         answer = .not. (abs(segment%slope) > 0.0_wp .or. abs(segment%harmonic) > 0.0_wp)
       end do
       do k = 1, size(self%states)
          associate (state => self%states(k))
             if (state%is_rigid .or. .not. answer) cycle
-            answer = .not. (state%is_indented .or. abs(state%branch_force) > 0.0_wp .or. &
+            answer = .not. (state%is_deformed .or. abs(state%branch_force) > 0.0_wp .or. &
                (state%depth > 0.0_wp .and. .not. state%is_closed))
          end associate
       end do
    end function is_at_rest
 
-end module surface_reactions
+end module contact_reactions

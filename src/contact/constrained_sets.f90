@@ -1,6 +1,6 @@
 !> The beam in its free modes, held at some of the surfaces that it can meet: what swings then, and what is at rest
 !> (docs/theory.md, section 17). Held at none it swings in its free modes.
-module held_sets
+module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
    use damped_oscillators, only: damping_order, lanes, make_oscillators, oscillators_t, padded
@@ -10,7 +10,8 @@ module held_sets
    use sorting, only: order_columns
    implicit none (type, external)
    private
-   public :: free_beam_t, held_set_t, make_held_set, damp_held_set, rest_on_heights, into_held, out_of_held
+   public :: free_beam_t, constrained_set_t, make_constrained_set, damp_constrained_set, find_static_state, &
+      to_constrained_modes, to_free_modes
 
    !> The beam in its free modes, and the surfaces.
    type :: free_beam_t
@@ -30,9 +31,9 @@ module held_sets
       real(wp), allocatable :: tip_sign(:)
    end type free_beam_t
 
-   type :: held_set_t
+   type :: constrained_set_t
       !> The surfaces that hold it
-      integer, allocatable :: held(:)
+      integer, allocatable :: closed(:)
       !> Modes left
       integer :: count = 0
       type(oscillators_t) :: oscillators
@@ -56,7 +57,7 @@ module held_sets
       real(wp), allocatable :: share(:, :)
       !> Gaps and reactions as signals, [surfaces], [held]; their state is set by who looks at them
       type(modal_signal_t), allocatable :: gap(:), force(:)
-   end type held_set_t
+   end type constrained_set_t
 
    !> Below this, W^2 times the square of a rounding error is no energy to speak of.
    real(wp), parameter :: least_stiff = 1.0e12_wp
@@ -64,27 +65,27 @@ module held_sets
 contains
 
    !> Hold the beam, at one surface after the other.
-   subroutine make_held_set(beam, held, set)
+   subroutine make_constrained_set(beam, closed, set)
       type(free_beam_t), intent(in) :: beam
       !> Surfaces, no two at one point
-      integer, intent(in) :: held(:)
+      integer, intent(in) :: closed(:)
       !> Must stay where it is: its signals point to its oscillators
-      type(held_set_t), target, intent(out) :: set
+      type(constrained_set_t), target, intent(out) :: set
 
       real(wp), allocatable :: square(:), change(:, :), row(:), new(:), fixed(:), reaction(:, :)
       integer, allocatable :: order(:)
       integer :: i, k
 
-      set%held = held
+      set%closed = closed
       allocate (square, source=beam%oscillators%square)
       set%value = beam%value
       set%tip_value = beam%tip_value
       allocate (set%reaction(0, size(square)))
-      allocate (set%share(size(held), size(beam%height)), source=0.0_wp)
-      do i = 1, size(held)
-         call constrain(square, set%value(:, held(i)), 0.0_wp, new, change, row)
+      allocate (set%share(size(closed), size(beam%height)), source=0.0_wp)
+      do i = 1, size(closed)
+         call constrain(square, set%value(:, closed(i)), 0.0_wp, new, change, row)
          ! what of a force here the surfaces before take
-         fixed = set%share(:i - 1, held(i))
+         fixed = set%share(:i - 1, closed(i))
          allocate (reaction(i, size(new)))
          reaction(:i - 1, :) = matmul(set%reaction, change)
          do k = 1, i - 1
@@ -93,7 +94,7 @@ contains
          reaction(i, :) = row
          call move_alloc(reaction, set%reaction)
          do k = 1, size(beam%height)
-            call share_out(set%value(:, held(i)), set%value(:, k), fixed, i, set%share(:, k))
+            call share_out(set%value(:, closed(i)), set%value(:, k), fixed, i, set%share(:, k))
          end do
          set%value = matmul(transpose(change), set%value)
          set%tip_value = matmul(set%tip_value, change)
@@ -107,7 +108,7 @@ contains
       set%count = size(square)
       set%has_stiff = maxval(square) >= least_stiff
       associate (zeta => 0.5_wp*beam%oscillators%two_zeta, mass_rate => beam%oscillators%mass_rate(:set%count))
-         if (size(held) > 0) then
+         if (size(closed) > 0) then
             order = damping_order(square, zeta, mass_rate)
             square = square(order)
             call order_columns(set%mode, order)
@@ -125,28 +126,28 @@ contains
          call make_oscillators(square, zeta, set%oscillators, mass_rate)
       end associate
       ! held exactly, not to rounding
-      set%value(:, held) = 0.0_wp
-      do k = 1, size(held)
-         if (abs(beam%tip_sign(held(k))) > 0.0_wp) set%tip_value = 0.0_wp
+      set%value(:, closed) = 0.0_wp
+      do k = 1, size(closed)
+         if (abs(beam%tip_sign(closed(k))) > 0.0_wp) set%tip_value = 0.0_wp
       end do
       call make_signals(set)
-      allocate (set%static(size(beam%oscillators%square)), set%static_force(size(held)), &
+      allocate (set%static(size(beam%oscillators%square)), set%static_force(size(closed)), &
          set%static_gap(size(beam%height)))
-      call rest_on_heights(beam, set)
-   end subroutine make_held_set
+      call find_static_state(beam, set)
+   end subroutine make_constrained_set
 
    !> Gaps and reactions of a set at the damping of its oscillators.
    subroutine make_signals(set)
-      type(held_set_t), target, intent(inout) :: set
+      type(constrained_set_t), target, intent(inout) :: set
 
       integer :: k
 
       if (allocated(set%gap)) deallocate (set%gap, set%force)
-      allocate (set%gap(size(set%value, 2)), set%force(size(set%held)))
+      allocate (set%gap(size(set%value, 2)), set%force(size(set%closed)))
       do k = 1, size(set%gap)
          call make_modal_signal(set%oscillators, 0.0_wp, set%value(:, k), set%gap(k))
       end do
-      do k = 1, size(set%held)
+      do k = 1, size(set%closed)
          call make_modal_signal(set%oscillators, 0.0_wp, set%reaction(k, :), set%force(k))
          set%force(k)%is_viscous = .true.
       end do
@@ -154,16 +155,16 @@ contains
 
    !> Give a set the damping of its beam, which is proportional to stiffness alone: it does not change the modes, nor
    !> their order.
-   subroutine damp_held_set(beam, set)
+   subroutine damp_constrained_set(beam, set)
       type(free_beam_t), intent(in) :: beam
-      type(held_set_t), target, intent(inout) :: set
+      type(constrained_set_t), target, intent(inout) :: set
 
       real(wp) :: square(set%count)
 
       square = set%oscillators%square
       call make_oscillators(square, 0.5_wp*beam%oscillators%two_zeta, set%oscillators)
       call make_signals(set)
-   end subroutine damp_held_set
+   end subroutine damp_constrained_set
 
    !> A force at a surface, as far as the surface held last takes it at once, and with it those before.
    pure subroutine share_out(last, value, before, place, share)
@@ -184,19 +185,19 @@ contains
    end subroutine share_out
 
    !> At rest on the surfaces that hold it, at their present heights, nothing else acting.
-   pure subroutine rest_on_heights(beam, set)
+   pure subroutine find_static_state(beam, set)
       type(free_beam_t), intent(in) :: beam
-      type(held_set_t), intent(inout) :: set
+      type(constrained_set_t), intent(inout) :: set
 
       complex(wp), dimension(size(beam%tip_value)) :: nothing, shape
-      complex(wp) :: force(size(set%held))
-      real(wp) :: flexibility(size(set%held), size(set%held)), stiffness
+      complex(wp) :: force(size(set%closed))
+      real(wp) :: flexibility(size(set%closed), size(set%closed)), stiffness
       integer :: j, k
 
       set%static_tip = 0.0_wp
-      associate (h => beam%height(set%held), b => beam%value(:, set%held), square => beam%oscillators%square)
-         do k = 1, size(set%held)
-            do j = 1, size(set%held)
+      associate (h => beam%height(set%closed), b => beam%value(:, set%closed), square => beam%oscillators%square)
+         do k = 1, size(set%closed)
+            do j = 1, size(set%closed)
                flexibility(j, k) = sum(b(:, j)*b(:, k)/square)
             end do
          end do
@@ -223,21 +224,21 @@ contains
       do k = 1, size(beam%height)
          set%static_gap(k) = sum(beam%value(:, k)*set%static) - beam%height(k)
       end do
-      set%static_gap(set%held) = 0.0_wp
-      do k = 1, size(set%held)
-         if (abs(beam%tip_sign(set%held(k))) <= 0.0_wp) cycle
-         set%static_tip = beam%tip_sign(set%held(k))*beam%height(set%held(k))
+      set%static_gap(set%closed) = 0.0_wp
+      do k = 1, size(set%closed)
+         if (abs(beam%tip_sign(set%closed(k))) <= 0.0_wp) cycle
+         set%static_tip = beam%tip_sign(set%closed(k))*beam%height(set%closed(k))
       end do
       set%gap%offset = set%static_gap
       set%force%offset = set%static_force
-   end subroutine rest_on_heights
+   end subroutine find_static_state
 
    !> Displacements that hold the surfaces, less those at rest, and velocities, from free modes to those of the set. In
    !> a mode far stiffer than the others the rounding error of the sum is a great force, so where that is better the
    !> forces are summed instead: w_j^2 p_j = sum psi_ij W_i^2 q_i.
-   pure subroutine into_held(beam, set, q, v, p, rate)
+   pure subroutine to_constrained_modes(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
-      type(held_set_t), intent(in) :: set
+      type(constrained_set_t), intent(in) :: set
       !> State in the free modes, [free]
       real(wp), contiguous, intent(in) :: q(:)
       real(wp), contiguous, intent(in) :: v(:)
@@ -265,12 +266,12 @@ contains
             p(j) = sum(set%mode(:, j)*forces)/set%oscillators%square(j)
          end if
       end do
-   end subroutine into_held
+   end subroutine to_constrained_modes
 
    !> And back: W_i^2 q_i = sum psi_ij w_j^2 p_j + b_i' (sum reaction_j p_j).
-   pure subroutine out_of_held(beam, set, p, rate, q, v)
+   pure subroutine to_free_modes(beam, set, p, rate, q, v)
       type(free_beam_t), intent(in) :: beam
-      type(held_set_t), intent(in) :: set
+      type(constrained_set_t), intent(in) :: set
       !> [count]
       real(wp), contiguous, intent(in) :: p(:)
       real(wp), contiguous, intent(in) :: rate(:)
@@ -278,7 +279,7 @@ contains
       real(wp), contiguous, intent(out) :: q(:)
       real(wp), contiguous, intent(out) :: v(:)
 
-      real(wp), dimension(size(set%held)) :: reaction, magnitude
+      real(wp), dimension(size(set%closed)) :: reaction, magnitude
       real(wp) :: forces(set%count)
       real(wp), dimension(padded(size(q))) :: lane_q, lane_v
       integer :: i
@@ -296,14 +297,14 @@ contains
          reaction = matmul(set%reaction, p)
          magnitude = matmul(abs(set%reaction), abs(p))
          do i = 1, size(q)
-            if (sum(abs(set%mode(i, :)*forces)) + sum(abs(beam%value(i, set%held))*magnitude) < &
+            if (sum(abs(set%mode(i, :)*forces)) + sum(abs(beam%value(i, set%closed))*magnitude) < &
                beam%oscillators%square(i)*sum(abs(set%mode(i, :)*p))) then
-               q(i) = (sum(set%mode(i, :)*forces) + sum(beam%value(i, set%held)*reaction))/beam%oscillators%square(i)
+               q(i) = (sum(set%mode(i, :)*forces) + sum(beam%value(i, set%closed)*reaction))/beam%oscillators%square(i)
             end if
          end do
       end if
       q = set%static + q
-   end subroutine out_of_held
+   end subroutine to_free_modes
 
    !> Two sums of columns, in whole vectors.
    pure subroutine add_up(blocks, columns, matrix, first, second, first_sum, second_sum)
@@ -328,4 +329,4 @@ contains
       end do
    end subroutine add_up
 
-end module held_sets
+end module constrained_sets

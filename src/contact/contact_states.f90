@@ -1,18 +1,18 @@
 !> Surfaces during a run: whether the beam is on them, and what they keep of what was.
-module surface_states
+module contact_states
    use kinds, only: wp
    use run_settings, only: law_spring_damper
    use spring_damper_stop, only: make_node_pad
    use stop_laws, only: is_rigid, make_yielding_stop
-   use stop_surfaces, only: surface_t
+   use stop_contacts, only: contact_t
    use yielding_stop, only: impedance_t, yielding_stop_t
    implicit none (type, external)
    private
-   public :: surface_state_t, make_surface_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
+   public :: contact_state_t, make_contact_state, put_node_before, node_at, of_rigid_stop, impedance_of, recover
    public :: energy_in, force_in, indent, keep_start, reactions_t
 
-   type :: surface_state_t
-      type(surface_t) :: surface
+   type :: contact_state_t
+      type(contact_t) :: contact
       logical :: is_rigid = .true.
       !> It yields; unallocated: it is rigid
       class(yielding_stop_t), allocatable :: spring
@@ -20,12 +20,12 @@ module surface_states
       !> energy of the node is the beam's
       logical :: is_node = .false.
       !> The surface goes with the beam once the force has vanished
-      logical :: follows = .false.
+      logical :: relaxes = .false.
       !> It can be met: no other at its place is before it, and the energy of the start may bring the beam there
-      logical :: acts = .true.
+      logical :: is_active = .true.
       logical :: is_closed = .false.
       !> Open, but the spring of one that follows is not yet home
-      logical :: is_indented = .false.
+      logical :: is_deformed = .false.
       !> It yields, and the beam touches it without a force and without leaving it
       logical :: is_touched = .false.
       !> Open: order of the first derivative of the gap that does not vanish as the coming phase starts; 0: the gap is
@@ -44,7 +44,7 @@ module surface_states
       !> Dissipated so far in the stop, and at impacts on it
       real(wp) :: dissipated = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
-   end type surface_state_t
+   end type contact_state_t
 
    !> Rigid surfaces on which the beam rests at an instant.
    type :: reactions_t
@@ -63,19 +63,19 @@ module surface_states
 contains
 
    !> Open, as a run starts.
-   subroutine make_surface_state(surface, state)
-      type(surface_t), intent(in) :: surface
-      type(surface_state_t), intent(out) :: state
+   subroutine make_contact_state(contact, state)
+      type(contact_t), intent(in) :: contact
+      type(contact_state_t), intent(out) :: state
 
-      state%surface = surface
-      state%is_rigid = is_rigid(surface%settings)
-      call make_yielding_stop(surface%settings, state%spring)
-      state%follows = surface%settings%law == law_spring_damper
-   end subroutine make_surface_state
+      state%contact = contact
+      state%is_rigid = is_rigid(contact%settings)
+      call make_yielding_stop(contact%settings, state%spring)
+      state%relaxes = contact%settings%law == law_spring_damper
+   end subroutine make_contact_state
 
    !> A node of the beam without mass comes to this rigid stop.
    subroutine put_node_before(state, flexibility, two_zeta)
-      type(surface_state_t), intent(inout) :: state
+      type(contact_state_t), intent(inout) :: state
       !> As `make_node_pad` has them
       real(wp), intent(in) :: flexibility
       real(wp), intent(in) :: two_zeta
@@ -87,7 +87,7 @@ contains
 
    !> What it answers to an exponential.
    pure function impedance_of(state) result(impedance)
-      type(surface_state_t), intent(in) :: state
+      type(contact_state_t), intent(in) :: state
       type(impedance_t) :: impedance
 
       if (allocated(state%spring)) impedance = state%spring%impedance_t
@@ -95,7 +95,7 @@ contains
 
    !> Is the stop rigid, with or without a node before it that yields?
    elemental function of_rigid_stop(state) result(answer)
-      type(surface_state_t), intent(in) :: state
+      type(contact_state_t), intent(in) :: state
       logical :: answer
 
       answer = state%is_rigid .or. state%is_node
@@ -105,7 +105,7 @@ contains
    !> it go.
    pure function node_at(state, time) result(node)
       !> As the flight, or a part of it, starts
-      type(surface_state_t), intent(in) :: state
+      type(contact_state_t), intent(in) :: state
       !> Since then
       real(wp), intent(in) :: time
       real(wp) :: node(2)
@@ -118,12 +118,12 @@ contains
 
    !> An open surface comes back for some time, without force; what that dissipates.
    subroutine recover(state, time)
-      type(surface_state_t), intent(inout) :: state
+      type(contact_state_t), intent(inout) :: state
       real(wp), intent(in) :: time
 
       real(wp) :: before
 
-      if (.not. allocated(state%spring) .or. state%is_closed .or. state%follows) return
+      if (.not. allocated(state%spring) .or. state%is_closed .or. state%relaxes) return
       if (.not. state%depth > 0.0_wp) return
       before = energy_in(state)
       call indent(state, state%depth*exp(-state%spring%surface_rate*time))
@@ -132,12 +132,12 @@ contains
 
    !> The surface of an open stop is there, without force: P = k u + P2 = 0.
    elemental subroutine indent(state, depth)
-      type(surface_state_t), intent(inout) :: state
+      type(contact_state_t), intent(inout) :: state
       !> u
       real(wp), intent(in) :: depth
 
       associate (has_branch => state%spring%branch_stiffness > 0.0_wp)
-         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%follows .or. (state%is_node .and. &
+         state%depth = merge(max(depth, 0.0_wp), 0.0_wp, has_branch .or. state%relaxes .or. (state%is_node .and. &
             state%spring%surface_rate < huge(1.0_wp)))
          state%branch_force = merge(-state%spring%stiffness*state%depth, 0.0_wp, has_branch)
       end associate
@@ -145,7 +145,7 @@ contains
 
    !> Force of one that yields, if the beam is on it.
    elemental function force_in(state, velocity) result(force)
-      type(surface_state_t), intent(in) :: state
+      type(contact_state_t), intent(in) :: state
       !> Of the beam, away from the surface
       real(wp), intent(in) :: velocity
       real(wp) :: force
@@ -155,24 +155,24 @@ contains
 
    !> Keep what the course of a phase changes of surfaces as it starts.
    subroutine keep_start(states, at_start)
-      type(surface_state_t), intent(in) :: states(:)
+      type(contact_state_t), intent(in) :: states(:)
       !> Of the phase before, or of none yet
-      type(surface_state_t), allocatable, intent(inout) :: at_start(:)
+      type(contact_state_t), allocatable, intent(inout) :: at_start(:)
 
       if (.not. allocated(at_start)) at_start = states
       at_start%depth = states%depth
       at_start%branch_force = states%branch_force
       at_start%is_closed = states%is_closed
-      at_start%is_indented = states%is_indented
+      at_start%is_deformed = states%is_deformed
    end subroutine keep_start
 
    !> Energy in its springs.
    elemental function energy_in(state) result(energy)
-      type(surface_state_t), intent(in) :: state
+      type(contact_state_t), intent(in) :: state
       real(wp) :: energy
 
       energy = 0.0_wp
       if (allocated(state%spring)) energy = state%spring%energy(state%depth, state%branch_force)
    end function energy_in
 
-end module surface_states
+end module contact_states
