@@ -16,6 +16,7 @@ import textwrap
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PAGE = os.path.join(ROOT, "CONTRIBUTING.md")
+WORDS = os.path.join(ROOT, ".ci", "words.txt")
 BEGIN, END = "<!-- drawn by .ci/house.py --write -->\n```text\n", "```\n<!-- end of the drawing -->"
 MOST_LINES_OF_FILE, MOST_LINES_OF_PROCEDURE, MOST_ARGUMENTS = 500, 80, 9
 # others decide how many arguments their procedures take
@@ -168,6 +169,32 @@ def check_names(modules, broken):
                 broken.append(f"{module.path}: no other file uses {name}, which is public")
 
 
+def check_words(modules, broken):
+    """Add names that hold a word for which the field has a term, unless the list excepts them with a reason."""
+    refused, excepted = {}, {}
+    with open(WORDS, encoding="utf-8") as stream:
+        for line in stream:
+            if line.strip() and not line.startswith("#"):
+                word, text = (side.strip() for side in line.split(":", 1))
+                if word.startswith("except "):
+                    excepted[word.removeprefix("except ")] = text
+                else:
+                    refused[word] = text
+    seen = set()
+    for module in modules.values():
+        for name in sorted(set(module.words) | {module.name}):
+            found = [word for word in refused if f"_{word}_" in f"_{name}_"]
+            if name in excepted:
+                seen.add(name)
+            elif found:
+                broken.append(f"{module.path}: {name} holds '{found[0]}', for which .ci/words.txt has: {refused[found[0]]}")
+    for name in sorted(excepted):
+        if name not in seen:
+            broken.append(f".ci/words.txt: excepts {name}, which no file holds")
+        if not excepted[name]:
+            broken.append(f".ci/words.txt: excepts {name} without a reason")
+
+
 def circles(modules):
     """Rings of modules that use each other."""
     found, state = [], {}
@@ -273,6 +300,7 @@ def main(arguments):
         return 0
     check_uses(folders, modules, broken)
     check_names(modules, broken)
+    check_words(modules, broken)
     check_page(page, drawing, broken)
     for what in broken:
         print("house.py: " + what)
