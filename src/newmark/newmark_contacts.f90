@@ -1,5 +1,5 @@
-!> What stays closed and what is let go: contacts that yield as their force tells, of the rigid ones those that the
-!> complementarity of reactions and accelerations finds.
+!> Changes of contact status: a compliant contact opens or closes by its force, a rigid contact by the complementarity
+!> of reactions and accelerations.
 module newmark_contacts
    use complementarity, only: solve_complementarity
    use contact_measures, only: measure_impulse
@@ -21,7 +21,7 @@ module newmark_contacts
 
 contains
 
-   !> A surface is open from here on.
+   !> Set a contact to open at the present state.
    pure subroutine open_contact(run, k)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
@@ -44,8 +44,8 @@ contains
    end subroutine open_contact
 
 
-   !> A surface that yields begins to push: three elements with P = 0, spring and damper with c u', or, still indented,
-   !> with the little that was needed to see it.
+   !> Close a compliant contact. The force of a three-element stop starts at zero; the force of a spring and damper
+   !> starts at c u', or, if the stop is still indented, at the small force that revealed the contact.
    pure subroutine begin_contact(run, k, response)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
@@ -64,8 +64,8 @@ contains
    end subroutine begin_contact
 
 
-   !> It pushes no more. Three elements spring back from the rest of the force, spring and damper wait for the beam to
-   !> leave.
+   !> End the force of a compliant contact. A three-element stop relaxes from its remaining force; a spring and damper
+   !> stays unloaded until the beam leaves the stop.
    pure subroutine end_contact(run, k, response)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
@@ -94,19 +94,19 @@ contains
    end subroutine end_contact
 
 
-   !> Forces and accelerations from the equation of motion, and which surfaces stay closed: those that yield as their
-   !> force tells, of the rigid ones that hold the beam or have stopped it those that the complementarity of reactions
-   !> and accelerations finds.
+   !> Find forces and accelerations from the equation of motion, and which contacts stay closed: compliant contacts by
+   !> the sign of their force; closed rigid contacts, and those at which an impact stopped the beam, by the
+   !> complementarity of reactions and accelerations.
    pure subroutine settle(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
-      real(wp), dimension(size(run%contacts)) :: reaction, pull
+      real(wp), dimension(size(run%contacts)) :: reaction, free_acceleration
       integer :: members(size(run%contacts)), k, n
-      logical :: pushes(size(run%contacts))
+      logical :: is_closed(size(run%contacts))
 
-      call settle_yielding(run, response)
+      call update_compliant_contacts(run, response)
       associate (state => run%states(run%now))
          call restart_acceleration(run%stepper, state%beam)
          n = 0
@@ -120,22 +120,23 @@ contains
          end do
          if (n == 0) return
          do k = 1, n
-            pull(k) = along(run%contacts(members(k))%row, state%beam%acceleration)
+            free_acceleration(k) = along(run%contacts(members(k))%row, state%beam%acceleration)
          end do
-         call solve_complementarity(run%mobility(members(:n), members(:n)), pull(:n), reaction(:n), pushes(:n))
+         call solve_complementarity(run%mobility(members(:n), members(:n)), free_acceleration(:n), reaction(:n), &
+            is_closed(:n))
          do k = 1, n
             call accelerate(state%beam%acceleration, members(k), reaction(k))
          end do
          do k = 1, n
             if (reaction(k) > 0.0_wp) call put_along(run%contacts(members(k))%row, 0.0_wp, state%beam%acceleration)
-            call hold_or_release(run, members(k), reaction(k), response)
+            call close_or_release(run, members(k), reaction(k), response)
             if (allocated(run%error)) return
          end do
       end associate
 
    contains
 
-      !> What a force at a surface does.
+      !> Add the acceleration due to a contact force.
       pure subroutine accelerate(acceleration, k, force)
          real(wp), intent(inout) :: acceleration(:)
          !> The contact
@@ -148,8 +149,8 @@ contains
    end subroutine settle
 
 
-   !> Forces of those that yield: of spring and damper they jump with the velocity.
-   pure subroutine settle_yielding(run, response)
+   !> Update the forces of compliant contacts. The force of a spring and damper jumps with the velocity.
+   pure subroutine update_compliant_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
@@ -177,11 +178,11 @@ contains
             end associate
          end do
       end associate
-   end subroutine settle_yielding
+   end subroutine update_compliant_contacts
 
 
-   !> A rigid surface holds the beam where it has to push; else the beam leaves.
-   pure subroutine hold_or_release(run, k, reaction, response)
+   !> Close a rigid contact if its reaction is compressive; otherwise open the contact.
+   pure subroutine close_or_release(run, k, reaction, response)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
       integer, intent(in) :: k
@@ -209,10 +210,10 @@ contains
          contact%is_stopped = .false.
          contact%is_captured = .false.
       end associate
-   end subroutine hold_or_release
+   end subroutine close_or_release
 
 
-   !> An event at the present state; velocity before and after as it is now.
+   !> An event at the present state; the velocity after the event equals the velocity before.
    pure function event_here(run, k, kind) result(event)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -232,7 +233,7 @@ contains
    end function event_here
 
 
-   !> Keep an event and what it did to the energy.
+   !> Record an event and charge its change of energy to the ledger.
    pure subroutine keep_event(run, k, event, response)
       type(newmark_run_t), intent(inout) :: run
       !> The contact

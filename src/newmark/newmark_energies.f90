@@ -1,4 +1,4 @@
-!> Energies of the beam of Newmark's steps, and what a step dissipates.
+!> Kinetic and strain energy of the beam in Newmark's scheme, and the energy dissipated by a step.
 module newmark_energies
    use contact_rows, only: along, band, contact_row_t
    use kinds, only: wp
@@ -10,9 +10,9 @@ module newmark_energies
 
 contains
 
-   !> y' M* y' / 2
+   !> Kinetic energy y' M* y' / 2
    pure subroutine kinetic_energy(stepper, state, energy)
-      !> The beam; its room is used
+      !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
       real(wp), intent(out) :: energy
@@ -23,9 +23,9 @@ contains
       end associate
    end subroutine kinetic_energy
 
-   !> y K y / 2
+   !> Strain energy y K y / 2
    pure subroutine strain_energy(stepper, state, energy)
-      !> The beam; its room is used
+      !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
       real(wp), intent(out) :: energy
@@ -36,44 +36,44 @@ contains
             energy = 0.5_wp*dot_product(state%displacement(1:n), stepper%result(1:n))
             return
          end if
-         energy = 0.5_wp*form_of(n, stepper%stiffness_diagonals, state%displacement)
+         energy = 0.5_wp*quadratic_form(n, stepper%stiffness_diagonals, state%displacement)
       end associate
    end subroutine strain_energy
 
-   !> Energy dissipated inside the beam over a step, h w C* w with the mean velocity w: with gamma > 1/2 the scheme
-   !> takes its part. The balance is exact to rounding.
+   !> Energy dissipated inside the beam over a step, h w C* w with the mean velocity w. If gamma > 1/2 it includes the
+   !> numerical dissipation of the scheme. The energy balance is exact to rounding.
    pure subroutine beam_dissipation(stepper, step, old, new, dissipated)
-      !> The beam; its room is used
+      !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
       real(wp), intent(in) :: step
       !> State at the beginning
       type(newmark_state_t), intent(in) :: old
       !> State at the end
       type(newmark_state_t), intent(in) :: new
-      !> The energy
+      !> The dissipated energy
       real(wp), intent(out) :: dissipated
 
       dissipated = 0.0_wp
       if (stepper%double_zeta <= 0.0_wp .and. .not. stepper%is_general) return
       associate (n => stepper%order)
-         call find_mean(n, old%velocity, new%velocity, stepper%work)
+         call find_mean_velocity(n, old%velocity, new%velocity, stepper%work)
          if (stepper%is_general) then
             call multiply(stepper%damping, stepper%work(1:n), stepper%result(1:n))
             dissipated = step*dot_product(stepper%work(1:n), stepper%result(1:n))
             return
          end if
-         dissipated = step*stepper%double_zeta*form_of(n, stepper%stiffness_diagonals, stepper%work)
+         dissipated = step*stepper%double_zeta*quadratic_form(n, stepper%stiffness_diagonals, stepper%work)
       end associate
    end subroutine beam_dissipation
 
-   !> (x + y)/2
-   pure subroutine find_mean(order, x, y, mean)
+   !> Mean (x + y)/2 of two padded vectors
+   pure subroutine find_mean_velocity(order, x, y, mean)
       !> Number of degrees of freedom
       integer, intent(in) :: order
-      !> Padded
+      !> Vector padded with zeros
       real(wp), intent(in) :: x(1 - band:order + band)
       real(wp), intent(in) :: y(1 - band:order + band)
-      !> The padding stays as it is
+      !> Mean; its padding is not changed
       real(wp), intent(inout) :: mean(1 - band:order + band)
 
       integer :: i
@@ -81,10 +81,11 @@ contains
       do i = 1, order
          mean(i) = 0.5_wp*(x(i) + y(i))
       end do
-   end subroutine find_mean
+   end subroutine find_mean_velocity
 
-   !> x K x by the diagonals of K on one side, in partial sums: a third of the time of product and sum.
-   pure function form_of(order, diagonals, x) result(form)
+   !> Quadratic form x K x from the diagonals of K on one side, summed in vector lanes: takes a third of the time of a
+   !> matrix product followed by a sum.
+   pure function quadratic_form(order, diagonals, x) result(form)
       !> Number of degrees of freedom
       integer, intent(in) :: order
       !> K(i, i + k) at (i, k)
@@ -101,14 +102,14 @@ contains
          form = form + x(i)*(diagonals(i, 0)*x(i) &
             + 2.0_wp*(diagonals(i, 1)*x(i + 1) + diagonals(i, 2)*x(i + 2) + diagonals(i, 3)*x(i + 3)))
       end do
-   end function form_of
+   end function quadratic_form
 
-   !> w . M* y', and w . M* w
+   !> Momentum w . M* y' along a contact row w, and mass w . M* w
    pure subroutine momentum_along(stepper, state, row, momentum, mass)
-      !> The beam; its room is used
+      !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
       type(newmark_state_t), intent(in) :: state
-      !> w
+      !> Contact row w
       type(contact_row_t), intent(in) :: row
       real(wp), intent(out) :: momentum
       real(wp), intent(out) :: mass

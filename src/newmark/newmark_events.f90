@@ -1,5 +1,5 @@
-!> Where the beam meets surfaces or leaves them at the end of a step: the rules of one stop, contact and release within
-!> their tolerances, for each surface.
+!> Detection of contact and release at the end of a step: the tolerances of contact and release are applied to each
+!> contact separately.
 module newmark_events
    use contact_rows, only: along
    use failures, only: fail, status_run_failed
@@ -17,7 +17,7 @@ module newmark_events
 
 contains
 
-   !> The rules of contact and release at the end of an accepted step.
+   !> Find the contacts that close or open at the end of an accepted step.
    pure subroutine find_events(run, step, response)
       type(newmark_run_t), intent(inout) :: run
       real(wp), intent(in) :: step
@@ -25,49 +25,50 @@ contains
       type(response_t), intent(inout) :: response
 
       integer :: k
-      logical :: happens
+      logical :: has_event
 
-      happens = .false.
+      has_event = .false.
       do k = 1, size(run%contacts)
          run%arrives(k) = .false.
          run%leaves(k) = .false.
          select case (run%contacts(k)%status)
          case (is_open)
-            call check_flight(run, k, step)
+            call check_open(run, k, step)
          case (is_constrained, is_in_contact)
-            if (run%closing(k)) run%leaves(k) = fades(run, k)
+            if (run%closing(k)) run%leaves(k) = is_vanishing(run, k)
          case (is_lifted)
             call check_lifted(run, k)
          case (is_inactive)
             cycle
          end select
-         happens = happens .or. run%arrives(k) .or. run%leaves(k)
+         has_event = has_event .or. run%arrives(k) .or. run%leaves(k)
       end do
-      if (happens) call begin_and_end_contacts(run, response)
+      if (has_event) call begin_and_end_contacts(run, response)
    end subroutine find_events
 
 
-   !> Is a force that vanishes ahead as good as gone? One that still rises is the beginning of a contact, not its end.
-   !> Under a hard surface that of release may be less than rounding leaves, of which no short step tells whether it
-   !> rises.
-   pure function fades(run, k)
+   !> Does the force of a closed contact count as zero, given that the contact ends within the step ahead? A rising
+   !> force marks the beginning of a contact, not its end. At a stiff stop the release force may be smaller than the
+   !> rounding error of the contact force, so that no short step shows whether the force rises; the velocity then
+   !> decides.
+   pure function is_vanishing(run, k)
       type(newmark_run_t), intent(in) :: run
       !> The contact
       integer, intent(in) :: k
-      logical :: fades
+      logical :: is_vanishing
 
       associate (old => run%states(3 - run%now), new => run%states(run%now), contact => run%contacts(k))
-         fades = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
+         is_vanishing = new%force(k) < run%release_force .and. new%force(k) < old%force(k)
          if (.not. allocated(contact%stop)) return
-         if (fades .and. contact%is_viscous) fades = lets_go(run, k, new)
-         fades = fades .or. (along(contact%row, new%beam%velocity) > 0.0_wp .and. &
+         if (is_vanishing .and. contact%is_viscous) is_vanishing = lets_go(run, k, new)
+         is_vanishing = is_vanishing .or. (along(contact%row, new%beam%velocity) > 0.0_wp .and. &
             new%force(k) <= rounding_at(run, k, new))
       end associate
-   end function fades
+   end function is_vanishing
 
 
-   !> Does the beam arrive at an open surface?
-   pure subroutine check_flight(run, k, step)
+   !> Does the beam arrive at an open contact?
+   pure subroutine check_open(run, k, step)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
       integer, intent(in) :: k
@@ -93,10 +94,10 @@ contains
             contact%armed = .true.
          end if
       end associate
-   end subroutine check_flight
+   end subroutine check_open
 
 
-   !> Spring and damper without force: does the beam leave the surface, or do they push again?
+   !> Does an unloaded spring and damper open because the beam leaves it, or push again?
    pure subroutine check_lifted(run, k)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
@@ -119,7 +120,7 @@ contains
    end subroutine check_lifted
 
 
-   !> Even the shortest step crosses a condition: the event is here.
+   !> Begin the event at the present state, because even the shortest step violates a contact condition.
    pure subroutine give_way(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events
@@ -140,7 +141,7 @@ contains
    end subroutine give_way
 
 
-   !> What arrives and what leaves at one instant.
+   !> Close and open contacts at one instant.
    pure subroutine begin_and_end_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events

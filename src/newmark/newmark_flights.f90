@@ -1,5 +1,5 @@
-!> Flights of a Newmark run that are judged by their height: one that stays low is taken back, as if the run had not
-!> gone past the instant at which it began. Histories and shapes that were kept meanwhile are kept anew.
+!> Low flights of a Newmark run. A flight that stays below the hop height is cancelled: the run returns to the instant
+!> at which the flight began, and overwrites the histories and shapes recorded since.
 module newmark_flights
    use block_statistics, only: blocks_begun, empty_block
    use newmark_run, only: begins_now, instant_of, newmark_run_t, run_state_t
@@ -10,10 +10,10 @@ module newmark_flights
 
 contains
 
-   !> The present state is that at which flights begin.
+   !> Store the present state as the one at which flights begin.
    subroutine keep_flight_start(run, events)
       type(newmark_run_t), intent(inout) :: run
-      !> How many there are
+      !> Number of events of the run
       integer, intent(in) :: events
 
       integer :: k
@@ -40,11 +40,11 @@ contains
          end if
          if (run%observers%measures%is_wanted) start%measurers = run%observers%measures%of
          if (allocated(run%observers%sections)) start%sections = run%observers%sections%count
-         if (allocated(run%observers%blocks)) call keep_sums(run)
+         if (allocated(run%observers%blocks)) call store_sums(run)
       end associate
    end subroutine keep_flight_start
 
-   !> Back to where the last flight began.
+   !> Restore the state at which the last flight began.
    pure subroutine take_flight_back(run)
       type(newmark_run_t), intent(inout) :: run
 
@@ -62,22 +62,22 @@ contains
          end do
          if (allocated(run%observers%moments)) then
             do k = 1, size(run%observers%moments)
-               associate (moment => run%observers%moments(k), kept => start%moments(:, k))
-                  moment%least = kept(1)
-                  moment%least_tau = kept(2)
-                  moment%greatest = kept(3)
-                  moment%greatest_tau = kept(4)
+               associate (moment => run%observers%moments(k), stored => start%moments(:, k))
+                  moment%least = stored(1)
+                  moment%least_tau = stored(2)
+                  moment%greatest = stored(3)
+                  moment%greatest_tau = stored(4)
                end associate
             end do
          end if
          if (run%observers%measures%is_wanted) run%observers%measures%of = start%measurers
          if (allocated(run%observers%sections)) run%observers%sections%count = start%sections
-         if (allocated(run%observers%blocks)) call put_sums_back(run, last)
+         if (allocated(run%observers%blocks)) call restore_sums(run, last)
       end associate
    end subroutine take_flight_back
 
-   !> Statistics as they are.
-   subroutine keep_sums(run)
+   !> Store the sums of the block in progress.
+   subroutine store_sums(run)
       type(newmark_run_t), intent(inout) :: run
 
       integer :: k
@@ -99,12 +99,12 @@ contains
             end do
          end associate
       end associate
-   end subroutine keep_sums
+   end subroutine store_sums
 
-   !> Statistics as they were, with nothing in the blocks that have begun since. No impact has.
-   pure subroutine put_sums_back(run, last)
+   !> Restore the stored sums, and clear the blocks that have begun since. No impact has been added since then.
+   pure subroutine restore_sums(run, last)
       type(newmark_run_t), intent(inout) :: run
-      !> The block under way
+      !> Number of the block in progress
       integer, intent(in) :: last
 
       integer :: block, first, k
@@ -126,12 +126,12 @@ contains
             end associate
          end do
       end associate
-   end subroutine put_sums_back
+   end subroutine restore_sums
 
-   !> Copy without allocating.
+   !> Copy a state without allocating.
    pure subroutine copy(from, to)
       type(run_state_t), intent(in) :: from
-      !> Allocated to the same size
+      !> The copy, allocated to the same size
       type(run_state_t), intent(inout) :: to
 
       call copy_state(from%beam, to%beam)

@@ -1,4 +1,4 @@
-!> Impacts at rigid contacts of a beam in its degrees of freedom.
+!> Impacts at rigid contacts of a finite-element beam.
 module newmark_impacts
    use complementarity, only: solve_active
    use contact_rows, only: put_along
@@ -20,15 +20,16 @@ module newmark_impacts
 
 contains
 
-   !> Newton's law for the surfaces that are hit, those that hold the beam, and any other that it has reached, all of
-   !> which it does not leave. Who is turned back by the impulses takes part in the next problem at the same instant.
+   !> Apply Newton's impact law to the contacts that are hit, to closed rigid contacts, and to every other contact that
+   !> the beam touches without leaving it. If the impulses make the beam approach another contact, that contact takes
+   !> part in the next impact problem at the same instant.
    pure subroutine strike(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
       type(struck_t) :: struck(size(run%contacts))
-      logical :: is_nodal, is_soft
+      logical :: is_nodal, only_captures
       integer :: i, n, round
 
       call capture_low_flights(run, response)
@@ -36,14 +37,14 @@ contains
       do round = 1, most_rounds
          call find_struck(run, round == most_rounds, struck, n, is_nodal)
          if (.not. any(struck(:n)%before < 0.0_wp)) return
-         is_soft = .not. any(struck(:n)%part == rebounds)
+         only_captures = .not. any(struck(:n)%part == rebounds)
          if (is_nodal) then
             call replace_velocities(run, struck(:n))
          else
-            call share_impulse(run, struck(:n))
+            call distribute_impulses(run, struck(:n))
          end if
          do i = 1, n
-            call after_impulse(run, struck(i), is_soft, response)
+            call after_impulse(run, struck(i), only_captures, response)
             if (allocated(run%error)) return
          end do
          call shorten_next_step(run)
@@ -52,13 +53,14 @@ contains
    end subroutine strike
 
 
-   !> What takes part in an impact: nodes whose velocities are replaced, as long as there are any, and then all others.
+   !> Find the contacts that take part in an impact: if any contact replaces nodal velocities, only those; otherwise
+   !> all.
    pure subroutine find_struck(run, is_last, struck, n, is_nodal)
       type(newmark_run_t), intent(in) :: run
-      !> No contact gives any velocity back
+      !> Last round: restitution is zero at every contact
       logical, intent(in) :: is_last
       type(struck_t), intent(inout) :: struck(:)
-      !> So many take part
+      !> Number of contacts that take part
       integer, intent(out) :: n
       logical, intent(out) :: is_nodal
 
@@ -72,7 +74,7 @@ contains
             if (contact%status == is_constrained .or. contact%is_stopped) then
                part = holds
             else
-               if (.not. touches(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
+               if (.not. is_touched(run, k) .or. (rate > 0.0_wp .and. .not. is_last)) cycle
                part = rebounds
                if (is_last .or. rate >= 0.0_wp .or. (contact%judged .and. contact%flight_events /= begins_now)) then
                   part = comes_to_rest
@@ -91,39 +93,40 @@ contains
    end subroutine find_struck
 
 
-   !> Flights that stayed low, with no event since they began, end where they began, in capture. Where captures at one
-   !> surface throw the beam off another again and again, flights that were interrupted but low all of them, those
-   !> surfaces bring it to rest together.
+   !> Capture the beam at contacts to which it returns from a low flight. If no event has occurred since the flight
+   !> began, the capture takes place at the beginning of the flight. If captures at several contacts throw the beam off
+   !> each other again and again, with flights that are interrupted but all low, those contacts bring the beam to rest
+   !> together.
    pure subroutine capture_low_flights(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events
       type(response_t), intent(inout) :: response
 
-      integer, parameter :: patience = 10
-      logical, dimension(size(run%contacts)) :: chatters, is_caught
+      integer, parameter :: chatter_limit = 10
+      logical, dimension(size(run%contacts)) :: chatters, captures_beam
       integer :: k
 
-      is_caught = run%arrives .and. run%contacts%judged .and. run%contacts%flight_events == response%event_count
-      if (any(is_caught)) then
+      captures_beam = run%arrives .and. run%contacts%judged .and. run%contacts%flight_events == response%event_count
+      if (any(captures_beam)) then
          call take_flight_back(run)
          run%arrives = .false.
-         call bring_to_rest(run, is_caught, response)
+         call bring_to_rest(run, captures_beam, response)
          return
       end if
-      chatters = run%contacts%captures >= patience
+      chatters = run%contacts%captures >= chatter_limit
       if (.not. any(run%arrives .and. run%contacts%judged .and. chatters)) return
       do k = 1, size(run%contacts)
-         chatters(k) = chatters(k) .and. (run%contacts(k)%is_stopped .or. touches(run, k))
+         chatters(k) = chatters(k) .and. (run%contacts(k)%is_stopped .or. is_touched(run, k))
       end do
       call bring_to_rest(run, chatters, response)
    end subroutine capture_low_flights
 
 
-   !> Bring the beam to rest at surfaces by impulses at them and at those that hold it.
-   pure subroutine bring_to_rest(run, is_caught, response)
+   !> Bring the beam to rest at the captured contacts by impulses at these and at the closed rigid contacts.
+   pure subroutine bring_to_rest(run, captures_beam, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Of each surface; at least one
-      logical, intent(in) :: is_caught(:)
+      !> Whether each contact captures the beam; true for at least one
+      logical, intent(in) :: captures_beam(:)
       !> Events
       type(response_t), intent(inout) :: response
 
@@ -135,9 +138,9 @@ contains
          n = 0
          last = 0
          do k = 1, size(run%contacts)
-            if (.not. (is_caught(k) .or. run%contacts(k)%status == is_constrained)) cycle
+            if (.not. (captures_beam(k) .or. run%contacts(k)%status == is_constrained)) cycle
             n = n + 1
-            if (is_caught(k)) last = n
+            if (captures_beam(k)) last = n
             members(n) = k
             rate(n) = gap_rate_at(run, k, state)
          end do
@@ -149,7 +152,7 @@ contains
             associate (contact => run%contacts(members(k)))
                call put_along(contact%row, 0.0_wp, state%beam%velocity)
                if (contact%status == is_constrained) then
-                  call keep_blow(run, members(k), impulse(k), response)
+                  call record_closed_impulse(run, members(k), impulse(k), response)
                   if (allocated(run%error)) return
                   cycle
                end if
@@ -161,7 +164,8 @@ contains
                event = event_here(run, members(k), event_capture)
                event%velocity_before = contact%row%sign*rate(k)
                event%impulse = impulse(k)
-               ! one by one they may win what the others lose
+               ! the last event carries the change of energy of all, because that of a single contact may have either
+               ! sign
                if (k == last) event%energy_change = 0.5_wp*dot_product(impulse(:n), rate(:n))
                call keep_event(run, members(k), event, response)
                if (allocated(run%error)) return
@@ -172,7 +176,7 @@ contains
    end subroutine bring_to_rest
 
 
-   !> The first step after an impulse is short, and the next ones grow.
+   !> Shorten the first step after an impulse; the next steps grow again.
    pure subroutine shorten_next_step(run)
       type(newmark_run_t), intent(inout) :: run
 
@@ -182,12 +186,12 @@ contains
 
 
    !> After an impulse the stiffest modes, strongly damped, come to rest within 1/(zeta omega^2). A long step would make
-   !> them ring instead, and lose digits in their accelerations; so the first step should be that short.
+   !> these modes ring instead, and their accelerations would lose digits; so the first step should be that short.
    pure subroutine find_impulse_level(stepper, level, error)
       type(newmark_stepper_t), intent(in) :: stepper
-      !> How often that step is halved
+      !> Number of halvings of the step
       integer, intent(out) :: level
-      !> Set when the highest frequency is not found
+      !> Set if the highest frequency is not found
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: frequency
@@ -198,8 +202,8 @@ contains
       if (.not. allocated(error)) level = level_of(stepper%step, 2.0_wp/(stepper%double_zeta*frequency**2))
    end subroutine find_impulse_level
 
-   !> Is a rigid contact open, and does the beam touch it?
-   pure function touches(run, k) result(answer)
+   !> Is a rigid contact open, and is the beam within the contact tolerance of it?
+   pure function is_touched(run, k) result(answer)
       type(newmark_run_t), intent(in) :: run
       !> The contact
       integer, intent(in) :: k
@@ -207,10 +211,10 @@ contains
 
       answer = .not. allocated(run%contacts(k)%stop) .and. run%contacts(k)%status == is_open
       if (answer) answer = run%arrives(k) .or. gap_at(run, k, run%states(run%now)) < run%contact_tolerance
-   end function touches
+   end function is_touched
 
 
-   !> The nodal reading of impacts: a velocity is replaced, whatever that does to the beam beside it.
+   !> Replace nodal velocities by Newton's law, whatever the change of energy in the elements beside the node.
    pure subroutine replace_velocities(run, struck)
       type(newmark_run_t), intent(inout) :: run
       type(struck_t), intent(inout) :: struck(:)
@@ -230,8 +234,8 @@ contains
    end subroutine replace_velocities
 
 
-   !> Impulses by the mobility of the contacts.
-   pure subroutine share_impulse(run, struck)
+   !> Find impulses from the mobility matrix of the contacts, and add their velocities.
+   pure subroutine distribute_impulses(run, struck)
       type(newmark_run_t), intent(inout) :: run
       type(struck_t), intent(inout) :: struck(:)
 
@@ -247,15 +251,15 @@ contains
                velocity)
          end do
       end associate
-   end subroutine share_impulse
+   end subroutine distribute_impulses
 
 
-   !> What an impact has made of one surface that took part.
-   pure subroutine after_impulse(run, struck, is_soft, response)
+   !> Update one contact that took part in an impact, and record its event.
+   pure subroutine after_impulse(run, struck, only_captures, response)
       type(newmark_run_t), intent(inout) :: run
       type(struck_t), intent(in) :: struck
-      !> No surface was hit but to be captured
-      logical, intent(in) :: is_soft
+      !> Every contact that was hit captured the beam
+      logical, intent(in) :: only_captures
       !> Events
       type(response_t), intent(inout) :: response
 
@@ -265,7 +269,7 @@ contains
          if (struck%part /= holds) contact%armed = .true.
          select case (outcome_of(struck, 0.0_wp))
          case (is_pushed)
-            call keep_blow(run, k, struck%impulse, response)
+            call record_closed_impulse(run, k, struck%impulse, response)
          case (is_thrown_off)
             if (struck%part /= holds) return
             event = event_here(run, k, event_release)
@@ -274,7 +278,7 @@ contains
             call open_contact(run, k)
             contact%armed = .true.
             call begin_flight(run, k)
-            if (.not. is_soft) contact%captures = 0
+            if (.not. only_captures) contact%captures = 0
          case (is_hit, is_arrested)
             event = event_here(run, k, merge(event_impact, event_capture, struck%part == rebounds))
             event%velocity_before = contact%row%sign*struck%before
@@ -292,7 +296,7 @@ contains
    end subroutine after_impulse
 
 
-   !> A flight begins that is a capture if it stays low.
+   !> Begin a flight that counts as a capture if it stays low.
    pure subroutine begin_flight(run, k)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
@@ -307,8 +311,8 @@ contains
    end subroutine begin_flight
 
 
-   !> What a surface on which the stop point is at rest gives the beam as others are hit.
-   pure subroutine keep_blow(run, k, impulse, response)
+   !> Record the impulse of a closed rigid contact during an impact elsewhere.
+   pure subroutine record_closed_impulse(run, k, impulse, response)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
       integer, intent(in) :: k
@@ -321,6 +325,6 @@ contains
       event = event_here(run, k, event_closed_impulse)
       event%impulse = impulse
       call keep_event(run, k, event, response)
-   end subroutine keep_blow
+   end subroutine record_closed_impulse
 
 end module newmark_impacts

@@ -1,4 +1,4 @@
-!> What Newmark's steps cannot do: a step beyond the limit of stability, a mesh on which rounding moves the beam
+!> Limits of Newmark's scheme: steps beyond the stability limit, and meshes on which rounding errors disturb the motion
 !> (docs/theory.md, sections 10 and 11).
 module newmark_limits
    use beam_model, only: beam_model_t, static_shape
@@ -14,33 +14,33 @@ module newmark_limits
 
 contains
 
-   !> What a matrix that cannot be factorised tells of a mesh.
+   !> Explain a failed factorisation by the mesh that caused it.
    pure subroutine blame_mesh(error)
-      !> The message changes
+      !> Its message is replaced
       type(failure_t), intent(inout) :: error
 
       error%message = "on this mesh Newmark's steps are lost in rounding ("//error%message// &
          "): take elements of more equal length, a shorter step, or method = 'exact'"
    end subroutine blame_mesh
 
-   !> Refuse a step that is too long for a conditionally stable scheme, or divide it if that was asked for.
+   !> Refuse a step that is too long for a conditionally stable scheme, or divide the step if the settings allow that.
    pure subroutine divide_step(model, zeta, settings, parts, error)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(in) :: zeta
-      !> Step and scheme
+      !> Step length and parameters of the scheme
       type(response_settings_t), intent(in) :: settings
       !> Number of steps between two samples
       integer, intent(out) :: parts
-      !> Set when the step is too long
+      !> Set if the step is too long and may not be divided
       type(failure_t), allocatable, intent(out) :: error
 
-      ! close to the limit M* leaves the highest modes hardly any mass, and velocities grow
+      ! close to the stability limit M* has almost no mass in the highest modes, and velocities grow
       real(wp), parameter :: share = 0.5_wp
       real(wp) :: frequency, limit
-      ! beyond so many parts the step between two samples is a slip
-      real(wp), parameter :: most_parts = 1.0e6_wp
+      ! more parts than this mean that the step between two samples is a mistake
+      real(wp), parameter :: max_parts = 1.0e6_wp
       character(24) :: gamma_text
-      character(:), allocatable :: way_out
+      character(:), allocatable :: remedy
 
       parts = 1
       if (settings%newmark_gamma < 0.5_wp) then
@@ -54,43 +54,43 @@ contains
       if (allocated(error)) return
       limit = critical_step(settings%newmark_beta, settings%newmark_gamma, zeta, frequency/sqrt(lambda1_power4))
       if (settings%step <= limit) return
-      if (settings%step >= most_parts*limit) then
-         way_out = ' or, with substep = .true., below '//rounded_down(most_parts*limit)//'; shorten it, '
+      if (settings%step >= max_parts*limit) then
+         remedy = ' or, with substep = .true., below '//rounded_down(max_parts*limit)//'; shorten it, '
       else if (settings%substep) then
          parts = ceiling(settings%step/(share*limit))
          return
       else
-         way_out = '; shorten it, give substep = .true., '
+         remedy = '; shorten it, give substep = .true., '
       end if
       call fail(error, status_bad_input, 'step '//to_text(settings%step)// &
          ' is too long for this Newmark scheme: on this '// &
-         'mesh it must be at most d tau = '//rounded_down(limit)//way_out// &
+         'mesh it must be at most d tau = '//rounded_down(limit)//remedy// &
          'or take newmark_beta = newmark_gamma / 2 = '//to_text(0.5_wp*settings%newmark_gamma))
    end subroutine divide_step
 
-   !> Refuse a mesh on which rounding alone opens the ledger.
+   !> Refuse a mesh on which rounding alone violates the energy balance.
    pure subroutine check_mesh(model, error)
       type(beam_model_t), intent(in) :: model
-      !> Set when it does
+      !> Set if the rounding error is too large
       type(failure_t), allocatable, intent(out) :: error
 
-      ! a tenth of the bound is mostly seen, and more than 1e-6 must not be
-      real(wp), parameter :: most = 1.0e-5_wp
+      ! the observed error is mostly a tenth of the bound, and must not exceed 1e-6
+      real(wp), parameter :: bound = 1.0e-5_wp
       real(wp) :: share
 
       call rounding_of_energy(model, share, error)
-      if (allocated(error) .or. share <= most) return
+      if (allocated(error) .or. share <= bound) return
       call fail(error, status_bad_input, "on this mesh the energy of Newmark's steps is lost in rounding, up to "// &
-         to_text(share)//' of it where at most '//to_text(most)//' is allowed: take fewer elements or elements of '// &
+         to_text(share)//' of it where at most '//to_text(bound)//' is allowed: take fewer elements or elements of '// &
          "more equal length, or method = 'exact'")
    end subroutine check_mesh
 
-   !> Share of the strain energy that rounding may take: eps |y| |K| |y| / (y K y) for the shape at the start. Where
-   !> short elements move as rigid bodies, large forces cancel.
+   !> Bound of the rounding error of the strain energy, as a share of it: eps |y| |K| |y| / (y K y) for the static
+   !> shape. Large forces cancel if short elements move as rigid bodies.
    pure subroutine rounding_of_energy(model, share, error)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(out) :: share
-      !> Set when the stiffness cannot be factorised
+      !> Set if the stiffness cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: magnitudes
@@ -107,7 +107,7 @@ contains
       share = epsilon(1.0_wp)*dot_product(abs(shape), large_forces)/abs(dot_product(shape, forces))
    end subroutine rounding_of_energy
 
-   !> The first six digits of a number; what is written is not above it.
+   !> A number rounded down to six digits, as text.
    pure function rounded_down(value) result(text)
       !> The number, > 0
       real(wp), intent(in) :: value
@@ -123,15 +123,16 @@ contains
       text = to_text(rounded)
    end function rounded_down
 
-   !> Refuse what misses the ledger by more than a share of the energy: rounding has moved the beam.
+   !> Fail if the energy balance is violated by more than a share of the energy, because rounding has then disturbed the
+   !> motion.
    pure subroutine check_ledger(tau, miss, whole, error)
-      !> The instant
+      !> Instant, tau
       real(wp), intent(in) :: tau
-      !> By how much energy
+      !> Error of the energy balance
       real(wp), intent(in) :: miss
-      !> Energy at the start and created
+      !> Energy at the start plus the energy created and the work of loads in magnitude
       real(wp), intent(in) :: whole
-      !> Set when it is too much
+      !> Set if the error is too large
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: tolerance = 1.0e-6_wp

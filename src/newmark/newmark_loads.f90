@@ -1,9 +1,8 @@
-!> What acts on the beam of Newmark's steps besides its surfaces, step by step, and damping that is not proportional to
-!> the stiffness.
+!> Applied loads of Newmark's steps, and damping that is not proportional to the stiffness.
 !>
-!> Where a load jumps a step ends, as it does at an event: halved until it does, with the load before the jump; the next
-!> one begins with that after it. A kink needs no step of its own: what it adds to the error of one step is of second
-!> order, and there are as many kinks whatever the step.
+!> A step ends at each jump of a load, as it does at an event: the step is halved until it ends there, with the load
+!> before the jump, and the next step begins with the load after the jump. A kink of a load needs no step of its own:
+!> its contribution to the error of one step is of second order, and the number of kinks does not depend on the step.
 module newmark_loads
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t
@@ -24,9 +23,9 @@ module newmark_loads
 
 contains
 
-   !> Loads of a run, and the instants at which they jump, or may.
+   !> Collect the loads of a run, and the instants at which a load may jump.
    subroutine prepare_loads(model, settings, run)
-      !> Rigid supports are held
+      !> The beam with its rigid supports fixed
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(newmark_run_t), intent(inout) :: run
@@ -47,7 +46,7 @@ contains
       run%jumps = run%jumps(ascending_order(run%jumps))
    end subroutine prepare_loads
 
-   !> Where something sets in, or ceases.
+   !> Instants at which the course of a load begins or ends.
    pure function jumps_of(course) result(instants)
       type(time_course_t), intent(in) :: course
       real(wp), allocatable :: instants(:)
@@ -58,31 +57,31 @@ contains
          course%start + course%time(size(course%time))]
    end function jumps_of
 
-   !> The load at an instant; where it jumps, after the jump.
+   !> The load vector at an instant; at a jump, the load after the jump.
    pure subroutine load_at(run, tau, load)
       type(newmark_run_t), intent(in) :: run
       real(wp), intent(in) :: tau
-      !> Padded
+      !> Load vector, padded
       real(wp), intent(inout) :: load(1 - band:)
 
       integer :: g
 
-      associate (own => load(1:run%stepper%order))
-         own = 0.0_wp
+      associate (nodal_load => load(1:run%stepper%order))
+         nodal_load = 0.0_wp
          do g = 1, run%loads%count
-            own = own + value_at(run%loads%course(g), tau)*run%loads%vector(:, g)
+            nodal_load = nodal_load + value_at(run%loads%course(g), tau)*run%loads%vector(:, g)
          end do
       end associate
    end subroutine load_at
 
-   !> The load at the end of a step; where it jumps there, before the jump.
+   !> The load vector at the end of a step; at a jump, the load before the jump.
    pure subroutine load_at_end(run, tau, load, instant)
       type(newmark_run_t), intent(in) :: run
-      !> The end
+      !> End of the step, tau
       real(wp), intent(in) :: tau
-      !> Padded
+      !> Load vector, padded
       real(wp), intent(inout) :: load(1 - band:)
-      !> Whose load that is
+      !> Instant at which the load was evaluated
       real(wp), intent(out) :: instant
 
       real(wp), parameter :: before = 1.0e-9_wp
@@ -90,7 +89,7 @@ contains
       instant = tau
       if (run%next_jump <= size(run%jumps)) then
          associate (jump => run%jumps(run%next_jump))
-            if (tau >= jump - nearness(run%stepper, jump)) then
+            if (tau >= jump - jump_tolerance(run%stepper, jump)) then
                instant = jump - max(before*run%stepper%step, 16.0_wp*epsilon(jump)*jump)
             end if
          end associate
@@ -98,32 +97,32 @@ contains
       call load_at(run, instant, load)
    end subroutine load_at_end
 
-   !> What is as near to a jump is at it.
-   pure function nearness(stepper, jump) result(distance)
+   !> Distance within which an instant counts as the instant of the jump.
+   pure function jump_tolerance(stepper, jump) result(distance)
       type(newmark_stepper_t), intent(in) :: stepper
       real(wp), intent(in) :: jump
       real(wp) :: distance
 
       distance = max(scale(stepper%step, -deepest_level), 8.0_wp*epsilon(jump)*jump)
-   end function nearness
+   end function jump_tolerance
 
-   !> How often a step must be halved at least so that it does not go past a jump.
-   pure function level_to_jump(run, least) result(level)
+   !> Minimum number of halvings of the step so that it does not pass the next jump.
+   pure function level_to_jump(run, min_level) result(level)
       type(newmark_run_t), intent(in) :: run
-      integer, intent(in) :: least
+      integer, intent(in) :: min_level
       integer :: level
 
-      level = least
+      level = min_level
       if (run%next_jump > size(run%jumps)) return
       associate (jump => run%jumps(run%next_jump))
          do while (level < deepest_level)
-            if (instant_of(run, shiftr(whole_step, level)) <= jump + nearness(run%stepper, jump)) return
+            if (instant_of(run, shiftr(whole_step, level)) <= jump + jump_tolerance(run%stepper, jump)) return
             level = level + 1
          end do
       end associate
    end function level_to_jump
 
-   !> If the present state is at a jump its load is that after it.
+   !> If the present state is at a jump, set its load to the load after the jump.
    pure subroutine pass_jump(run, has_passed)
       type(newmark_run_t), intent(inout) :: run
       logical, intent(out) :: has_passed
@@ -134,7 +133,7 @@ contains
       last = 0.0_wp
       do while (run%next_jump <= size(run%jumps))
          associate (jump => run%jumps(run%next_jump))
-            if (instant_of(run) < jump - nearness(run%stepper, jump)) exit
+            if (instant_of(run) < jump - jump_tolerance(run%stepper, jump)) exit
             last = jump
          end associate
          has_passed = .true.
@@ -147,17 +146,17 @@ contains
       end associate
    end subroutine pass_jump
 
-   !> Damping besides 2 zeta K: in proportion to the mass, or of each mode, for which the matrices of the held beam get
-   !> a full profile.
-   subroutine further_damping(settings, model, held, damping, error)
+   !> Damping besides 2 zeta K: proportional to the mass, or given for each mode. Modal damping extends the matrices of
+   !> the supported beam to the full profile.
+   subroutine further_damping(settings, model, supported, damping, error)
       type(run_settings_t), intent(in) :: settings
-      !> Its modes are those that have ratios
+      !> The beam with free rigid supports, whose modes have the damping ratios
       type(beam_model_t), intent(in) :: model
-      !> The same with its rigid supports held
-      type(beam_model_t), intent(inout) :: held
-      !> C beyond the stiffness's part; unallocated: there is none
+      !> The beam with its rigid supports fixed; its matrices are extended to the full profile
+      type(beam_model_t), intent(inout) :: supported
+      !> Damping besides 2 zeta K; unallocated: there is none
       type(skyline_t), allocatable, intent(out) :: damping
-      !> Set when the modes cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       type(free_modes_t) :: modes
@@ -165,16 +164,17 @@ contains
       integer :: column, i, row
 
       if (allocated(settings%mode_ratios)) then
-         ! supports are attached to the modes of the free beam, whose mass matrix has held degrees of freedom as well
+         ! `find_free_modes` attaches supports to the modes of the free beam, whose mass matrix includes all degrees of
+         ! freedom
          call find_free_modes(model, modes, error)
          if (allocated(error)) return
-         held%stiffness = fill(held%stiffness)
-         held%mass = fill(held%mass)
-         allocate (damping, source=held%mass)
+         supported%stiffness = full_profile(supported%stiffness)
+         supported%mass = full_profile(supported%mass)
+         allocate (damping, source=supported%mass)
          damping%values = 0.0_wp
-         allocate (force(held%mass%order))
+         allocate (force(supported%mass%order))
          do i = 1, size(modes%square)
-            call multiply(held%mass, modes%mode(:, i), force)
+            call multiply(supported%mass, modes%mode(:, i), force)
             associate (ratio => settings%mode_ratios(min(i, size(settings%mode_ratios))))
                do column = 1, damping%order
                   do row = 1, column
@@ -186,13 +186,13 @@ contains
             end associate
          end do
       else if (settings%zeta_mass > 0.0_wp) then
-         allocate (damping, source=held%mass)
+         allocate (damping, source=supported%mass)
          damping%values = 2.0_wp*settings%zeta_mass*damping%values
       end if
    end subroutine further_damping
 
-   !> The same matrix with all its zeros.
-   pure function fill(matrix) result(full)
+   !> The matrix stored with the full profile, zeros included.
+   pure function full_profile(matrix) result(full)
       type(skyline_t), intent(in) :: matrix
       type(skyline_t) :: full
 
@@ -204,6 +204,6 @@ contains
             full%values(full%diagonal(column) - column + row) = matrix%values(matrix%diagonal(column) - column + row)
          end do
       end do
-   end function fill
+   end function full_profile
 
 end module newmark_loads

@@ -1,5 +1,5 @@
-!> Bending moments of a Newmark run: of each state, from displacements, velocities and accelerations of its degrees of
-!> freedom, with nothing of modes (docs/theory.md, section 19). Between the ends of steps they go on straight lines.
+!> Bending moments of a Newmark run, from displacements, velocities and accelerations of the degrees of freedom, without
+!> modes (docs/theory.md, section 19). Between the ends of steps moments are interpolated linearly.
 module newmark_moments
    use beam_model, only: beam_model_t
    use kinds, only: wp
@@ -15,13 +15,13 @@ module newmark_moments
 
 contains
 
-   !> Weights, and room for what is kept.
+   !> Prepare the weights of the moments.
    pure subroutine start_moments(model, settings, response, run)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Its moments have room, if any are asked for
+      !> Its moments are allocated if the scene asks for them
       type(response_t), intent(in) :: response
-      !> Its loads are ready; its error is set when the mass matrix cannot be factorised
+      !> Its loads are ready; its error is set if the mass matrix cannot be factorised
       type(newmark_run_t), intent(inout) :: run
 
       if (.not. allocated(response%moments)) return
@@ -41,8 +41,9 @@ contains
       end associate
    end subroutine start_moments
 
-   !> Moments of the present state: those of M* y'' + C* y' + K y along the beam, where K bends each section, and M and
-   !> what damps in proportion to it, or each mode, act all along the beam.
+   !> Bending moments of the present state, from M* y'' + C* y' + K y: K and the damping in proportion to K act as
+   !> strain of the section; M and the damping in proportion to M, or modal damping, act as distributed forces along the
+   !> beam.
    pure function moments_now(run) result(moment)
       type(newmark_run_t), intent(in) :: run
       real(wp) :: moment(size(run%places%stiffness, 2))
