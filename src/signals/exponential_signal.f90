@@ -1,5 +1,5 @@
-!> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element
-!> stop. No term grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
+!> A sum of decaying complex exponentials as a signal with certain bounds: the force of the three-element stop. No term
+!> grows, so from any instant on the second derivative is at most sum |c s^2 exp(s t)|.
 module exponential_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, bounds_t, &
       term_columns, term_curvature, term_rate, term_value, viewed_signal_t
@@ -11,10 +11,10 @@ module exponential_signal
    private
    public :: exponential_signal_t
 
-   !> s(t) = offset + sum weight Re(c exp(s t)).
+   !> offset + sum weight Re(c exp(s t)).
    type, extends(viewed_signal_t) :: exponential_signal_t
       real(wp) :: offset = 0.0_wp
-      !> Exponents, Re s <= 0, the fastest last, which lets the steps be long, [count]
+      !> Exponents, Re s <= 0, the fastest last, which allows long steps, [count]
       complex(wp), allocatable :: exponent(:)
       !> weight times c, [count]
       complex(wp), allocatable :: amplitude(:)
@@ -31,34 +31,34 @@ contains
       class(exponential_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> s and s'
+      !> Value and slope of the signal
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, turned
-      real(wp) :: term, turned_term
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, power_imag
+      real(wp) :: term, term_imag
       integer :: k
 
-      call line_up(self, decay, omega, real_part, imaginary_part)
-      call powers(size(decay)/lanes, decay, omega, t, power, turned)
+      call copy_to_vectors(self, decay, omega, real_part, imaginary_part)
+      call powers(size(decay)/lanes, decay, omega, t, power, power_imag)
       value = self%offset
       slope = 0.0_wp
-      !$omp simd reduction(+:value, slope) private(term, turned_term)
+      !$omp simd reduction(+:value, slope) private(term, term_imag)
       do k = 1, size(self%exponent)
-         term = real_part(k)*power(k) - imaginary_part(k)*turned(k)
-         turned_term = real_part(k)*turned(k) + imaginary_part(k)*power(k)
+         term = real_part(k)*power(k) - imaginary_part(k)*power_imag(k)
+         term_imag = real_part(k)*power_imag(k) + imaginary_part(k)*power(k)
          value = value + term
-         slope = slope - decay(k)*term - omega(k)*turned_term
+         slope = slope - decay(k)*term - omega(k)*term_imag
       end do
    end subroutine evaluate
 
-   !> The terms in real vectors, the fastest last.
-   pure subroutine line_up(self, decay, omega, real_part, imaginary_part)
+   !> Copy exponents and amplitudes into real vectors, the fastest term last.
+   pure subroutine copy_to_vectors(self, decay, omega, real_part, imaginary_part)
       type(exponential_signal_t), intent(in) :: self
-      !> -Re s and Im s, with zeros up to whole vectors
+      !> -Re s and Im s, padded with zeros to whole vectors
       real(wp), intent(out) :: decay(:)
       real(wp), intent(out) :: omega(:)
-      !> Of the amplitude, [count at least]
+      !> Real and imaginary part of the amplitude, [count at least]
       real(wp), intent(inout) :: real_part(:)
       real(wp), intent(inout) :: imaginary_part(:)
 
@@ -72,37 +72,37 @@ contains
       end do
       decay(size(self%exponent) + 1:) = 0.0_wp
       omega(size(self%exponent) + 1:) = 0.0_wp
-   end subroutine line_up
+   end subroutine copy_to_vectors
 
-   !> Value, slope and bounds of a derivative of the signal at an instant.
+   !> A derivative of the signal at an instant, with bounds that hold from that instant on.
    subroutine find_bounds(self, t, order, here)
       class(exponential_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Which derivative, 0: the signal itself
+      !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> What is there
+      !> Values and bounds at the instant
       type(bounds_t), intent(out) :: here
 
       real(wp) :: terms(size(self%exponent), term_columns)
-      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, turned
-      real(wp), dimension(size(self%exponent)) :: value, turned_value, speed, bound
-      real(wp) :: magnitude, rest(term_columns), size_of_signal, signal, rounding, rate, turned_rate
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, real_part, imaginary_part, power, power_imag
+      real(wp), dimension(size(self%exponent)) :: value, value_imag, speed, bound
+      real(wp) :: magnitude, rest(term_columns), size_of_signal, signal, rounding, rate, rate_imag
       integer :: k, m, n
 
       n = size(self%exponent)
-      call line_up(self, decay, omega, real_part, imaginary_part)
-      call powers(size(decay)/lanes, decay, omega, t, power, turned)
+      call copy_to_vectors(self, decay, omega, real_part, imaginary_part)
+      call powers(size(decay)/lanes, decay, omega, t, power, power_imag)
       signal = self%offset
       magnitude = 4.0_wp*abs(self%offset)
       size_of_signal = 0.0_wp
       !$omp simd reduction(+:signal, magnitude, size_of_signal)
       do k = 1, n
-         value(k) = real_part(k)*power(k) - imaginary_part(k)*turned(k)
-         turned_value(k) = real_part(k)*turned(k) + imaginary_part(k)*power(k)
-         ! far from where a square could overflow, so without the care that abs takes
+         value(k) = real_part(k)*power(k) - imaginary_part(k)*power_imag(k)
+         value_imag(k) = real_part(k)*power_imag(k) + imaginary_part(k)*power(k)
+         ! the squares are far from overflow, so the scaling of abs is not needed
          speed(k) = sqrt(decay(k)**2 + omega(k)**2)
-         bound(k) = sqrt(value(k)**2 + turned_value(k)**2)
+         bound(k) = sqrt(value(k)**2 + value_imag(k)**2)
          signal = signal + value(k)
          size_of_signal = size_of_signal + bound(k)
          magnitude = magnitude + (4.0_wp + speed(k)*t)*bound(k)
@@ -111,21 +111,21 @@ contains
       do m = 1, order
          !$omp simd private(rate)
          do k = 1, n
-            rate = -decay(k)*value(k) - omega(k)*turned_value(k)
-            turned_value(k) = omega(k)*value(k) - decay(k)*turned_value(k)
+            rate = -decay(k)*value(k) - omega(k)*value_imag(k)
+            value_imag(k) = omega(k)*value(k) - decay(k)*value_imag(k)
             value(k) = rate
             bound(k) = bound(k)*speed(k)
          end do
       end do
       rounding = 0.0_wp
-      !$omp simd reduction(+:rounding) private(rate, turned_rate)
+      !$omp simd reduction(+:rounding) private(rate, rate_imag)
       do k = 1, n
          rounding = rounding + (4.0_wp + speed(k)*t)*bound(k)
-         rate = -decay(k)*value(k) - omega(k)*turned_value(k)
-         turned_rate = omega(k)*value(k) - decay(k)*turned_value(k)
+         rate = -decay(k)*value(k) - omega(k)*value_imag(k)
+         rate_imag = omega(k)*value(k) - decay(k)*value_imag(k)
          terms(k, term_value) = value(k)
          terms(k, term_rate) = rate
-         terms(k, term_curvature) = -decay(k)*rate - omega(k)*turned_rate
+         terms(k, term_curvature) = -decay(k)*rate - omega(k)*rate_imag
          terms(k, bound_value) = bound(k)
          terms(k, bound_curvature) = bound(k)*speed(k)**2
          terms(k, bound_jerk) = min(terms(k, bound_curvature)*speed(k), huge(1.0_wp))
@@ -150,20 +150,20 @@ contains
       here%free = free_step(terms, rest, here%value, here%slope)
    end subroutine find_bounds
 
-   !> offset + factor times a derivative of the signal, from an instant on.
+   !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
    subroutine view(self, from, factor, offset, order, part)
       class(exponential_signal_t), intent(in) :: self
-      !> The instant
+      !> Instant that becomes t = 0
       real(wp), intent(in) :: from
       real(wp), intent(in) :: factor
       real(wp), intent(in) :: offset
-      !> 0: the signal itself, 1: its slope
+      !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order
-      !> The same as a signal
+      !> The new signal
       class(viewed_signal_t), allocatable, intent(out) :: part
 
       type(exponential_signal_t), allocatable :: exponential
-      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, power, turned
+      real(wp), dimension(padded(size(self%exponent))) :: decay, omega, power, power_imag
 
       allocate (exponential)
       exponential%offset = offset
@@ -177,8 +177,8 @@ contains
             omega(n + 1:) = 0.0_wp
             decay(:n) = -real(self%exponent, wp)
             omega(:n) = aimag(self%exponent)
-            call powers(size(decay)/lanes, decay, omega, from, power, turned)
-            exponential%amplitude(:) = exponential%amplitude*cmplx(power(:n), turned(:n), wp)
+            call powers(size(decay)/lanes, decay, omega, from, power, power_imag)
+            exponential%amplitude(:) = exponential%amplitude*cmplx(power(:n), power_imag(:n), wp)
          end associate
       end if
       call move_alloc(exponential, part)

@@ -1,4 +1,5 @@
-!> The peak of a flight from what the search for its end has seen: two or three looks more, instead of searches.
+!> The maximum of a flight (motion with the contact open) from the history of the search for its end, with two or three
+!> further evaluations instead of further searches.
 module flight_peaks
    use certified_search, only: bounds_t, history_size, search_history_t, viewed_signal_t
    use kinds, only: wp
@@ -9,25 +10,25 @@ module flight_peaks
 
 contains
 
-   !> The greatest value between two zeros of a signal, certain within `peak_tolerance`.
+   !> The maximum of a signal between two zeros, certain within `peak_tolerance`.
    subroutine find_peak(signal, history, is_certain, peak, time)
       class(viewed_signal_t), intent(in) :: signal
-      !> From the search for the second zero; gets the looks that are taken
+      !> Evaluations of the search for the second zero; further evaluations are inserted
       type(search_history_t), intent(inout) :: history
-      !> Else there may be a higher one
+      !> False: there may be a higher maximum
       logical, intent(out) :: is_certain
       real(wp), intent(out) :: peak
       real(wp), intent(out) :: time
 
-      integer, parameter :: most_evaluations = 8
+      integer, parameter :: max_evaluations = 8
       real(wp) :: level
       type(bounds_t) :: here
-      integer :: i, looks
+      integer :: i, added
 
-      call climb(signal, history, is_certain, peak, time)
+      call find_local_maximum(signal, history, is_certain, peak, time)
       if (.not. is_certain) return
       level = peak*(1.0_wp + peak_tolerance)
-      looks = 0
+      added = 0
       i = 1
       do while (i < history%count)
          if (stays_below(level, history%time(i + 1) - history%time(i), history%find_bounds(i), history%find_bounds(i &
@@ -35,8 +36,8 @@ contains
             i = i + 1
             cycle
          end if
-         looks = looks + 1
-         is_certain = looks <= most_evaluations .and. history%count < history_size
+         added = added + 1
+         is_certain = added <= max_evaluations .and. history%count < history_size
          if (.not. is_certain) return
          associate (t => 0.5_wp*(history%time(i) + history%time(i + 1)))
             call signal%find_bounds_without_step(t, 0, here)
@@ -47,15 +48,15 @@ contains
       end do
    end subroutine find_peak
 
-   !> To the turn next to the highest look, which joins the looks.
-   subroutine climb(signal, history, is_found, peak, time)
+   !> Find the local maximum next to the highest evaluation by iteration on the slope, and insert it into the history.
+   subroutine find_local_maximum(signal, history, is_found, peak, time)
       class(viewed_signal_t), intent(in) :: signal
       type(search_history_t), intent(inout) :: history
       logical, intent(out) :: is_found
       real(wp), intent(out) :: peak
       real(wp), intent(out) :: time
 
-      integer, parameter :: most_evaluations = 12
+      integer, parameter :: max_evaluations = 12
       type(bounds_t) :: here
       real(wp) :: from, step, to
       integer :: k, place
@@ -63,16 +64,16 @@ contains
       peak = 0.0_wp
       time = 0.0_wp
       is_found = .false.
-      call find_turn(signal, history, place)
+      call bracket_maximum(signal, history, place)
       if (place == 0) return
       from = history%time(place)
       to = history%time(place + 1)
-      time = from + (to - from)*top_between(to - from, history%find_bounds(place), history%find_bounds(place + 1))
-      do k = 1, most_evaluations
+      time = from + (to - from)*cubic_maximum(to - from, history%find_bounds(place), history%find_bounds(place + 1))
+      do k = 1, max_evaluations
          call signal%find_bounds_without_step(time, 1, here)
          if (here%value > 0.0_wp) from = time
          if (here%value <= 0.0_wp) to = time
-         step = step_to_turn(here)
+         step = step_to_maximum(here)
          is_found = abs(step) <= 2.0_wp*spacing(time) .or. (time + step > from .and. time + step < to .and. &
             min(here%bound_jerk, 1.0e100_wp)*abs(step)**3 <= here%rounding)
          if (is_found) exit
@@ -85,22 +86,22 @@ contains
       here = bounds_t(value=peak, curvature=here%slope + step*here%curvature, &
          bound_jerk=history%find_bounds(place)%bound_jerk)
       call insert(history, place + 1, time, here)
-   end subroutine climb
+   end subroutine find_local_maximum
 
-   !> Two looks next to each other, one of them the highest, between which the signal turns downwards.
-   subroutine find_turn(signal, history, place)
+   !> Find two successive evaluations, one of them the highest of all, between which the slope changes from + to -.
+   subroutine bracket_maximum(signal, history, place)
       class(viewed_signal_t), intent(in) :: signal
-      !> Gets the looks that are taken
+      !> Further evaluations are inserted
       type(search_history_t), intent(inout) :: history
-      !> The former of them, 0: not found
+      !> Index of the earlier of the two; 0: not found
       integer, intent(out) :: place
 
-      integer, parameter :: most_evaluations = 4
+      integer, parameter :: max_evaluations = 4
       type(bounds_t) :: here
       real(wp) :: t
       integer :: k
 
-      do k = 0, most_evaluations
+      do k = 0, max_evaluations
          place = 0
          if (history%count < 2 .or. history%count >= history_size - 1) return
          place = maxloc(history%find_bounds(:history%count)%value, 1)
@@ -113,69 +114,69 @@ contains
          call insert(history, place + 1, t, here)
       end do
       place = 0
-   end subroutine find_turn
+   end subroutine bracket_maximum
 
-   !> To where the parabola through the slope, its slope and its curvature is zero.
-   elemental function step_to_turn(here) result(step)
+   !> Step to the zero of the parabola through the slope, its first and its second derivative.
+   elemental function step_to_maximum(here) result(step)
       !> Values of the signal's slope
       type(bounds_t), intent(in) :: here
       real(wp) :: step
 
-      ! a step of this length leads nowhere; its cube is a number
-      real(wp), parameter :: far = 1.0e50_wp
+      ! marks a step that does not exist; its cube does not overflow
+      real(wp), parameter :: no_step = 1.0e50_wp
       real(wp) :: root
 
-      step = far
+      step = no_step
       root = here%slope**2 - 2.0_wp*here%value*here%curvature
       if (here%slope < 0.0_wp .and. root > 0.0_wp) step = 2.0_wp*here%value/(sqrt(root) - here%slope)
-   end function step_to_turn
+   end function step_to_maximum
 
-   !> Where between two looks the cubic through their values and slopes is highest, as a share of their distance.
-   pure function top_between(distance, low, high) result(share)
+   !> Maximum of the cubic through the values and slopes of two evaluations, as a share of their distance in time.
+   pure function cubic_maximum(distance, low, high) result(share)
       real(wp), intent(in) :: distance
-      !> It rises
+      !> The earlier evaluation; the signal rises there
       type(bounds_t), intent(in) :: low
-      !> It falls
+      !> The later evaluation; the signal falls there
       type(bounds_t), intent(in) :: high
       real(wp) :: share
 
       real(wp) :: bend, mean, middle
 
       mean = (high%value - low%value)/distance
-      ! its slope is s + 2 m x + b x^2
+      ! with m and b below, the cubic has the slope s + 2 m x + b x^2 at share x
       middle = 3.0_wp*mean - 2.0_wp*low%slope - high%slope
       bend = 3.0_wp*(low%slope + high%slope - 2.0_wp*mean)
       share = low%slope/(sqrt(max(middle**2 - bend*low%slope, 0.0_wp)) - middle)
       if (.not. (share > 0.0_wp .and. share < 1.0_wp)) share = 0.5_wp
-   end function top_between
+   end function cubic_maximum
 
-   !> Does a signal stay below a level between two looks? From either side a cubic is above it, and that no higher than
-   !> its coefficients in Bernstein's form.
+   !> Does a signal certainly stay below a level between two evaluations? From either of them a cubic with the bound on
+   !> the third derivative lies above the signal, and its maximum Bernstein coefficient lies above the cubic.
    pure function stays_below(level, distance, low, high) result(is)
       real(wp), intent(in) :: level
       real(wp), intent(in) :: distance
-      !> The looks
+      !> The earlier and the later evaluation
       type(bounds_t), intent(in) :: low
       type(bounds_t), intent(in) :: high
       logical :: is
 
-      integer, parameter :: parts = 16
+      integer, parameter :: divisions = 16
       real(wp) :: from_left, from_right, jerk, left, right
       integer :: j
 
       jerk = min(low%bound_jerk, 1.0e100_wp)
       is = .false.
-      do j = 0, parts
-         left = distance*real(j, wp)/real(parts, wp)
+      do j = 0, divisions
+         left = distance*real(j, wp)/real(divisions, wp)
          right = distance - left
-         from_left = top_of(low%value, low%slope, low%curvature, jerk, left)
-         from_right = top_of(high%value, -high%slope, high%curvature, jerk, right)
+         from_left = bernstein_maximum(low%value, low%slope, low%curvature, jerk, left)
+         from_right = bernstein_maximum(high%value, -high%slope, high%curvature, jerk, right)
          is = is .or. max(from_left, from_right) < level
       end do
    end function stays_below
 
-   !> A cubic does not come above this.
-   elemental function top_of(value, slope, curvature, jerk, length) result(top)
+   !> The maximum Bernstein coefficient of a cubic on [0, length], an upper bound of the cubic.
+   elemental function bernstein_maximum(value, slope, curvature, jerk, length) result(top)
       real(wp), intent(in) :: value
       real(wp), intent(in) :: slope
       real(wp), intent(in) :: curvature
@@ -188,9 +189,9 @@ contains
       bend = length**2*curvature
       top = max(value, value + length*slope/3.0_wp, value + length*slope*(2.0_wp/3.0_wp) + bend/6.0_wp, &
          value + length*slope + 0.5_wp*bend + length**3*jerk/6.0_wp)
-   end function top_of
+   end function bernstein_maximum
 
-   !> Put a look among the others.
+   !> Insert an evaluation at an index of the history.
    pure subroutine insert(history, place, t, here)
       type(search_history_t), intent(inout) :: history
       integer, intent(in) :: place

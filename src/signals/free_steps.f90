@@ -1,4 +1,5 @@
-!> How far a sum of terms has no zero for certain, by more than the bound on its second derivative.
+!> The length of a step in which a sum of terms certainly has no zero, longer than its bound on the second derivative
+!> alone certifies.
 module free_steps
    use certified_search, only: bound_curvature, bound_jerk, bound_value, step_without_zero, term_columns, &
       term_curvature, term_rate, term_value
@@ -9,24 +10,24 @@ module free_steps
 
 contains
 
-   !> How far there is certainly no zero, by more than one bound on the second derivative.
+   !> Length of a step in which a sum certainly has no zero, longer than one bound on the second derivative certifies.
    !>
-   !> The modes above any number k come no further below zero than they are bounded to; those up to k are kept by their
-   !> value, slope and a bound B on their second derivative. The best k is taken. From there a cubic may reach further:
-   !> the second derivative falls no faster than a bound on the third.
+   !> The terms above any number k are replaced by their lower bounds; the sum of the terms up to k enters by its value,
+   !> slope and a bound B on its second derivative. The k that gives the longest step is taken. From the same values a
+   !> cubic may reach further: the second derivative falls no faster than a bound on the third.
    pure function free_step(terms, rest, whole, whole_slope) result(step)
       !> Terms of the sum with their bounds, [count, 6]
       real(wp), contiguous, intent(in) :: terms(:, :)
-      !> What is added to the terms, in the same columns; the bounds are but on what of it is not convex
+      !> Sum of further terms, in the same columns; its bounds need cover only the part that is not convex
       real(wp), intent(in) :: rest(term_columns)
-      !> The sum and its slope
+      !> The whole sum and its slope
       real(wp), intent(in) :: whole
       real(wp), intent(in) :: whole_slope
       real(wp) :: step
 
-      ! sums of the first k terms, and of the last
-      real(wp), dimension(size(terms, 1)) :: values, slopes, bounds, curvatures, jerks, left, low, length
-      real(wp) :: sums(6), doubt
+      ! partial sums of the first k terms, and of the lower bounds of the others
+      real(wp), dimension(size(terms, 1)) :: values, slopes, bounds, curvatures, jerks, tail, lower_value, step_length
+      real(wp) :: sums(6), rounding
       integer :: best, k, n
 
       n = size(terms, 1)
@@ -43,69 +44,69 @@ contains
          bounds(k) = sums(3)
          curvatures(k) = sums(4)
          jerks(k) = sums(5)
-         left(n + 1 - k) = sums(6)
+         tail(n + 1 - k) = sums(6)
          sums(6) = sums(6) + terms(n + 1 - k, bound_value)
       end do
-      ! what the order of summation leaves in doubt
-      doubt = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*(sums(6) + rest(bound_value) + abs(rest(term_value))) + abs(sums(1)))
+      ! rounding error of the partial sums, whatever the order of summation
+      rounding = 8.0_wp*epsilon(1.0_wp)*(2.0_wp*(sums(6) + rest(bound_value) + abs(rest(term_value))) + abs(sums(1)))
       !$omp simd
       do k = 1, n
-         low(k) = values(k) - left(k) - doubt
+         lower_value(k) = values(k) - tail(k) - rounding
       end do
-      low(n) = max(whole, 0.0_wp)
+      lower_value(n) = max(whole, 0.0_wp)
       slopes(n) = whole_slope
       !$omp simd
       do k = 1, n
-         length(k) = step_without_zero(max(low(k), 0.0_wp), slopes(k), bounds(k))
-         length(k) = merge(length(k), 0.0_wp, low(k) >= 0.0_wp)
+         step_length(k) = step_without_zero(max(lower_value(k), 0.0_wp), slopes(k), bounds(k))
+         step_length(k) = merge(step_length(k), 0.0_wp, lower_value(k) >= 0.0_wp)
       end do
       step = 0.0_wp
       best = n
       do k = 1, n
-         if (length(k) > step) then
-            step = length(k)
+         if (step_length(k) > step) then
+            step = step_length(k)
             best = k
          end if
       end do
-      step = max(step, cubic_step(low(best), slopes(best), curvatures(best), jerks(best), step))
-      if (best < n) step = max(step, cubic_step(low(n), slopes(n), curvatures(n), jerks(n), step))
+      step = max(step, cubic_step(lower_value(best), slopes(best), curvatures(best), jerks(best), step))
+      if (best < n) step = max(step, cubic_step(lower_value(n), slopes(n), curvatures(n), jerks(n), step))
    end function free_step
 
-   !> How far a cubic is certainly positive, of some multiples of a step, and of multiples of the longest of them; 0: of
-   !> none. It does not come below the least of its coefficients in Bernstein's form.
+   !> The longest of some multiples of a step over which a cubic is certainly positive, and of multiples of that one in
+   !> turn; 0: the cubic may vanish in all. The cubic is not below its minimum Bernstein coefficient.
    pure function cubic_step(value, slope, curvature, jerk, step) result(longest)
-      !> Value, slope and second derivative at the start, and how fast that falls at the most
+      !> Value, slope and second derivative at the start, and the maximum rate at which the second derivative falls
       real(wp), intent(in) :: value
       real(wp), intent(in) :: slope
       real(wp), intent(in) :: curvature
       real(wp), intent(in) :: jerk
-      !> What the multiples are of
+      !> The step of which multiples are tried
       real(wp), intent(in) :: step
       real(wp) :: longest
 
       real(wp), parameter :: multiples(16) = [1.1_wp, 1.2_wp, 1.3_wp, 1.45_wp, 1.6_wp, 1.75_wp, 1.9_wp, 2.1_wp, &
          2.4_wp, 2.7_wp, 3.2_wp, 4.0_wp, 5.0_wp, 7.0_wp, 10.0_wp, 16.0_wp]
-      ! powers and products of no more than this do not overflow
-      real(wp), parameter :: greatest = 1.0e70_wp
-      real(wp) :: bend, fall, h, least, reach
+      ! powers and products of magnitudes up to this do not overflow
+      real(wp), parameter :: max_magnitude = 1.0e70_wp
+      real(wp) :: bend, fall, h, lower_bound, trial_step
       integer :: j
 
       longest = 0.0_wp
-      if (.not. max(abs(slope), abs(curvature), jerk) < greatest) return
-      reach = step
-      do while (reach > 0.0_wp .and. reach < greatest)
-         !$omp simd private(bend, fall, h, least) reduction(max:longest)
+      if (.not. max(abs(slope), abs(curvature), jerk) < max_magnitude) return
+      trial_step = step
+      do while (trial_step > 0.0_wp .and. trial_step < max_magnitude)
+         !$omp simd private(bend, fall, h, lower_bound) reduction(max:longest)
          do j = 1, size(multiples)
-            h = min(multiples(j)*reach, greatest)
+            h = min(multiples(j)*trial_step, max_magnitude)
             bend = h*h*curvature/6.0_wp
             fall = h*h*h*jerk/6.0_wp
-            least = min(value + h*slope/3.0_wp, value + h*slope*(2.0_wp/3.0_wp) + bend, &
+            lower_bound = min(value + h*slope/3.0_wp, value + h*slope*(2.0_wp/3.0_wp) + bend, &
                value + h*slope + 3.0_wp*bend - fall)
-            longest = max(longest, merge(h, 0.0_wp, least > 0.0_wp))
+            longest = max(longest, merge(h, 0.0_wp, lower_bound > 0.0_wp))
          end do
-         ! where stiff modes cancel the second derivative is far below its bound
-         if (longest < multiples(size(multiples))*reach) exit
-         reach = longest
+         ! if stiff modes cancel in the sum, its second derivative is far below its bound: try longer steps
+         if (longest < multiples(size(multiples))*trial_step) exit
+         trial_step = longest
       end do
    end function cubic_step
 
