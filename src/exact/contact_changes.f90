@@ -1,4 +1,4 @@
-!> A surface that closes or opens during a motion, and how the flight that follows begins.
+!> Opening and closing of contacts during a motion, and the start of the flight that follows an opening.
 module contact_changes
    use kinds, only: wp
    use motion_phases, only: motion_t
@@ -13,7 +13,7 @@ module contact_changes
 
 contains
 
-   !> A closed surface whose force has vanished.
+   !> Open a closed contact whose force has fallen to zero.
    subroutine let_go(self, k, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -24,7 +24,8 @@ contains
          if (state%is_rigid) then
             call open_contact(self, k, 3, motion, response)
          else if (state%is_node) then
-            ! its own damping lets the node go smoothly, without it the node leaves at the modes' velocity
+            ! a damped massless node leaves the stop with continuous velocity, an undamped one at the velocity of the
+            ! modes
             call open_contact(self, k, merge(2, 1, state%spring%viscosity > 0.0_wp), motion, response)
          else
             call append_event(response, event_of(self, k, event_separation, motion, velocity, velocity))
@@ -34,11 +35,11 @@ contains
       end associate
    end subroutine let_go
 
-   !> A rigid surface lets the beam go.
+   !> Record the release from a closed rigid contact (or from a massless node's stop), and start the flight.
    subroutine open_contact(self, k, order, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
-      !> Of the first derivative of the gap that does not vanish
+      !> Order of the first nonzero derivative of the gap
       integer, intent(in) :: order
       type(motion_t), intent(in) :: motion
       type(response_t), intent(inout) :: response
@@ -48,13 +49,13 @@ contains
       call start_flight(self, k, order, 0.0_wp)
    end subroutine open_contact
 
-   !> The beam leaves a surface.
+   !> Open a contact: the beam begins a flight from it.
    pure subroutine start_flight(self, k, order, hop_tolerance)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
-      !> Of the first derivative of the gap that does not vanish
+      !> Order of the first nonzero derivative of the gap
       integer, intent(in) :: order
-      !> If it stays below this it is a capture; 0: it is not asked
+      !> A flight whose gap stays below this value is a capture; 0: the flight is not tested for a capture
       real(wp), intent(in) :: hop_tolerance
 
       associate (state => self%states(k))
@@ -68,11 +69,11 @@ contains
       end associate
    end subroutine start_flight
 
-   !> Contact with a surface that yields begins.
+   !> Close a compliant contact.
    subroutine close_contact(self, k, order, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
-      !> Of the first derivative of its force that does not vanish, where that is not a damper's
+      !> Order of the first nonzero derivative of the contact force, if the damper causes no jump of the force
       integer, intent(in) :: order
       type(motion_t), intent(in) :: motion
       type(response_t), intent(inout) :: response
@@ -83,10 +84,10 @@ contains
       associate (state => self%states(k), velocity => velocity_of(self, k, motion))
          if (state%relaxes .and. .not. state%is_deformed) state%depth = 0.0_wp
          if (state%is_node) then
-            ! it comes back to the modes, and is held at once: without mass there is no impact
+            ! the massless node returns to the position given by the modes, without an impact because it has no mass
             node = node_at(state, 0.0_wp)
             event = event_of(self, k, event_capture, motion, velocity + node(2), 0.0_wp)
-            ! exactly, not to rounding
+            ! the gap is exactly zero, not only to rounding
             event%eta = 0.0_wp
             call append_event(response, event)
          else
@@ -100,7 +101,8 @@ contains
       end associate
    end subroutine close_contact
 
-   !> Impulses make the forces of dampers jump: is each spring with a damper pressed now, or left?
+   !> Impulses change velocities, hence damper forces, abruptly: open or close each contact with a spring and damper
+   !> according to the new sign of its force.
    subroutine check_dampers(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion

@@ -1,4 +1,4 @@
-!> Impulses on a beam in its free modes: those of an impact problem, and those that bring a stop point to rest
+!> Impulses on a beam in its free modes: solutions of an impact problem, and impulses that bring a stop point to rest
 !> (docs/theory.md, section 17).
 module contact_impulses
    use complementarity, only: solve_active
@@ -17,10 +17,10 @@ module contact_impulses
    private
    public :: capture_t, solve_impact, bring_to_rest, arrest
 
-   !> Is a surface brought to rest, and what did that take?
+   !> Capture of the beam at a rigid contact: whether the stop point is brought to rest, and by which impulse.
    type :: capture_t
       logical :: is_in = .false.
-      !> It is known to be pressed against the surface
+      !> The contact force is known to be positive
       logical :: is_pressed = .false.
       real(wp) :: velocity = 0.0_wp
       real(wp) :: impulse = 0.0_wp
@@ -29,13 +29,13 @@ module contact_impulses
 
 contains
 
-   !> A flight that is taken back did not happen: its stop point is brought to rest where it began.
+   !> Bring the stop point to rest at the start of a flight that was too low to resolve and is cancelled.
    subroutine bring_to_rest(self, k, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
-      !> Gets what these give
+      !> Receives the events of the impulses
       type(response_t), intent(inout) :: response
 
       associate (capture => captures(k))
@@ -47,15 +47,15 @@ contains
       end associate
    end subroutine bring_to_rest
 
-   !> Take some velocity away from a stop point by an impulse there; rigid contacts that hold the beam keep it, each by
-   !> an impulse of its own.
+   !> Subtract a velocity from a stop point by an impulse there. The other closed rigid contacts keep their velocity of
+   !> zero, each by its own impulse.
    subroutine arrest(self, k, velocity, motion, response, impulse)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: velocity
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> At the point, away from its contact
+      !> Impulse at the stop point, positive away from its contact
       real(wp), intent(out) :: impulse
 
       integer :: arrested(1 + count(self%states%is_rigid .and. self%states%is_closed)), i, j
@@ -84,12 +84,12 @@ contains
       end do
    end subroutine arrest
 
-   !> One impact problem.
+   !> Solve one impact problem and apply its impulses to the motion.
    subroutine solve_impact(self, reached, first, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> Rigid contacts that the beam touches
+      !> Rigid contacts whose gap is zero, [contacts]
       logical, intent(in) :: reached(:)
-      !> That one is hit
+      !> Index of the contact that is hit
       integer, intent(in) :: first
       real(wp), intent(in) :: hop_tolerance
       type(capture_t), intent(inout) :: captures(:)
@@ -104,7 +104,8 @@ contains
       do k = 1, size(reached)
          if (.not. reached(k)) cycle
          velocity = velocity_of(self, k, motion)
-         ! without restitution, and so without a gain of energy, what is on its way out may be turned back
+         ! the contact that is hit closes; rounding may have made its velocity positive. Another contact in
+         ! `comes_to_rest` may open and still take part, because it adds no energy without restitution
          if (k == first) velocity = min(velocity, 0.0_wp)
          call take_part(k, part_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
       end do
@@ -137,7 +138,7 @@ contains
 
    contains
 
-      !> How a contact takes part.
+      !> Role of a contact in the impact problem: one of `rebounds`, `comes_to_rest` and `holds`.
       pure function part_of(k) result(part)
          integer, intent(in) :: k
          integer :: part
@@ -148,7 +149,7 @@ contains
       end function part_of
    end subroutine solve_impact
 
-   !> What an impulse, or none, made of a contact that took part.
+   !> Record the outcome of an impact problem at one contact: event, capture, or start of a flight.
    subroutine enter_impact(self, struck, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(struck_t), intent(in) :: struck
@@ -189,7 +190,7 @@ contains
 
    contains
 
-      !> An event with an impulse, which the measures take.
+      !> Append an event with its impulse, and add the impulse to the measures.
       subroutine keep_impulse(kind, before, impulse, energy_change)
          integer, intent(in) :: kind
          real(wp), intent(in) :: before

@@ -1,5 +1,5 @@
-!> The phase of a beam among any number of surfaces: one set of closed ones, until the first of its signals falls to
-!> zero (docs/theory.md, section 17).
+!> A phase of the motion of a beam among any number of contacts: the set of closed contacts is constant until the first
+!> of the signals that can end the phase falls to zero (docs/theory.md, section 17).
 module contact_phase
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use contact_sets, only: find_last_terms, moved_by, ready_for_losses
@@ -34,21 +34,22 @@ module contact_phase
       type(phase_state_t) :: now
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
-      !> A flight after a rebound that stays below this is captured
+      !> A flight after a rebound whose gap stays below this value is a capture
       real(wp) :: hop_tolerance = 0.0_wp
-      !> What ends the phase
+      !> Index of the contact that ends the phase (0: none), and how: one of the `end_` constants
       integer :: ended = 0
       integer :: ended_by = end_gap
-      !> The flight that it ends began at rest on that surface
+      !> The flight that contact `ended` ends began at rest on that contact
       logical :: from_rest = .false.
-      !> Energy of the modes as the phase starts
+      !> Energy of the constrained modes at the start of the phase
       real(wp) :: start_energy = 0.0_wp
-      !> What is kept of each surface, and of how many samples
+      !> Histories of each contact, [contacts], and the number of samples recorded in them
       type(contact_record_t), allocatable :: records(:)
       integer :: kept = 0
-      !> The phase as observers see it
+      !> The phase as an interval that observers can evaluate
       type(phase_interval_t) :: interval
-      !> The state from which the run goes on, if it has one, and in the end the last; unallocated: not asked for
+      !> State from which the run continues (if `q` is allocated), and after the run its last state; unallocated: not
+      !> requested
       type(section_state_t), allocatable :: carried
    contains
       procedure :: begin
@@ -62,7 +63,7 @@ module contact_phase
 
 contains
 
-   !> Take over the state of the motion.
+   !> Start a phase from the present state of the motion.
    subroutine begin(self, motion)
       class(contact_phase_t), target, intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -88,10 +89,11 @@ contains
       call begin_moments(self%interval%moments, self%now)
    end subroutine begin
 
-   !> The first end of any surface. A low hop that nothing interrupts is no flight.
+   !> Find the end of the phase, the earliest over all contacts. A flight below the hop tolerance that no other event
+   !> interrupts is cancelled.
    subroutine find_end(self, limit)
       class(contact_phase_t), intent(inout) :: self
-      !> Time left to the end of the run
+      !> Time from the start of the phase to the end of the run
       real(wp), intent(in) :: limit
 
       type(search_t) :: search
@@ -106,7 +108,7 @@ contains
          call search_contacts(self%now, self%search%time, self%interval%searches, is_told, self%ended, self%ended_by, &
             self%search%time)
          if (self%ended > 0) self%search%outcome = found_zero
-         ! each evaluates the sums of all contacts
+         ! each evaluation computes the sums of all active contacts
          self%search%evaluations = self%now%path%evaluations*count(self%now%states%is_active)
       end if
       do k = 1, size(self%now%states)
@@ -135,8 +137,8 @@ contains
       end associate
    end subroutine find_end
 
-   !> Does a flight stay below the tolerance through the phase, for certain? As far as the rounding error of the gap can
-   !> tell.
+   !> Decide whether the gap of a flight is certain to stay below the hop tolerance during the phase, up to the rounding
+   !> error of the gap.
    subroutine judge_hop(self, k)
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -156,7 +158,7 @@ contains
       end associate
    end subroutine judge_hop
 
-   !> Free modal state at a time in the phase.
+   !> State of the free modes at a time in the phase.
    subroutine go_to(self, time, q, v, node)
       class(contact_phase_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -181,7 +183,7 @@ contains
       end associate
    end subroutine go_to
 
-   !> The next sample, also of each surface.
+   !> Compute the next sample, and record the histories of each contact.
    subroutine take_sample(self, time, step, asked, sample)
       class(contact_phase_t), intent(inout) :: self
       real(wp), intent(in) :: time
@@ -221,7 +223,7 @@ contains
                gap = constrained%static_gap(k) + sum(constrained%value(:, k)*z) + node(1)
                rate = sum(constrained%value(:, k)*v) + node(2)
                is_constrained = set%is_closed(k) .and. of_rigid_stop(now%states(k))
-               ! exactly, not to rounding
+               ! the gap is exactly zero, not only to rounding
                if (is_constrained) gap = 0.0_wp
                if (is_constrained) rate = 0.0_wp
                if (allocated(record%eta)) record%eta(self%kept) = sign*gap
@@ -231,7 +233,8 @@ contains
                      if (time > 0.0_wp .or. now%states(k)%is_rigid) then
                         record%force(self%kept) = self%force_scale*force_at(now, k, time, alone, alone_rate, term)
                      else
-                        ! known, where the terms of great and stiff dampers lose it in their sum
+                        ! computed from the state: with large and stiff dampers the sum of the terms loses digits at
+                        ! time 0
                         record%force(self%kept) = self%force_scale*force_in(now%states(k), rate)
                      end if
                      total = total + record%force(self%kept)
@@ -247,7 +250,7 @@ contains
             end associate
          end do
          if (now%release_contact == 0) then
-            ! without a stop its place is the tip
+            ! without a stop, the tip is the reference point
             sample%history([eta_stop, eta_tip]) = constrained%static_tip + sum(constrained%tip_value*z)
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
@@ -257,11 +260,11 @@ contains
       end associate
    end subroutine take_sample
 
-   !> Energies of a sample.
+   !> Energies at a sample.
    subroutine sample_energy(self, time, modes, term, sample)
       class(contact_phase_t), intent(inout) :: self
       real(wp), intent(in) :: time
-      !> As `find_losses` has it, [modes, 4]
+      !> States z, v with and without the load response as in `find_losses`, [modes, 4]
       real(wp), intent(in) :: modes(:, :)
       complex(wp), intent(in) :: term(:)
       type(sample_t), intent(inout) :: sample
@@ -306,7 +309,7 @@ contains
       end associate
    end subroutine sample_energy
 
-   !> Bring the motion to the end of the phase.
+   !> Advance the motion to the end of the phase.
    subroutine finish(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -321,10 +324,10 @@ contains
          motion%v)
    end subroutine finish
 
-   !> Bring variations of the motion to the end of the phase.
+   !> Advance the variations of the motion to the end of the phase.
    subroutine end_variations(self, ended, motion)
       class(contact_phase_t), intent(inout) :: self
-      !> The surface that ends it; 0: none
+      !> Index of the contact that ends the phase; 0: none
       integer, intent(in) :: ended
       type(motion_t), intent(inout) :: motion
 
@@ -334,7 +337,7 @@ contains
       call end_columns(self%now, ended, self%ended_by, self%search, motion%tangent)
    end subroutine end_variations
 
-   !> State, surfaces and ledger at the end of the phase.
+   !> Compute state, contacts and energy balance at the end of the phase.
    subroutine finish_energy_balance(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -348,7 +351,7 @@ contains
          ledger => motion%recorder%ledger)
          turn = turn_of(now%forced%frequency, time)
          if (size(set%compliant) > 0) call find_last_terms(set, now%amplitude, time, term)
-         ! observers ask for the state at the end of the phase again
+         ! observers evaluate the state at the end of the phase again
          call keep_state(now, time, term)
          self%interval%z_end(:) = set%last%z
          self%interval%v_end(:) = set%last%v
@@ -374,13 +377,13 @@ contains
             end if
          end do
          ledger%dissipated_stop = sum(now%states%dissipated, mask=.not. now%states%is_node)
-         ! a node is of the beam
+         ! a massless node belongs to the beam
          ledger%dissipated_beam = ledger%dissipated_beam + sum(now%states%dissipated, mask=now%states%is_node)
          where (now%states%is_node) now%states%dissipated = 0.0_wp
       end associate
    end subroutine finish_energy_balance
 
-   !> Is it asked what is lost in the phase? Measures ask for what stops that yield lose alone.
+   !> Is dissipation computed in this phase? Measures alone require it only if a compliant contact is closed.
    pure function keeps_losses(self, motion) result(keeps)
       class(contact_phase_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -390,8 +393,9 @@ contains
          size(self%now%set%compliant) > 0)
    end function keeps_losses
 
-   !> What rounding let dip below a rigid surface ends on it, and what leaves one that yields does so from where that
-   !> is: by a static shape, as that takes the least energy, with which the ledger is charged.
+   !> Project the gap of the contact that ends the phase: a rigid contact penetrated by rounding gets gap zero, a beam
+   !> that leaves a compliant contact gets the displacement of that contact. The static shape is used because it needs
+   !> the least energy; the work done at a rigid contact is charged to the ledger.
    subroutine project_gap(self, motion)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -413,7 +417,7 @@ contains
       end associate
    end subroutine project_gap
 
-   !> What observers see of the phase.
+   !> Let the observers measure the phase.
    subroutine measure(self, is_last, motion)
       class(contact_phase_t), target, intent(inout) :: self
       logical, intent(in) :: is_last
@@ -431,7 +435,7 @@ contains
          interval%start = motion%tau
          interval%length = self%search%time
          interval%is_last = is_last
-         ! by the nodal reading of an impulse
+         ! if only the nodal velocity is replaced at impacts
          interval%may_gain = allocated(self%now%beam%nodal_shape)
          interval%contacts = size(self%now%states)
          interval%now => self%now
@@ -445,7 +449,7 @@ contains
       end associate
    end subroutine measure
 
-   !> What follows.
+   !> Apply the transition at the end of the phase.
    subroutine follow(self, motion, response)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion

@@ -1,5 +1,5 @@
-!> What rigid surfaces that hold the beam do to it at an instant, and what follows for the others: surfaces that yield
-!> and that it touches, and whether it moves at all (docs/theory.md, section 17).
+!> Reactions of closed rigid contacts at an instant, the state of touched compliant contacts (zero gap, zero force) that
+!> follows from them, and whether the beam is at rest (docs/theory.md, section 17).
 module contact_reactions
    use complementarity, only: solve_complementarity
    use damped_oscillators, only: acceleration_of => acceleration
@@ -16,19 +16,20 @@ module contact_reactions
    private
    public :: find_reactions, leaving_orders, settle_touched
 
-   !> More than rounding leaves of the velocities of a beam at rest.
+   !> Upper bound of sum |q'| of a beam at rest, as a share of 1 + sum |q|, with room for rounding errors.
    real(wp), parameter :: most_creep = 1.0e-6_wp
 
-   !> Rounding error of a sum over the parts that its modes are made of.
+   !> Relative rounding error of a sum over the modes.
    real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
 
 contains
 
-   !> Forces of rigid surfaces on which the beam rests, from the complementarity of reactions and accelerations.
+   !> Find the reactions of rigid contacts with zero gap and zero velocity, from the complementarity of reactions and
+   !> gap accelerations.
    subroutine find_reactions(self, place, motion)
-      !> Its loads are those of the instant; gets the reactions
+      !> Holds the loads at the instant; `reactions` is set
       type(phase_state_t), intent(inout) :: self
-      !> Of these surfaces
+      !> Indices of these rigid contacts
       integer, intent(in) :: place(:)
       type(motion_t), intent(in) :: motion
 
@@ -62,8 +63,8 @@ contains
       end associate
    end subroutine find_reactions
 
-   !> Which of the rigid surfaces on which the beam rests does it leave? Order of the first derivative of their gaps
-   !> that exceeds its rounding error, where that opens the gap; 0: the surface holds the beam, with or without a force.
+   !> Which of the rigid contacts in `reactions` open? Order of the first derivative of the gap that exceeds its
+   !> rounding error if this derivative is positive; 0: the contact stays closed, with or without a force.
    function leaving_orders(self, motion) result(order)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -85,7 +86,8 @@ contains
       end do
    end function leaving_orders
 
-   !> Rigid surfaces that bear a force, those that the beam leaves by an acceleration, and the rest, where both vanish.
+   !> Separate rigid contacts with a positive reaction, those that open with a positive acceleration, and the rest, for
+   !> which both vanish.
    pure subroutine find_sides(reactions, bears, leaves)
       type(reactions_t), intent(in) :: reactions
       logical, intent(out) :: bears(:)
@@ -100,16 +102,16 @@ contains
       end do
    end subroutine find_sides
 
-   !> How accelerations change from now on. Surfaces that bear a force go on holding the beam; those where force and
-   !> acceleration vanish hold it or let it go as their rates are complementary, which is one problem over all of them:
-   !> what a load at one place does to another surface depends on what holds the beam where the load is.
+   !> Rates of change of the modal accelerations. Contacts with a positive reaction stay closed. For contacts with zero
+   !> reaction and zero acceleration, the rates of both are complementary. One problem is solved over all these contacts
+   !> because the effect of a load on one contact depends on which others stay closed.
    subroutine find_jerk(self, motion, reactions, jerk, spread)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       type(reactions_t), intent(in) :: reactions
-      !> Rates of the accelerations of the free modes
+      !> Rates of change of the accelerations of the free modes, [modes]
       real(wp), intent(out) :: jerk(:)
-      !> Sum of the magnitudes that each of these is made of
+      !> Sum of the magnitudes of the summands of each rate, [modes]
       real(wp), intent(out) :: spread(:)
 
       real(wp) :: moves(size(motion%q))
@@ -151,7 +153,7 @@ contains
       end associate
    end subroutine find_jerk
 
-   !> Sum of the magnitudes that the acceleration of each free mode is made of.
+   !> Sum of the magnitudes of the summands of each modal acceleration, [modes].
    function spread_of(self, motion, reactions) result(spread)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -171,12 +173,12 @@ contains
       end do
    end function spread_of
 
-   !> The beam touches surfaces that yield and does not press on them: is each pressed from now on, or left, or does
-   !> that go on? And does anything move?
+   !> Decide for each touched compliant contact (zero gap, zero force) whether it closes, opens or stays touched, and
+   !> whether the beam is at rest.
    subroutine settle_touched(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
-      !> Gets the events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       real(wp) :: place, speed
@@ -194,11 +196,11 @@ contains
       call ask_touched(self, motion, response)
    end subroutine settle_touched
 
-   !> The same of a beam that touches surfaces or hardly moves.
+   !> Decide for touched contacts and for rest if any contact is touched or the beam hardly moves.
    subroutine ask_touched(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
-      !> Gets the events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       real(wp), dimension(size(motion%q)) :: jerk, spread, jerk_spread
@@ -218,16 +220,16 @@ contains
       self%is_at_rest = is_at_rest(self, motion, self%reactions%acceleration, spread)
    end subroutine ask_touched
 
-   !> A surface that yields is pressed by the beam that touches it at rest, is left, or neither: the first derivative of
-   !> the gap that exceeds its rounding error decides.
+   !> Close or open a touched compliant contact, or leave it touched: the sign of the first derivative of the gap that
+   !> exceeds its rounding error decides.
    subroutine leave_or_press(self, k, motion, changes, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      !> Accelerations of the free modes, the sum of the magnitudes that each is made of, and both of their rates,
-      !> [modes, 4]
+      !> Accelerations of the free modes, the sums of the magnitudes of their summands, and the rates of change of the
+      !> accelerations with their sums, [modes, 4]
       real(wp), intent(in) :: changes(:, :)
-      !> Gets a contact
+      !> Receives the event of a closing contact
       type(response_t), intent(inout) :: response
 
       real(wp) :: push(3), error(3)
@@ -250,14 +252,14 @@ contains
       end associate
    end subroutine leave_or_press
 
-   !> Does nothing move until loads change? Velocities and accelerations are rounding errors, loads constant, and no
-   !> surface is on its way home.
+   !> Is the beam at rest until loads change? Velocities and accelerations are then rounding errors, loads are constant,
+   !> and no contact is relaxing.
    function is_at_rest(self, motion, acceleration, spread) result(answer)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
-      !> Of the free modes
+      !> Accelerations of the free modes, [modes]
       real(wp), intent(in) :: acceleration(:)
-      !> Sum of the magnitudes that each of these is made of
+      !> Sum of the magnitudes of the summands of each acceleration, [modes]
       real(wp), intent(in) :: spread(:)
       logical :: answer
 

@@ -1,6 +1,6 @@
-!> A set of closed surfaces, and the motion of a beam on it in closed form: rigid ones hold it, those that yield press
-!> on it (docs/theory.md, section 17). Where each mode has a damping ratio of its own those that hold press as well, on
-!> the free modes (section 18). Made at first use and kept.
+!> Contact sets: the beam with a given set of closed contacts, and its motion in closed form. Closed rigid contacts are
+!> constraints, closed compliant contacts apply forces (docs/theory.md, section 17). If each mode has its own damping
+!> ratio, rigid contacts also apply forces, to the free modes (section 18). A set is made at first use and cached.
 module contact_sets
    use damped_oscillators, only: propagate, sampler_t, step_matrices_t
    use failures, only: failure_t
@@ -21,46 +21,46 @@ module contact_sets
    public :: ready_for_losses, moved_by
 
    type :: contact_set_t
-      !> The run of its store for which it is ready
+      !> Run of the store for which the set is prepared
       integer :: run = 0
-      !> Which surfaces are closed, [surfaces]
+      !> Which contacts are closed, [contacts]
       logical, allocatable :: is_closed(:)
-      !> The beam held at the rigid ones, if modes swing alone then
+      !> The beam with rigid contacts as constraints (none if each mode has its own damping ratio)
       type(constrained_set_t) :: constrained
-      !> All others, and the terms of the motion on them
+      !> All other closed contacts, which apply forces, and the exponential terms of the motion with them
       integer, allocatable :: compliant(:)
       type(joint_modes_t) :: joint
-      !> Terms of gaps and reactions per unit of amplitude, [surfaces, count], [held, count]
+      !> Terms of gaps and reactions per unit of amplitude, [contacts, terms], [constraints, terms]
       complex(wp), allocatable :: gap(:, :), reaction(:, :)
-      !> At rest: modes of the held beam, forces of those that are pressed, gaps, reactions
+      !> In static equilibrium: constrained modes, forces of the contacts in `compliant`, gaps, reactions
       real(wp), allocatable :: rest(:), rest_force(:), rest_gap(:), rest_reaction(:)
-      !> Goes through the samples of phases without terms
+      !> Generates equally spaced samples in phases without compliant contacts
       type(sampler_t) :: sampler
-      !> Dissipation in the beam, where that is asked for, and in each that yields, [1 + pressed]
+      !> Dissipation in the beam, if requested, and in each compliant contact, [1 + compliant]
       type(power_form_t), allocatable :: losses(:)
       logical :: has_beam_losses = .false.
       logical :: has_stop_losses = .false.
-      !> The terms of the phase from its start to the time that was asked for last
+      !> Values of the terms at the start of the phase and at the last requested time
       type(span_t) :: span
-      !> Its answers to loads; unallocated: there are none, or it was not used yet
+      !> Responses of the set to unit loads; unallocated: no loads, or not used yet
       type(unit_responses_t), allocatable :: forced
-      !> What its terms make of squares of signals, where those are integrated
+      !> Integrals of products of the terms, for integrals of squared signals
       type(squares_t) :: squares
-      !> Gaps and forces as rows of its terms and of the loads' harmonics; whether they are made, and can be searched
+      !> Gaps and forces as output rows of terms and load harmonics; whether the rows are made and can be searched
       type(row_basis_t) :: rows
       logical :: has_rows = .false., can_search_rows = .false.
-      !> The row of each gap and its sign, of each force that its gap does not tell, 0: there is none, and of the tip;
-      !> the contact whose gap a row is but for the sign; number of terms but for harmonics
+      !> Row of each gap and its sign; row of each force that is not a multiple of gap and gap rate; 0: no row. Row of
+      !> the tip; contact whose gap (up to sign) each row is; number of terms without harmonics
       integer, allocatable :: gap_row(:), force_row(:), row_contact(:)
       real(wp), allocatable :: gap_sign(:)
       integer :: tip_row = 0, motion_terms = 0
-      !> Room for the state of its modes as a phase starts and as it ends: displacements and rates of both, [modes, 4]
+      !> State of the modes at the start and end of a phase: displacements and rates of both, [modes, 4]
       real(wp), allocatable :: state(:, :)
-      !> And for that where a search of a gap evaluated it last, less what loads do
+      !> Homogeneous part of the state at the last instant evaluated, cached
       type(modal_state_t) :: last
    end type contact_set_t
 
-   !> So many sets are kept, as long as they take no more bytes than this: four stops on both sides have 81.
+   !> Maximum number and bytes of stored sets; four stops on both sides have 81 sets.
    integer, parameter :: most_sets = 128
    real(wp), parameter :: most_bytes = 1.0e8_wp
 
@@ -68,19 +68,19 @@ module contact_sets
       type(contact_set_t), pointer :: set => null()
    end type set_place_t
 
-   !> The sets of a run, kept for the next one with the same beam, damping and stops. The least recently made go when
-   !> there are too many.
+   !> The sets of a run, stored for the next run with the same beam, damping and stops. If the store is full, the oldest
+   !> sets are deallocated.
    type :: set_store_t
       private
-      !> Beam and surfaces of the present run
+      !> Beam and contacts of the present run
       type(free_beam_t) :: beam
       logical, allocatable :: is_rigid(:)
       type(impedance_t), allocatable :: spring(:)
-      !> Runs so far
+      !> Number of runs so far
       integer :: run = 0
       type(set_place_t) :: place(most_sets)
       integer :: count = 0
-      !> It may not go: signals that outlive their phase point to it
+      !> A set that must not be deallocated: stored signals point to its oscillators
       type(contact_set_t), pointer, public :: in_use => null()
    contains
       final :: empty
@@ -88,13 +88,13 @@ module contact_sets
 
 contains
 
-   !> A run begins: what was made of another beam, other signs or other springs goes. Where only damping in proportion
-   !> to stiffness changes, the modes of a beam that rigid surfaces hold stay as they are.
+   !> Start a run: sets of another beam, other signs or other springs are deallocated. If only stiffness-proportional
+   !> damping changes, the modes of the constrained beam are reused.
    subroutine open_sets(beam, is_rigid, spring, store)
       type(free_beam_t), intent(in) :: beam
-      !> Of each surface, [surfaces]
+      !> Of each contact, [contacts]
       logical, intent(in) :: is_rigid(:)
-      !> Meant where it yields, [surfaces]
+      !> Impedances of compliant contacts, [contacts]
       type(impedance_t), intent(in) :: spring(:)
       type(set_store_t), intent(inout) :: store
 
@@ -114,7 +114,7 @@ contains
       store%in_use => null()
    end subroutine open_sets
 
-   !> Do the sets of a store serve these surfaces, whatever their heights and the damping of the beam?
+   !> Can the sets of a store serve these contacts, apart from their heights and the damping of the beam?
    pure function is_alike(store, beam, is_rigid, spring) result(answer)
       type(set_store_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
@@ -137,7 +137,7 @@ contains
       end associate
    end function is_alike
 
-   !> Are two beams of the same modes damped alike?
+   !> Have two beams with the same modes the same damping?
    pure function is_damped_alike(beam, old) result(answer)
       type(free_beam_t), intent(in) :: beam
       type(free_beam_t), intent(in) :: old
@@ -148,8 +148,8 @@ contains
          (beam%has_own_rates .eqv. old%has_own_rates)
    end function is_damped_alike
 
-   !> Is damping more than proportional to stiffness? It may change the order of modes then, and what holds the beam may
-   !> press on it instead.
+   !> Is damping not purely stiffness-proportional? It may then change the order of the modes, and a rigid contact may
+   !> have to apply a force instead of being a constraint.
    pure function is_damped_by_mass(beam) result(answer)
       type(free_beam_t), intent(in) :: beam
       logical :: answer
@@ -157,7 +157,7 @@ contains
       answer = beam%has_own_rates .or. any(beam%oscillators%mass_rate > 0.0_wp)
    end function is_damped_by_mass
 
-   !> Give back the sets in which surfaces are pressed: damping changes their terms.
+   !> Deallocate the sets with compliant contacts, because damping changes their terms.
    subroutine drop_compliant(store)
       type(set_store_t), intent(inout) :: store
 
@@ -175,7 +175,7 @@ contains
       store%count = kept
    end subroutine drop_compliant
 
-   !> To the last bit.
+   !> Are two values equal to the last bit?
    elemental function is_equal(a, b) result(answer)
       real(wp), intent(in) :: a
       real(wp), intent(in) :: b
@@ -184,16 +184,16 @@ contains
       answer = a <= b .and. a >= b
    end function is_equal
 
-   !> The set of these closed surfaces, made if there is none yet.
+   !> Find the set of the given closed contacts, or make it if the store has none.
    subroutine find_set(is_closed, store, set, is_new, error)
-      !> [surfaces]
+      !> [contacts]
       logical, intent(in) :: is_closed(:)
-      !> Open for the run
+      !> Prepared for the run by `open_sets`
       type(set_store_t), intent(inout) :: store
       type(contact_set_t), pointer, intent(out) :: set
-      !> The run has not used it so far
+      !> The present run uses the set for the first time
       logical, intent(out) :: is_new
-      !> Set when the exponents are not found
+      !> Set if the exponents are not found
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: i
@@ -223,7 +223,7 @@ contains
       call make_set(store%beam, store%is_rigid, store%spring, is_closed, set, error)
    end subroutine find_set
 
-   !> Room for one more set.
+   !> Deallocate the oldest sets until one more fits into the store.
    subroutine make_room(store)
       type(set_store_t), intent(inout) :: store
 
@@ -247,7 +247,7 @@ contains
       end do
    end subroutine make_room
 
-   !> What a set takes, but for what is small.
+   !> Memory of the large arrays of a set.
    pure function bytes_of(set) result(bytes)
       type(contact_set_t), intent(in) :: set
       real(wp) :: bytes
@@ -260,7 +260,7 @@ contains
       if (allocated(set%losses)) bytes = bytes + 8.0_wp*word*real(size(set%losses), wp)*real(set%joint%count, wp)**2
    end function bytes_of
 
-   !> Give the sets back.
+   !> Deallocate all sets.
    subroutine empty(store)
       type(set_store_t), intent(inout) :: store
 
@@ -278,7 +278,7 @@ contains
       type(impedance_t), intent(in) :: spring(:)
       logical, intent(in) :: is_closed(:)
       type(contact_set_t), target, intent(inout) :: set
-      !> Set when the exponents are not found
+      !> Set if the exponents are not found
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: i, m
@@ -308,13 +308,13 @@ contains
       call find_rest(set)
    end subroutine make_set
 
-   !> Where the beam is at rest on surfaces that are pressed, from where it is held.
+   !> Static equilibrium on compliant contacts, relative to that of the constrained beam.
    pure subroutine find_rest(set)
       type(contact_set_t), intent(inout) :: set
 
       if (size(set%compliant) == 0) return
       associate (constrained => set%constrained, joint => set%joint)
-         ! heights above the state of rest of the held beam
+         ! heights above the static state of the constrained beam
          associate (heights => -constrained%static_gap(set%compliant))
             set%rest_force = matmul(joint%static_force, heights)
             set%rest = matmul(joint%static_shape, heights)
@@ -325,11 +325,11 @@ contains
       end associate
    end subroutine find_rest
 
-   !> What a force at a surface does to the set's modes, each divided by a number of its own (1: velocities by an
-   !> impulse, W^2: displacements): rigid surfaces that are pressed stay where they are.
+   !> Response of the set's modes to a unit force at a contact, each mode divided by its divisor (1: velocities after an
+   !> impulse, W^2: displacements). Rigid contacts in `compliant` do not move.
    pure function moved_by(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
-      !> The surface
+      !> The contact
       integer, intent(in) :: k
       !> [modes]
       real(wp), intent(in) :: divisor(:)
@@ -358,14 +358,14 @@ contains
       end associate
    end function moved_by
 
-   !> The terms at the end of a phase, which losses and impulses of measures ask for again.
+   !> Terms at the end of a phase, stored in `span` because losses and impulses need them again.
    pure subroutine find_last_terms(set, amplitude, time, term)
       type(contact_set_t), intent(inout) :: set
-      !> With the weight, [count]
+      !> Amplitudes times weights, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> Since the start
+      !> Since the start of the phase
       real(wp), intent(in) :: time
-      !> [count]
+      !> [terms]
       complex(wp), intent(out) :: term(:)
 
       if (set%has_stop_losses) then
@@ -376,15 +376,15 @@ contains
       end if
    end subroutine find_last_terms
 
-   !> State of the held beam's modes on surfaces that are pressed.
+   !> State of the constrained modes with closed compliant contacts.
    pure subroutine state_in(set, amplitude, z0, v0, time, z, v)
       type(contact_set_t), intent(in) :: set
-      !> With the weight, [count]
+      !> Amplitudes times weights, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> State at the start; only modes with nodes at those surfaces are read, [modes]
+      !> State at the start of the phase; only modes with nodes at the compliant contacts are read, [modes]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
-      !> Since the start
+      !> Since the start of the phase
       real(wp), intent(in) :: time
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
@@ -392,15 +392,15 @@ contains
       call state_of_terms(set, terms_at(set%joint, amplitude, time), z0, v0, time, z, v)
    end subroutine state_in
 
-   !> The same from the terms at that instant.
+   !> State of the constrained modes from the values of the terms at an instant.
    pure subroutine state_of_terms(set, term, z0, v0, time, z, v)
       type(contact_set_t), intent(in) :: set
-      !> [count]
+      !> [terms]
       complex(wp), intent(in) :: term(:)
-      !> State at the start; only modes with nodes at those surfaces are read, [modes]
+      !> State at the start of the phase; only modes with nodes at the compliant contacts are read, [modes]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
-      !> Since the start
+      !> Since the start of the phase
       real(wp), intent(in) :: time
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
@@ -427,10 +427,10 @@ contains
       v(set%joint%inactive) = alone_rate(set%joint%inactive)
    end subroutine state_of_terms
 
-   !> What the ledger needs of each pair of terms.
+   !> Prepare the power forms, over all pairs of terms, from which dissipation follows.
    pure subroutine ready_for_losses(set, with_beam)
       type(contact_set_t), intent(inout) :: set
-      !> Not only what surfaces dissipate
+      !> Also for the dissipation in the beam
       logical, intent(in) :: with_beam
 
       complex(wp), allocatable :: rate(:, :), stop_rate(:, :)
@@ -471,17 +471,17 @@ contains
       end associate
    end subroutine ready_for_losses
 
-   !> Dissipated up to a time in the beam, where that is asked for, and in each surface that yields.
+   !> Energy dissipated since the start of the phase in the beam, if prepared, and in each compliant contact.
    pure subroutine losses_in(set, amplitude, z0, v0, time, lost)
-      !> Ready for it
+      !> Prepared by `ready_for_losses`
       type(contact_set_t), intent(inout) :: set
-      !> With the weight, [count]
+      !> Amplitudes times weights, [terms]
       complex(wp), intent(in) :: amplitude(:)
-      !> State at the start, [modes]
+      !> State at the start of the phase, [modes]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
       real(wp), intent(in) :: time
-      !> [1 + pressed]
+      !> [1 + compliant]
       real(wp), intent(out) :: lost(:)
 
       real(wp), dimension(size(z0)) :: z, v

@@ -1,4 +1,4 @@
-!> Gaps, velocities and forces of surfaces at the present state of a motion, in the free modes.
+!> Gaps, velocities and forces of contacts at the present state of a motion in the free modes.
 module contact_values
    use kinds, only: wp
    use motion_phases, only: motion_t
@@ -12,13 +12,13 @@ module contact_values
 
 contains
 
-   !> An event at the present state: displacement and velocity of the stop point up from the surface.
+   !> An event at the present state; the displacement and velocities of the stop point in the event are positive upward.
    pure function event_of(self, k, kind, motion, before, after) result(event)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       integer, intent(in) :: kind
       type(motion_t), intent(in) :: motion
-      !> Velocities away from the surface
+      !> Velocities before and after the event, positive away from the contact
       real(wp), intent(in) :: before
       real(wp), intent(in) :: after
       type(event_t) :: event
@@ -29,7 +29,7 @@ contains
       end associate
    end function event_of
 
-   !> Distance of the stop point from a surface where that is home.
+   !> Distance of the stop point from the undeformed contact, including the displacement of a massless node.
    pure function gap_of(self, k, q) result(gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -40,7 +40,7 @@ contains
       if (self%states(k)%is_node) gap = gap + self%states(k)%depth
    end function gap_of
 
-   !> The same of the modes' displacement there, without that of a node without mass.
+   !> Distance of the modal displacement of the stop point from the undeformed contact, without that of a massless node.
    pure function gap_to_undeformed(self, k, q) result(gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -50,11 +50,12 @@ contains
       gap = along(self%beam%value(:, k), q) - self%beam%height(k)
    end function gap_to_undeformed
 
-   !> Displacement or velocity of a point, or the mobility between two.
+   !> Displacement or velocity of a point, or the mobility between two points: the product of a mode-shape vector with a
+   !> modal vector.
    pure function along(shape, state) result(value)
-      !> The modes there, [modes]
+      !> Mode-shape values at the point, [modes]
       real(wp), contiguous, intent(in) :: shape(:)
-      !> State in the modes, or the modes at the other point, [modes]
+      !> Modal displacements or velocities, or mode-shape values at the other point, [modes]
       real(wp), contiguous, intent(in) :: state(:)
       real(wp) :: value
 
@@ -67,7 +68,7 @@ contains
       end do
    end function along
 
-   !> Away from the surface.
+   !> Gap velocity, positive away from the contact.
    pure function velocity_of(self, k, motion) result(velocity)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -77,7 +78,7 @@ contains
       velocity = along(self%beam%value(:, k), motion%v)
    end function velocity_of
 
-   !> Rounding error of a gap at an instant that is rounded itself.
+   !> Rounding error of a gap, with that of the instant at which the gap is evaluated.
    pure function noise_of(self, k, motion) result(noise)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -88,7 +89,7 @@ contains
          + abs(velocity_of(self, k, motion))*motion%tau)
    end function noise_of
 
-   !> Rounding error of a velocity.
+   !> Rounding error of a gap velocity.
    pure function speed_noise(self, k, motion) result(noise)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -98,7 +99,7 @@ contains
       noise = 8.0_wp*epsilon(1.0_wp)*sum(abs(self%beam%value(:, k)*motion%v))
    end function speed_noise
 
-   !> Force of a surface that yields, if the beam is on it.
+   !> Force of a compliant contact if the contact is closed.
    pure function force_of(self, k, motion) result(force)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -108,7 +109,7 @@ contains
       force = force_in(self%states(k), velocity_of(self, k, motion))
    end function force_of
 
-   !> What closed surfaces that yield do to the free modes.
+   !> Modal forces of all closed compliant contacts, [modes].
    pure function yielding_forces(self, motion) result(forces)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
@@ -123,12 +124,13 @@ contains
       end do
    end function yielding_forces
 
-   !> How the beam presses on a surface that does not act: the gap's acceleration with its sign turned.
+   !> Negative acceleration of a gap without a force at this contact: positive if a reaction is needed to keep the gap
+   !> at zero.
    function reaction_demand(self, k, motion, noise) result(pull)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
-      !> Its rounding error
+      !> Rounding error of the result
       real(wp), intent(out), optional :: noise
       real(wp) :: pull
 

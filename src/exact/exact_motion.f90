@@ -1,4 +1,4 @@
-!> The response in closed form between events: free modes of the beam, then model A or B of the stop.
+!> The response in closed form between events: free modes of the beam, and contacts whose stops follow model A or B.
 module exact_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t
@@ -23,35 +23,35 @@ module exact_motion
    private
    public :: exact_response, choose_modes, unknown
 
-   !> Number of modes of a run that goes on from no other.
+   !> Value of `lowest_modes` for a run that continues no other run: the number of modes must be chosen.
    integer, parameter :: unknown = -1
 
-   !> A run to compare.
+   !> A trial run, made to compare numbers of modes.
    type :: trial_t
-      !> Number of the lowest modes; these, and residual modes
+      !> Number of the lowest modes in `modes`, which holds residual modes as well
       integer :: count = 0
       type(free_modes_t) :: modes
       type(response_t) :: response
-      !> It was made; not if it would cost too much, or fails
+      !> The run was made; false if it would cost too much, or failed
       logical :: is_done = .false.
    end type trial_t
 
 contains
 
-   !> Run in the modes that the accuracy asks for.
+   !> Compute the response with the number of modes that the requested accuracy needs.
    subroutine exact_response(model, settings, response, error, shared, sets, carried)
       type(beam_model_t), intent(in) :: model
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
       !> Events and histories
       type(response_t), intent(out) :: response
-      !> Set when the modes cannot be found or the run fails
+      !> Set if the modes cannot be found or the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> From `find_base_modes`, found beforehand for many runs; where they are absent or empty the run finds its own
+      !> Modes from `find_base_modes`, shared by many runs; if absent or empty, the run finds its own
       type(free_modes_t), target, intent(in), optional :: shared
-      !> Sets of closed surfaces that the runs before made, for this one and those to come
+      !> Contact sets cached by earlier runs, for this run and later ones
       type(set_store_t), target, intent(inout), optional :: sets
-      !> The motion that the run takes over, if it has a state; then that at its end
+      !> State from which the run continues, if `q` is allocated; on return the state at the end of the run
       type(section_state_t), intent(inout), optional :: carried
 
       type(free_modes_t), target :: own
@@ -89,25 +89,26 @@ contains
       if (associated(base, own)) response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
-   !> The modes of a run: the fewest that a comparison with more shows to suffice.
+   !> Choose the modes of a run: the smallest number that a comparison with a larger number shows to suffice.
    !>
-   !> They are some of the lowest, and residual modes, with which stops and loads find the beam as yielding as it is.
-   !> What is left out then is the inertia of the others. How much that matters nobody knows before the run: so the
-   !> motion in some modes is compared with that in more, and if both agree well within the accuracy that in fewer is
-   !> good enough. Where trials would cost more than they can save, or never agree, all modes are taken.
+   !> A reduced set holds some of the lowest modes and residual modes, which give stops and loads the full static
+   !> flexibility of the beam. It neglects only the inertia of the other modes. The effect of that is not known before
+   !> the run, so the motion with few modes is compared with the motion with more modes. If both agree well within the
+   !> accuracy, the smaller number is used. If trials would cost more than they can save, or never agree, all modes are
+   !> used.
    subroutine choose_modes(model, settings, base, modes, lowest, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       !> From `find_base_modes`
       type(free_modes_t), intent(in) :: base
-      !> Unallocated: those of the base
+      !> Chosen modes; unallocated: the modes of `base` are used
       type(free_modes_t), allocatable, intent(out) :: modes
-      !> Of a run that goes on from another so many of the lowest modes as that had, else `unknown`; then those found,
+      !> On entry the number of lowest modes of the run that is continued, else `unknown`; on return the number chosen,
       !> 0: all
       integer, intent(inout) :: lowest
-      !> How many, and how that was found
+      !> Number of modes, and how it was found
       type(mode_check_t), intent(out) :: check
-      !> Set when they cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       check%all_modes = number_of_modes(model)
@@ -115,7 +116,7 @@ contains
          lowest = 0
          check%kept = min(check%all_modes, settings%response%mode_count)
          if (check%kept <= size(base%lambda) .and. .not. takes_few_modes(model%mesh%elements, settings)) return
-         ! moments take the static share of what is left out from the residual modes
+         ! moments take the static contribution of the truncated modes from the residual modes
          allocate (modes)
          call find_few_modes(model, settings, check%kept, modes, error, base)
          return
@@ -140,8 +141,8 @@ contains
       check%goes_on = is_driven(settings) .and. settings%has_stop .and. check%horizon < settings%response%duration
    end subroutine choose_modes
 
-   !> Is the beam before a node without mass so stiff that only the highest modes of the mesh go with it? Lower ones
-   !> alone would see it as rigid, and rounding as energy.
+   !> Is the beam at a massless node so stiff that only the highest modes of the mesh move the node? With lower modes
+   !> alone, the node would be rigid, and its rounding errors would count as energy.
    pure function has_stiff_node(modes) result(answer)
       type(free_modes_t), intent(in) :: modes
       logical :: answer
@@ -151,13 +152,14 @@ contains
       answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < least_flexibility
    end function has_stiff_node
 
-   !> Of a mesh of which not all modes were found, no number of which suffices: all, or as many as are ever taken.
+   !> Choose the modes if no tried number suffices and `base` does not hold all modes: all modes of the mesh, or the
+   !> maximum number of lowest modes if the mesh is too large.
    subroutine take_most(model, settings, base, modes, lowest, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(in) :: base
       type(free_modes_t), allocatable, intent(out) :: modes
-      !> 0: all
+      !> Number of lowest modes, 0: all
       integer, intent(out) :: lowest
       type(failure_t), allocatable, intent(out) :: error
 
@@ -171,18 +173,18 @@ contains
       end if
    end subroutine take_most
 
-   !> Trials of more and more modes, until two agree or no more can be afforded.
+   !> Try increasing numbers of modes until two trials agree or no further trial can be afforded.
    subroutine try_numbers(model, settings, base, modes, lowest, check, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(in) :: base
-      !> Those of the smaller of two sets that agree; unallocated: none do
+      !> Modes of the smaller of two trials that agree; unallocated: no two trials agree
       type(free_modes_t), allocatable, intent(out) :: modes
-      !> How many of the lowest modes these have; 0: none do
+      !> Number of the lowest modes in `modes`; 0: no two trials agree
       integer, intent(out) :: lowest
-      !> What the trials found
+      !> Receives the result of the trials
       type(mode_check_t), intent(inout) :: check
-      !> Set when modes cannot be found
+      !> Set if modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       type(trial_t), allocatable :: fewer, more, enough
@@ -204,7 +206,7 @@ contains
             check%compared = size(more%modes%lambda)
             call judge_trials(trials, fewer%response, more%response, check, early)
             if (check%agrees) early = check
-            ! what agrees for the first contacts alone serves if no more do longer
+            ! agreement up to the first contacts alone is used if no later comparison agrees for longer
             if (check%agrees .or. (early%agrees .and. .not. allocated(enough))) then
                of_enough = early
                call move_alloc(fewer, enough)
@@ -222,13 +224,13 @@ contains
       allocate (modes, source=enough%modes)
    end subroutine try_numbers
 
-   !> A run to compare; the first is made again until it is long enough.
+   !> Make a trial run. The first trial is repeated with new lengths until its length is settled.
    subroutine try_modes(model, trial, trials, check)
       type(beam_model_t), intent(in) :: model
-      !> Gets its response
+      !> Receives its response
       type(trial_t), intent(inout) :: trial
       type(trials_t), intent(inout) :: trials
-      !> Gets what it took
+      !> Receives the cost of the trial
       type(mode_check_t), intent(inout) :: check
 
       type(set_store_t), target :: sets
@@ -243,7 +245,7 @@ contains
             check%evaluations = check%evaluations + trial%response%evaluations
             check%work = trials%work
             if (allocated(error)) then
-               ! why it fails the run itself tells
+               ! the error is not reported here: the run itself will fail in the same way
                call shorten(trials, trial%response, is_shorter)
                if (.not. is_shorter) return
                cycle
@@ -254,19 +256,19 @@ contains
       end do
    end subroutine try_modes
 
-   !> Run in the lowest modes.
+   !> Run with the first `kept` modes.
    subroutine run_in_modes(model, modes, kept, settings, sets, response, error, carried)
       type(beam_model_t), intent(in) :: model
-      !> The modes of the free beam, which other runs may share
+      !> Modes of the free beam, shared with other runs
       type(free_modes_t), intent(in) :: modes
-      !> Only the first of them are used
+      !> Number of modes used, from the first
       integer, intent(in) :: kept
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
       type(set_store_t), target, intent(inout) :: sets
       !> Events and histories
       type(response_t), intent(out) :: response
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
       type(section_state_t), intent(inout), optional :: carried
 
@@ -284,14 +286,14 @@ contains
       end if
    end subroutine run_in_modes
 
-   !> Any number of stops, with all modes.
+   !> Run with all given modes and any number of stops.
    subroutine run_among_contacts(model, modes, settings, sets, response, error, carried)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
       type(set_store_t), target, intent(inout) :: sets
       type(response_t), intent(out) :: response
-      !> Set when the run cannot start, or fails
+      !> Set if the run cannot start, or fails
       type(failure_t), allocatable, intent(out) :: error
       type(section_state_t), intent(inout), optional :: carried
 
@@ -337,10 +339,10 @@ contains
       end if
    end subroutine run_among_contacts
 
-   !> The whole beam at the instants that were kept.
+   !> Compute displacements, slopes and velocities of the whole beam at the recorded instants.
    subroutine fill_shapes(modes, height, recorder, response)
       type(free_modes_t), intent(in) :: modes
-      !> delta: where eta is 0
+      !> delta, the height at which eta = 0
       real(wp), intent(in) :: height
       type(recorder_t), intent(in) :: recorder
       type(response_t), intent(inout) :: response

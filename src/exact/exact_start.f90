@@ -1,4 +1,4 @@
-!> Beginning and end of a run among several surfaces.
+!> Start and end of a run with any number of contacts.
 module exact_start
    use applied_loads, only: gather_loads, has_loads
    use beam_model, only: beam_model_t, is_mechanism
@@ -35,20 +35,20 @@ module exact_start
 
 contains
 
-   !> From the state that the settings ask for.
+   !> Start a run from the initial state given by the settings.
    subroutine start_exact(model, modes, settings, samples, sets, phase, motion, response, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
-      !> After the one at the start
+      !> Number of samples after the initial one
       integer, intent(in) :: samples
-      !> Of this run, and perhaps of those before
+      !> Contact sets cached by this run and earlier ones
       type(set_store_t), target, intent(inout) :: sets
       type(contact_phase_t), intent(inout) :: phase
-      !> Its recorder is ready
+      !> Its recorder is ready; receives the initial state
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> Set when a surface is in the way
+      !> Set if the initial state penetrates a contact
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
@@ -95,7 +95,7 @@ contains
          do k = 1, size(contacts)
             if (now%states(k)%is_node) call free_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
                motion%recorder%ledger)
-            ! all the energy of the start would not bring the beam there
+            ! a contact that cannot be reached with the initial energy is inactive
             now%states(k)%is_active = is_active(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
@@ -110,7 +110,7 @@ contains
       call begin(settings, phase, motion, response)
    end subroutine start_exact
 
-   !> What is asked of the motion from its start on, and that.
+   !> Open the observers, and find the contacts closed at the start.
    subroutine begin(settings, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
       type(contact_phase_t), intent(inout) :: phase
@@ -131,7 +131,7 @@ contains
       call observe_events(motion%observers, response)
    end subroutine begin
 
-   !> Does the run take over a motion?
+   !> Does the run continue an earlier motion?
    pure function goes_on(phase)
       type(contact_phase_t), intent(in) :: phase
       logical :: goes_on
@@ -140,17 +140,17 @@ contains
       if (allocated(phase%carried)) goes_on = allocated(phase%carried%q)
    end function goes_on
 
-   !> As &start says, with the surfaces that carry the beam.
+   !> Set the initial state given in &start, with the contacts that support the beam.
    subroutine begin_anew(model, modes, settings, is_active, now, motion, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
-      !> Surfaces that can be met
+      !> Contacts that are active (not shadowed by another contact), [contacts]
       logical, intent(in) :: is_active(:)
       type(phase_state_t), intent(inout) :: now
-      !> Gets its state
+      !> Receives the initial state
       type(motion_t), intent(inout) :: motion
-      !> Set when a surface is in the way
+      !> Set if the initial state penetrates a contact
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: forces(size(is_active))
@@ -162,19 +162,19 @@ contains
          associate (state => now%states(k))
             state%is_deformed = forces(k) > 0.0_wp
             if (forces(k) > 0.0_wp .and. .not. state%is_rigid) state%depth = forces(k)/state%spring%stiffness
-            ! the node of the beam that the force of the start pulls
+            ! a massless node is displaced by the static force that holds the beam before its release
             if (state%is_node) state%depth = node_flexibility(state)*(1.0_wp + now%beam%height(k)) &
                /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate
       end do
    end subroutine begin_anew
 
-   !> An undamped node without mass comes back at once to where the modes have it, or to the stop.
+   !> Move an undamped massless node at once to the displacement of the modes, or onto the stop.
    pure subroutine free_node(gap, state, ledger)
-      !> Distance of the modes' displacement from the stop
+      !> Distance of the modal displacement from the stop
       real(wp), intent(in) :: gap
       type(contact_state_t), intent(inout) :: state
-      !> Charged with the energy of the node
+      !> Charged with the energy released by the node
       type(ledger_t), intent(inout) :: ledger
 
       real(wp) :: before
@@ -186,7 +186,7 @@ contains
       ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
    end subroutine free_node
 
-   !> A variation of the state, whose growth sections tell.
+   !> Start one variation of the state, whose growth is recorded at the sections.
    subroutine start_variation(now, sections, tangent)
       type(phase_state_t), intent(in) :: now
       type(run_sections_t), intent(inout) :: sections
@@ -196,13 +196,13 @@ contains
       allocate (tangent)
       associate (square => now%beam%oscillators%square)
          call open_tangent(size(square), size(now%states), 1, tangent)
-         ! of all modes something, of the slow ones no more than of others
+         ! all modes take part, and slow modes have no larger energy than others
          tangent%q(:, 1) = 1.0_wp/sqrt(square)
          tangent%v(:, 1) = 0.5_wp
       end associate
    end subroutine start_variation
 
-   !> What acts on the beam, in its free modes.
+   !> Set up the applied loads in the free modes.
    subroutine take_loads(model, modes, settings, now)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
@@ -215,7 +215,7 @@ contains
       call find_load(now, 0.0_wp)
    end subroutine take_loads
 
-   !> The beam and its surfaces in the free modes.
+   !> Set up the beam and its contacts in the free modes.
    pure subroutine make_beam(model, modes, settings, contacts, beam)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
@@ -243,12 +243,12 @@ contains
       end do
    end subroutine make_beam
 
-   !> Forces and energy at rest, in the modes of the motion.
+   !> Static equilibrium without loads: contact forces and energy, in the modes of the motion.
    pure subroutine find_rest(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
-      !> Surfaces that act
+      !> Active contacts, [contacts]
       logical, intent(in) :: is_active(:)
-      !> P of each
+      !> Contact forces P, [contacts]
       real(wp), intent(out) :: force(:)
       real(wp), intent(out) :: energy
 
@@ -267,7 +267,7 @@ contains
    end subroutine find_rest
 
 
-   !> What was kept goes into the response, in the scene's order.
+   !> Store contact records and measures in the response, contacts in the order of the input file.
    subroutine finish_exact(settings, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
       type(contact_phase_t), intent(inout) :: phase
@@ -283,7 +283,7 @@ contains
       end do
       lost_stop = sum(phase%now%states%dissipated)
       associate (ledger => motion%recorder%ledger, measures => motion%observers%measures)
-         ! the ledger closes to rounding
+         ! dissipation in the beam is the remainder, so that the energy balance closes to rounding
          lost_beam = response%initial_energy + ledger%work + ledger%created - ledger%dissipated_impact - lost_stop &
             - measures%of(measures%release_contact)%measures%final_energy
          call finish_observers(motion%observers, settings%response%duration, [lost_beam, lost_stop, &

@@ -1,4 +1,4 @@
-!> The work of loads on a beam during a phase, and what a stop dissipates under them, in closed form (docs/theory.md,
+!> Work of loads on a beam during a phase, and dissipation in a stop under loads, in closed form (docs/theory.md,
 !> section 18).
 module load_work
    use driven_modes, only: make_driven_mode, work_on, work_on_free_motion
@@ -14,13 +14,13 @@ module load_work
 
 contains
 
-   !> Work from the start of the phase to a time.
+   !> Work of all loads from the start of the phase to a time.
    function work_of_loads(self, time, turn, z, v) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
       complex(wp), intent(in) :: turn(:)
-      !> State of the set's modes then, less what loads do
+      !> Homogeneous part (without the load response) of the state of the constrained modes at that time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
@@ -39,16 +39,17 @@ contains
       call add_modes(self, alone, time, turn, z, v, work)
    end function work_of_loads
 
-   !> Of what swings alone in modes, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
-   !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). Where that would cancel modes are driven from rest.
+   !> Add the work on modes in free vibration, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
+   !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). If these forms would lose digits by cancellation, the
+   !> closed form of a mode driven from rest is used.
    pure subroutine add_modes(self, alone, time, turn, z, v, work)
       type(phase_state_t), intent(in) :: self
-      !> 1: it does so, else 0, [modes]
+      !> 1: the mode vibrates freely, 0: it is coupled to compliant contacts, [modes]
       real(wp), contiguous, intent(in) :: alone(:)
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
       complex(wp), intent(in) :: turn(:)
-      !> State of all modes at that time
+      !> Homogeneous part of the state at that time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
       real(wp), intent(inout) :: work
@@ -91,21 +92,21 @@ contains
       end associate
    end subroutine add_modes
 
-   !> Of a harmonic load on modes that swing alone.
+   !> Work of a harmonic load on modes in free vibration.
    pure function work_of_harmonic(load, turn, alone, square, backward, z0, v0, z, v) result(work)
       type(load_segment_t), intent(in) :: load
-      !> What it has turned to
+      !> exp(i W t) of the load
       complex(wp), intent(in) :: turn
-      !> 1: the mode does so, else 0, [modes]
+      !> 1: the mode vibrates freely, 0: it is coupled to compliant contacts, [modes]
       real(wp), contiguous, intent(in) :: alone(:)
       !> W^2, [modes]
       real(wp), contiguous, intent(in) :: square(:)
-      !> As `unit_responses_t` has it: nothing of modes that are driven, [modes]
+      !> `unit_responses_t%backward` of the load, zero for modes driven from rest, [modes]
       complex(wp), contiguous, intent(in) :: backward(:)
-      !> At the start, [modes]
+      !> State at the start of the phase, [modes]
       real(wp), contiguous, intent(in) :: z0(:)
       real(wp), contiguous, intent(in) :: v0(:)
-      !> And now
+      !> State at the time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
@@ -129,7 +130,7 @@ contains
       work = real(load%harmonic, wp)*real_part - aimag(load%harmonic)*imaginary_part
    end function work_of_harmonic
 
-   !> Is a harmonic there?
+   !> Is the amplitude of a harmonic nonzero?
    elemental function swings(harmonic) result(does)
       complex(wp), intent(in) :: harmonic
       logical :: does
@@ -137,13 +138,13 @@ contains
       does = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
    end function swings
 
-   !> Is a mode driven from rest by a load?
+   !> Is a mode driven from rest by this part of a load?
    pure function is_driven(self, mode, part, load) result(is)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode
       !> One of the `by_` constants
       integer, intent(in) :: part
-      !> 0: all loads
+      !> Index of the load; 0: all loads
       integer, intent(in) :: load
       logical :: is
 
@@ -152,7 +153,7 @@ contains
       end associate
    end function is_driven
 
-   !> Of what swings alone in terms.
+   !> Work of all loads on the exponential terms of a motion with compliant contacts.
    pure function work_on_terms(self, time) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -185,7 +186,7 @@ contains
       end associate
    end function work_on_terms
 
-   !> On what the loads do themselves.
+   !> Work of all loads on the load response itself.
    pure function work_on_driven_motion(self, time, turn) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -222,12 +223,12 @@ contains
       end associate
    end function work_on_driven_motion
 
-   !> Of a load on a point that moves with Re(row exp(i w t)).
+   !> Work of a load on a point whose displacement is Re(row exp(i w t)).
    pure function work_on_harmonic(load, own, row, w, turn, time) result(work)
       type(load_segment_t), intent(in) :: load
-      !> What its own harmonic has turned to
+      !> exp(i W t) of the load's own harmonic
       complex(wp), intent(in) :: own
-      !> The point
+      !> Complex amplitude of the displacement
       complex(wp), intent(in) :: row
       real(wp), intent(in) :: w
       !> exp(i w t)
@@ -248,11 +249,11 @@ contains
       end associate
    end function work_on_harmonic
 
-   !> Dissipated in the damper of a stop that is pressed: the square of its force or of its rate, a sum of terms like
-   !> any other.
+   !> Energy dissipated in the damper of a closed compliant contact: the integral of the squared force or rate of the
+   !> damper, which is a sum of exponential terms.
    pure function loss_in_stop(self, place, time) result(loss)
       type(phase_state_t), intent(in) :: self
-      !> Among those that are pressed
+      !> Index among the compliant contacts of the set
       integer, intent(in) :: place
       real(wp), intent(in) :: time
       real(wp) :: loss

@@ -1,4 +1,4 @@
-!> How a motion begins, in the free modes (docs/theory.md, section 18).
+!> Initial state of a motion in the free modes (docs/theory.md, section 18).
 module modal_starts
    use beam_model, only: beam_model_t, is_mechanism
    use beam_starts, only: find_start_momenta
@@ -16,15 +16,15 @@ module modal_starts
    private
    public :: find_modal_start, node_flexibility
 
-   !> What is less is rounding.
+   !> Relative violation of a contact condition that is regarded as rounding error.
    real(wp), parameter :: tolerance = 1.0e-10_wp
 
-   !> Of so many surfaces any may carry a beam with a slow mode.
+   !> Maximum number of contacts of which all subsets are tried as supports of a beam with a slow mode.
    integer, parameter :: most_carrying = 12
 
-   !> The beam in its free modes.
+   !> The beam in its free modes, as a flexible body under static contact forces.
    type, extends(flexible_beam_t) :: modal_beam_t
-      !> W^2
+      !> W^2, squared frequencies, [modes]
       real(wp), allocatable :: square(:)
    contains
       procedure :: bend
@@ -32,21 +32,21 @@ module modal_starts
 
 contains
 
-   !> State of the free modes, and what carries the beam.
+   !> Find the initial state of the free modes and the contact forces.
    subroutine find_modal_start(model, modes, start, several, is_active, q, v, forces, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(start_settings_t), intent(in) :: start
-      !> The beam, its surfaces and the loads on it
+      !> The beam, its contacts and the loads on it
       type(phase_state_t), intent(in) :: several
-      !> Surfaces that can carry it
+      !> Contacts that are active (not shadowed by another contact), [contacts]
       logical, intent(in) :: is_active(:)
-      !> [modes]
+      !> Modal displacements and velocities, [modes]
       real(wp), allocatable, intent(out) :: q(:)
       real(wp), allocatable, intent(out) :: v(:)
-      !> P of each surface, [surfaces]
+      !> Contact forces P, [contacts]
       real(wp), intent(out) :: forces(:)
-      !> Set when a contact is in the way, or nothing carries the beam
+      !> Set if the beam penetrates a contact, or no contact supports it
       type(failure_t), allocatable, intent(inout) :: error
 
       type(modal_beam_t) :: beam
@@ -77,12 +77,12 @@ contains
             v(:) = matmul(momentum(:, 2), modes%mode)
          end if
       end select
-      ! a pull was checked before the modes were found
+      ! for a release the start was checked before the modes were found
       if (start%kind /= start_release) call check_start(beam, several%states%contact, forces, q, error)
       if (.not. allocated(error)) call move_onto_contacts(beam, several%states%contact, is_active, forces, q, error)
    end subroutine find_modal_start
 
-   !> Of a node without mass before a stop; 0: there is none.
+   !> Flexibility of a massless node at a stop; 0: there is none.
    pure function node_flexibility(state) result(flexibility)
       type(contact_state_t), intent(in) :: state
       real(wp) :: flexibility
@@ -91,14 +91,14 @@ contains
       if (state%is_node) flexibility = 1.0_wp/state%spring%stiffness
    end function node_flexibility
 
-   !> At rest under the loads of tau = 0 on surfaces that push and never pull.
+   !> Static equilibrium under the loads at tau = 0 with unilateral contact forces.
    subroutine find_balance(several, beam, is_active, q, forces, error)
       type(phase_state_t), intent(in) :: several
       type(modal_beam_t), intent(in) :: beam
       logical, intent(in) :: is_active(:)
       !> [modes]
       real(wp), intent(inout) :: q(:)
-      !> [surfaces]
+      !> [contacts]
       real(wp), intent(inout) :: forces(:)
       type(failure_t), allocatable, intent(inout) :: error
 
@@ -117,12 +117,12 @@ contains
       call carry(beam, several%states%contact, is_active, q, forces, error)
    end subroutine find_balance
 
-   !> Does a beam that turns freely hang in the air?
+   !> Report an error if a beam that rotates freely about its root is supported by no contact.
    subroutine check_balance(now, forces, error)
       type(phase_state_t), intent(in) :: now
-      !> Of each surface
+      !> Contact forces, [contacts]
       real(wp), intent(in) :: forces(:)
-      !> Set when it does
+      !> Set if no contact supports the beam
       type(failure_t), allocatable, intent(inout) :: error
 
       if (allocated(error) .or. any(forces > 0.0_wp) .or. now%loads%count == 0) return
@@ -144,17 +144,18 @@ contains
       shape = load/spread(foundation + self%square, 2, size(load, 2))
    end subroutine bend
 
-   !> The same where a slow mode's flexibility hides the others': the one set of surfaces that carry the beam of which
-   !> none pulls and no other is in the way, of the fewest.
+   !> Static equilibrium if the flexibility of a slow mode exceeds the others by orders of magnitude. All subsets of
+   !> contacts are tried, and the subset with the smallest violation is used: tension in a contact of the subset, or
+   !> penetration of another contact.
    subroutine find_slow_balance(several, place, load, q, forces)
       type(phase_state_t), intent(in) :: several
-      !> Surfaces that can carry it
+      !> Contacts that can support the beam
       integer, intent(in) :: place(:)
       !> [modes]
       real(wp), intent(in) :: load(:)
       !> [modes]
       real(wp), intent(inout) :: q(:)
-      !> [surfaces]
+      !> [contacts]
       real(wp), intent(inout) :: forces(:)
 
       complex(wp), allocatable :: flexibility(:), push(:)
@@ -173,7 +174,7 @@ contains
                flexibility, cmplx(load, 0.0_wp, wp), cmplx(beam%height(place(among)), 0.0_wp, wp), push, z)
             gap = matmul(real(z, wp), beam%value(:, place)) - beam%height(place)
             gap(among) = 0.0_wp
-            ! by how much the worst one pulls, or is entered
+            ! violation: the maximum of relative tension and relative penetration
             miss = max(0.0_wp, -minval([real(push, wp), 0.0_wp])/(sum(abs(push)) + tiny(1.0_wp)), &
                -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
             if (miss < least) then
@@ -189,7 +190,7 @@ contains
 
    contains
 
-      !> Of the spring of a surface that yields.
+      !> Flexibility of the spring of a compliant contact; 0: the contact is rigid.
       pure function flexibility_of(k) result(value)
          integer, intent(in) :: k
          real(wp) :: value

@@ -1,10 +1,10 @@
-!> Bending moments of a beam among any number of surfaces, in closed form phase by phase: histories, and extremes that
-!> no sample has to meet (docs/theory.md, section 19).
+!> Bending moments of a beam with any number of contacts, in closed form in each phase: histories, and extremes that
+!> need not lie at a sample (docs/theory.md, section 19).
 !>
-!> In the modes of a set of surfaces that hold the beam, z'' + alpha z' is what acts on a mode less W^2 (z + 2 zeta z').
-!> So the moment is that of rest, plus stiffness - W^2 mass of each mode times z + 2 zeta z', plus the mass of all modes
-!> times the forces of surfaces that yield and of loads, plus what loads act beside the place. Modes that are left out
-!> are taken at rest under all forces.
+!> In the constrained modes of a contact set, z'' + alpha z' is the modal force minus W^2 (z + 2 zeta z'). So the moment
+!> is the sum of the static moment, (stiffness - W^2 mass) (z + 2 zeta z') over the modes, mass times the modal forces
+!> of compliant contacts and loads, and the direct contributions of loads at the place. Truncated modes respond
+!> statically to all forces.
 module moment_signals
    use applied_loads, only: applied_loads_t
    use beam_model, only: beam_model_t
@@ -29,24 +29,24 @@ module moment_signals
    end type signal_place_t
 
    type :: moments_t
-      !> Weights of the free modes, and of their accelerations, [modes, places]
+      !> Moment at each place per unit of modal displacement, and per unit of modal acceleration, [modes, places]
       real(wp), allocatable, private :: stiffness(:, :)
       real(wp), allocatable, private :: mass(:, :)
-      !> What each load acts beside the place and by the modes that are left out, [loads, places]
+      !> Moment per unit of each load: direct contribution and static response of truncated modes, [loads, places]
       real(wp), allocatable, private :: load(:, :)
-      !> What the force of each surface acts by those, [surfaces, places]
+      !> Moment per unit of contact force: static response of truncated modes, [contacts, places]
       real(wp), allocatable, private :: contact(:, :)
-      !> In the present phase, [places]; none: no moments are asked for
+      !> Moments as signals of the present phase, [places]; unallocated: no moments are requested
       type(signal_place_t), allocatable :: place(:)
    end type moments_t
 
 contains
 
-   !> The places in the free modes.
+   !> Set up the moments of all places in the free modes.
    subroutine make_moments(model, modes, settings, contacts, loads, moments)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
-      !> It asks for moments
+      !> Settings that request moments
       type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
       type(applied_loads_t), intent(in) :: loads
@@ -63,7 +63,7 @@ contains
       allocate (moments%contact(size(contacts), size(settings%stress%position)), source=0.0_wp)
       allocate (moments%place(size(settings%stress%position)))
       if (.not. allocated(modes%left_mode)) return
-      ! at each place, per unit of what acts on each degree of freedom
+      ! static response of truncated modes: moment at each place per unit of force on each degree of freedom
       allocate (static, source=matmul(modes%left_mode, matmul(transpose(modes%left_mode), places%stiffness) &
          /spread(modes%left_square, 2, size(settings%stress%position))))
       if (loads%count > 0) moments%load = moments%load + matmul(transpose(loads%vector), static)
@@ -72,7 +72,7 @@ contains
       end do
    end subroutine make_moments
 
-   !> A phase begins.
+   !> Set up the signals of a phase at its start.
    subroutine begin_moments(moments, now)
       type(moments_t), intent(inout) :: moments
       type(phase_state_t), intent(in) :: now
@@ -85,7 +85,7 @@ contains
       end do
    end subroutine begin_moments
 
-   !> A sample.
+   !> Evaluate the moments of a sample.
    subroutine sample_moments(moments, time, sample)
       type(moments_t), intent(in) :: moments
       !> Since the start of the phase
@@ -102,10 +102,10 @@ contains
       end do
    end subroutine sample_moments
 
-   !> The moment at a place through the present phase.
+   !> Find the moment at a place as a signal of the present phase.
    subroutine find_signal(moments, p, now, signal)
       type(moments_t), intent(in) :: moments
-      !> Which place
+      !> Index of the place
       integer, intent(in) :: p
       type(phase_state_t), intent(in) :: now
       class(viewed_signal_t), allocatable, intent(out) :: signal
@@ -126,7 +126,7 @@ contains
             allocate (mass, source=moments%mass(:, p))
             allocate (weight, source=stiffness - constrained%oscillators%square*mass)
          end if
-         ! a rotation about a pinned root bends nothing
+         ! the rotation about a pinned root causes no moment
          where (constrained%oscillators%square <= rigid_square) weight = 0.0_wp
          if (size(now%set%compliant) > 0) then
             call find_compliant(now, static, weight, of_forces(now, mass, contact), signal)
@@ -145,12 +145,12 @@ contains
       call add_terms(terms, now%longest, signal)
    end subroutine find_signal
 
-   !> Per unit of the force of each surface that yields.
+   !> Moment per unit of the force of each contact in `compliant`, [compliant].
    pure function of_forces(now, mass, contact) result(moment)
       type(phase_state_t), intent(in) :: now
-      !> Of what acts on the set's modes, [modes]
+      !> Moment per unit of force on the constrained modes, [modes]
       real(wp), intent(in) :: mass(:)
-      !> By the modes that are left out, [surfaces]
+      !> Moment by the truncated modes per unit of contact force, [contacts]
       real(wp), intent(in) :: contact(:)
       real(wp) :: moment(size(now%set%compliant))
 
@@ -164,14 +164,14 @@ contains
       end associate
    end function of_forces
 
-   !> The same on surfaces that yield, less what loads do.
+   !> The moment with closed compliant contacts, without the load response.
    subroutine find_compliant(now, static, weight, of_force, signal)
       type(phase_state_t), intent(in) :: now
-      !> At rest on those that hold the beam
+      !> Static moment with rigid contacts alone
       real(wp), intent(in) :: static
-      !> Of the set's modes, [modes]
+      !> Moment per unit of constrained mode, [modes]
       real(wp), intent(in) :: weight(:)
-      !> Of those that yield, [pressed]
+      !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), intent(in) :: of_force(:)
       class(viewed_signal_t), allocatable, intent(out) :: signal
 
@@ -191,7 +191,7 @@ contains
             call move_alloc(exponential, signal)
             return
          end if
-         ! modes that have their nodes at those surfaces swing alone
+         ! modes with nodes at all compliant contacts are uncoupled
          own = 0.0_wp
          own(joint%inactive) = weight(joint%inactive)
          allocate (alone)
@@ -205,14 +205,14 @@ contains
       end associate
    end subroutine find_compliant
 
-   !> What loads do to it.
+   !> Find the contribution of the load response to the moment.
    pure subroutine find_terms(now, weight, of_force, of_load, terms)
       type(phase_state_t), intent(in) :: now
-      !> Of the set's modes, [modes]
+      !> Moment per unit of constrained mode, [modes]
       real(wp), intent(in) :: weight(:)
-      !> Of surfaces that yield, [pressed]
+      !> Moment per unit of the force of each compliant contact, [compliant]
       real(wp), intent(in) :: of_force(:)
-      !> Of each load beside the modes, [loads]
+      !> Moment per unit of each load, without that of the modes, [loads]
       real(wp), intent(in) :: of_load(:)
       type(driven_terms_t), intent(out) :: terms
 

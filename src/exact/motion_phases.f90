@@ -1,5 +1,5 @@
-!> Exact motion as phases. A phase is a set of closed contacts: while it lasts everything is linear and in closed form,
-!> and it ends where the first of its signals falls to zero. Phase follows phase, with no step in time.
+!> Exact motion as a sequence of phases. During a phase the set of closed contacts is constant, and the motion is linear
+!> and in closed form. The phase ends at the first zero of its signals; there is no time step.
 module motion_phases
    use certified_search, only: found_none, search_t
    use failures, only: fail, failure_t, status_run_failed
@@ -16,28 +16,28 @@ module motion_phases
    private
    public :: motion_t, phase_t, advance, found_taken_back, found_break
 
-   !> A flight that did not happen: it was too low to be told from contact. The motion stands where it began.
+   !> A flight too low to resolve is cancelled: the phase has length zero, and the motion stays at its start.
    integer, parameter :: found_taken_back = 4
-   !> Loads go on otherwise.
+   !> The phase ends with a load segment.
    integer, parameter :: found_break = 5
 
-   !> Where the motion stands between two phases, and what was kept and measured of it until then.
+   !> State of the motion between two phases, with the records and measures up to that instant.
    type :: motion_t
       real(wp) :: tau = 0.0_wp
-      !> Free modal state, [modes]
+      !> State of the free modes, [modes]
       real(wp), allocatable :: q(:), v(:)
       type(recorder_t) :: recorder
       type(observers_t) :: observers
-      !> Eigen-problems solved on the way
+      !> Number of eigenvalue problems solved so far
       integer :: factorisations = 0
-      !> Its variations; unallocated: not asked for
+      !> Variations of the motion; unallocated: not requested
       type(tangent_t), allocatable :: tangent
-      !> Set where the run cannot go on
+      !> Set if the run cannot continue
       type(failure_t), allocatable :: error
    end type motion_t
 
    type, abstract :: phase_t
-      !> How it ends: the outcome is one of those of a search, `found_taken_back` or `found_break`
+      !> End of the phase: its outcome is that of a search, `found_taken_back` or `found_break`
       type(search_t) :: search
    contains
       procedure(begin_interface), deferred :: begin
@@ -50,7 +50,7 @@ module motion_phases
    end type phase_t
 
    abstract interface
-      !> Take over the state of the motion.
+      !> Start a phase from the state of the motion.
       subroutine begin_interface(self, motion)
          import :: motion_t, phase_t
          implicit none (type, external)
@@ -58,87 +58,88 @@ module motion_phases
          type(motion_t), intent(inout) :: motion
       end subroutine begin_interface
 
-      !> First zero of the signals; sets `search`.
+      !> Find the first zero of the signals of the phase; sets `search`.
       subroutine find_end_interface(self, limit)
          import :: phase_t, wp
          implicit none (type, external)
          class(phase_t), intent(inout) :: self
-         !> Time left to the end of the run
+         !> Time from the start of the phase to the end of the run
          real(wp), intent(in) :: limit
       end subroutine find_end_interface
 
-      !> Free modal state at a time in the phase.
+      !> State of the free modes at a time in the phase.
       subroutine go_to_interface(self, time, q, v, node)
          import :: phase_t, wp
          implicit none (type, external)
          class(phase_t), intent(in) :: self
-         !> Since its start
+         !> Since the start of the phase
          real(wp), intent(in) :: time
-         !> State, [modes]
+         !> Modal displacements and velocities, [modes]
          real(wp), intent(out) :: q(:)
          real(wp), intent(out) :: v(:)
-         !> Displacement and velocity of a massless node at the stop, besides those of the modes there
+         !> Displacement and velocity of a massless node at the stop, relative to the modes
          real(wp), optional, intent(out) :: node(2)
       end subroutine go_to_interface
 
-      !> The next sample; asked for one after the other, at equal steps.
+      !> Compute the next sample; samples are requested in order, at equal steps.
       subroutine sample_interface(self, time, step, asked, sample)
          import :: asked_t, phase_t, sample_t, wp
          implicit none (type, external)
          class(phase_t), intent(inout) :: self
          !> Since the start of the phase
          real(wp), intent(in) :: time
-         !> Distance of samples
+         !> Sampling interval
          real(wp), intent(in) :: step
          type(asked_t), intent(in) :: asked
-         !> Zeros at the first sample of a phase: what vanishes may stay
+         !> Values remain from the sample before, zero at the first sample of a phase: values that are always zero need
+         !> not be set
          type(sample_t), intent(inout) :: sample
       end subroutine sample_interface
 
-      !> Bring the motion to the end of the phase, and its ledger.
+      !> Advance the motion, with its energy balance, to the end of the phase.
       subroutine finish_interface(self, motion)
          import :: motion_t, phase_t
          implicit none (type, external)
          class(phase_t), intent(inout) :: self
-         !> `tau` is still that of the start
+         !> `tau` is the start of the phase
          type(motion_t), intent(inout) :: motion
       end subroutine finish_interface
 
-      !> Measure the phase.
+      !> Let the observers measure the phase.
       subroutine measure_interface(self, is_last, motion)
          import :: motion_t, phase_t
          implicit none (type, external)
          class(phase_t), target, intent(inout) :: self
-         !> The run ends with it; `finish` was not called
+         !> The run ends with this phase, and `finish` was not called
          logical, intent(in) :: is_last
-         !> `tau` is still that of the start
+         !> `tau` is the start of the phase
          type(motion_t), intent(inout) :: motion
       end subroutine measure_interface
 
-      !> What follows the zero.
+      !> Apply the transition at the end of the phase.
       subroutine follow_interface(self, motion, response)
          import :: motion_t, phase_t, response_t
          implicit none (type, external)
          class(phase_t), intent(inout) :: self
          type(motion_t), intent(inout) :: motion
-         !> Gets the events
+         !> Receives the events
          type(response_t), intent(inout) :: response
       end subroutine follow_interface
    end interface
 
 contains
 
-   !> One phase, and what follows.
+   !> Advance the motion by one phase and the transition at its end.
    subroutine advance(phase, settings, standstill, motion, response, is_last)
       class(phase_t), target, intent(inout) :: phase
-      !> Length of the run, limit of events
+      !> Length of the run, maximum number of events
       type(response_settings_t), intent(in) :: settings
-      !> Phases that ended at the instant at which they began, one after the other
+      !> Number of consecutive phases of length zero
       integer, intent(inout) :: standstill
-      !> Its error is set where the run may not go on
+      !> Its error is set if the run cannot continue
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
-      !> The run ends with it
+      !> The run ends with this phase
       logical, intent(out) :: is_last
 
       is_last = .false.
@@ -162,15 +163,15 @@ contains
       call watch_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
    end subroutine advance
 
-   !> Events that do not end: too many of them, or none that advances.
+   !> Report an error if there are too many events, or events without progress in time.
    subroutine watch_events(events, limit, standstill, tau, error)
-      !> Events so far, and after how many the run fails
+      !> Number of events so far, and its maximum
       integer, intent(in) :: events
       integer, intent(in) :: limit
-      !> Phases that ended at the instant at which they began, one after the other
+      !> Number of consecutive phases of length zero
       integer, intent(in) :: standstill
       real(wp), intent(in) :: tau
-      !> Set when the run may not go on
+      !> Set if the run cannot continue
       type(failure_t), allocatable, intent(inout) :: error
 
       integer, parameter :: standstill_cap = 2000
@@ -185,13 +186,13 @@ contains
       end if
    end subroutine watch_events
 
-   !> Keep the samples and shapes of a phase.
+   !> Record the samples and shapes of a phase.
    subroutine record_phase(phase, is_last, motion, response)
       class(phase_t), intent(inout) :: phase
-      !> The run ends with it
+      !> The run ends with this phase
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
-      !> Gets the histories
+      !> Receives the histories
       type(response_t), intent(inout) :: response
 
       type(sample_t) :: sample

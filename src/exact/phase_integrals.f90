@@ -1,5 +1,5 @@
-!> Integrals of displacements and forces and of their squares over stretches of a phase, in closed form (docs/theory.md,
-!> section 20).
+!> Displacements and forces as sums of exponentials, for their integrals and those of their squares over parts of a
+!> phase (docs/theory.md, section 20).
 module phase_integrals
    use driven_modes, only: driven_mode_t
    use kinds, only: wp
@@ -12,13 +12,13 @@ module phase_integrals
 
 contains
 
-   !> Displacements at some surfaces away from them, that of the tip up, and forces of some closed surfaces, in this
-   !> order.
+   !> Find the signals in this order: displacements s y at some contacts (s = 1 for a contact below the beam, -1 above),
+   !> displacement of the tip, forces of some closed contacts.
    subroutine find_signals(self, length, places, closed, signals)
       type(phase_state_t), intent(in) :: self
-      !> Of the phase
+      !> Length of the phase
       real(wp), intent(in) :: length
-      !> The surfaces
+      !> Contacts with displacements, and contacts with forces
       integer, intent(in) :: places(:)
       integer, intent(in) :: closed(:)
       type(signals_t), intent(out) :: signals
@@ -40,7 +40,7 @@ contains
       if (self%loads%count > 0) call add_drives(self, places, closed, signals)
    end subroutine find_signals
 
-   !> What swings on surfaces that yield.
+   !> Add the exponential terms of the motion with compliant contacts.
    subroutine add_terms(self, places, closed, signals)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: places(:)
@@ -68,7 +68,7 @@ contains
       end associate
    end subroutine add_terms
 
-   !> Modes that swing alone, of themselves and as loads drive them from rest.
+   !> Add modes that vibrate freely, and their responses to loads from rest.
    subroutine add_swings(self, length, modes, places, closed, signals)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: length
@@ -79,7 +79,7 @@ contains
 
       type(mode_terms_t) :: terms(size(modes))
       complex(wp), allocatable :: amplitude(:, :), exponent(:)
-      ! a mode in the signals: by itself, and with 2 zeta times its rate
+      ! share of a mode in the signals: of its displacement, and of 2 zeta times its rate
       real(wp) :: share(size(signals%offset), 2)
       integer :: of_constrained(size(closed)), j, last, n, shared
 
@@ -119,7 +119,7 @@ contains
       call move_alloc(amplitude, signals%amplitude)
    end subroutine add_swings
 
-   !> What drives a mode from rest.
+   !> Forced responses from rest in one mode.
    pure function drives_of(self, mode) result(driven_motions)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode
@@ -134,7 +134,7 @@ contains
       end associate
    end function drives_of
 
-   !> What loads do but for the modes that they drive from rest.
+   !> Add the load response without the modes that are driven from rest.
    subroutine add_drives(self, places, closed, signals)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: places(:)

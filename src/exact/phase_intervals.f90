@@ -1,4 +1,4 @@
-!> A phase of exact motion as observers see it.
+!> A phase of exact motion as an interval that observers can evaluate.
 module phase_intervals
    use certified_search, only: search_t, viewed_signal_t
    use damped_oscillators, only: modal_energy
@@ -27,17 +27,18 @@ module phase_intervals
 
    type, extends(interval_t) :: phase_interval_t
       type(phase_state_t), pointer :: now => null()
-      !> How the search for the end of the phase went at each contact
+      !> Result of the search for the end of the phase at each contact, [contacts]
       type(search_t), allocatable :: searches(:)
-      !> Bending moments, where they are asked for
+      !> Bending moments, if requested
       type(moments_t) :: moments
-      !> Contacts as the phase starts, where some yield
+      !> Contact states at the start of the phase, set if loads act or measures are requested and some contact is
+      !> compliant
       type(contact_state_t), allocatable :: at_start(:)
-      !> State of the set's modes as it ends, in the room of the set, [modes]
+      !> State of the constrained modes at the end of the phase, stored in the set, [modes]
       real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
-      !> Made where integrals are asked for, and kept from phase to phase
+      !> Signals for integrals, made if integrals are requested
       type(signals_t), allocatable :: signals
-      !> Contacts whose gaps are theirs, one at each place, and closed contacts, whose forces are
+      !> Contacts whose displacements are in `signals`, one for each place, and closed contacts whose forces are
       integer, allocatable :: sites(:), closed(:)
    contains
       procedure :: contact
@@ -54,9 +55,9 @@ module phase_intervals
 
    type, extends(curve_t) :: signal_curve_t
       class(viewed_signal_t), allocatable :: signal
-      !> It does not come below the quiet level downwards: its depth need not be sought
+      !> The gap does not fall below minus the settling level: large negative gaps need not be searched
       logical :: is_above = .false.
-      !> So late it was seen above the quiet level; 0: it was not
+      !> Latest known time at which the gap exceeds the settling level; 0: none known
       real(wp) :: seen_above = 0.0_wp
    contains
       procedure :: last_beyond
@@ -82,7 +83,7 @@ contains
       end associate
    end function contact
 
-   !> A row and its rate.
+   !> Value and rate of an output row.
    function evaluate(self, row, time) result(state)
       class(phase_interval_t), intent(in) :: self
       type(row_t), intent(in) :: row
@@ -103,8 +104,9 @@ contains
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
 
-   !> Of an open contact as the search for the end of the phase has seen it; a surface that rises is no deeper than at
-   !> its start. Of one that is pressed by its terms, which only grow less.
+   !> Upper bound of the magnitude of a gap. For an open contact it follows from the search for the end of the phase,
+   !> because a relaxing contact is indented no deeper than at its start. For a closed contact it follows from the
+   !> amplitudes of the terms, which do not grow.
    pure function reach(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -145,12 +147,12 @@ contains
 
       does = .false.
       if (row%factor < 0.0_wp .and. row%number <= self%contacts) then
-         ! an open surface moves up at most, and the beam is above it
+         ! an open contact only relaxes, and the beam is above it
          if (.not. self%now%set%is_closed(row%number)) return
          if (.not. self%reach(row%number) > level) return
       else if (row%number <= self%contacts) then
          associate (k => row%number, search => self%searches(row%number))
-            ! the search for the end of the phase has been higher
+            ! true if the search for the end of the phase found a larger value within the phase
             does = self%now%states(k)%is_rigid .and. .not. self%now%set%is_closed(k) .and. search%time <= self%length &
                .and. row%factor*search%greatest + row%offset > level
             if (does) return
@@ -171,7 +173,7 @@ contains
       end if
    end function exceeds
 
-   !> Was the gap of a contact seen, and nothing behind the end of the phase, where a force that vanishes ends that?
+   !> Is the search history that of the gap of contact k, and is all of it within the phase?
    pure function has_history(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -180,7 +182,7 @@ contains
       has_history = self%now%history_of == k .and. self%searches(k)%time <= self%length
    end function has_history
 
-   !> The greatest value of a row.
+   !> Find the maximum of an output row.
    subroutine seek_peak(self, row, stretch, known, peak)
       class(phase_interval_t), intent(inout) :: self
       type(row_t), intent(in) :: row
@@ -204,7 +206,7 @@ contains
          peak%still_rises = peak%is_found .and. .not. peak%time < stretch(2)
          return
       end if
-      ! below every force, with room for the factor
+      ! no value is known yet; half of `huge` leaves room for the factor
       seen = -0.5_wp*huge(1.0_wp)
       call find_signal(self, row, signal)
       if (is_whole .and. is_bare .and. row%scale < 0.0_wp .and. row%number <= self%contacts) then
@@ -216,7 +218,7 @@ contains
       end if
       if (is_whole .and. row%number > self%tip_row() .and. row%number <= self%force_row(self%contacts)) then
          associate (search => self%searches(row%number - self%tip_row()))
-            ! what it saw behind the end of the phase, where another contact ends that, does not come
+            ! values found after the end of the phase, which another contact ended, do not count
             if (search%time <= self%length) seen = search%greatest
          end associate
          threshold = max(threshold, seen*(1.0_wp + peak_tolerance))
@@ -238,7 +240,7 @@ contains
       peak%value = seen
    end subroutine seek_peak
 
-   !> The signal, and with it the set to which it points.
+   !> Store the gap as a curve. The set to which the curve points is protected from deallocation.
    subroutine keep_gap(self, k, curve)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -269,7 +271,7 @@ contains
       self%now%store%in_use => self%now%set
    end subroutine keep_gap
 
-   !> Integrals of all rows but moments.
+   !> Integrals of all output rows but bending moments.
    subroutine integrate(self, stretch, first, second)
       class(phase_interval_t), intent(inout) :: self
       real(wp), intent(in) :: stretch(2)
@@ -318,7 +320,7 @@ contains
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          if (.not. time < self%length) then
-            ! contacts are already as the phase ends
+            ! the contact states are already those at the end of the phase
             energy = constrained%static_energy + sum(modal_energy(constrained%oscillators, self%z_end, self%v_end)) &
                + sum(energy_in(now%states))
             return
@@ -348,7 +350,7 @@ contains
       end associate
    end function energy
 
-   !> When the magnitude was last above a level.
+   !> Find the last time at which the magnitude of the gap exceeds a level.
    subroutine last_beyond(self, level, time, is_at_end)
       class(signal_curve_t), intent(in) :: self
       real(wp), intent(in) :: level
@@ -368,7 +370,7 @@ contains
       is_at_end = is_at_end .or. is_low
    end subroutine last_beyond
 
-   !> A row, without its factor and offset, as a signal.
+   !> An output row as a signal, without the factor and offset of the row.
    subroutine find_signal(self, row, signal)
       class(phase_interval_t), target, intent(in) :: self
       type(row_t), intent(in) :: row
@@ -391,7 +393,7 @@ contains
       end associate
    end subroutine find_signal
 
-   !> Integral of a force from the start of the phase.
+   !> Integral of a contact force from the start of the phase.
    function impulse(self, k, time)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -411,7 +413,7 @@ contains
             end associate
             impulse = offset*time + sum(real(amplitude, wp))
          else
-            ! a mode's part, p + 2 zeta p', is -(p'' + alpha p')/w^2
+            ! the contribution of a mode, p + 2 zeta p', is -(p'' + alpha p')/w^2
             call move_alone(now, time, z, v)
             associate (constrained => now%set%constrained, square => now%set%constrained%oscillators%square)
                place = findloc(constrained%closed, k, dim=1)
@@ -432,7 +434,7 @@ contains
       end associate
    end function impulse
 
-   !> What loads add to it.
+   !> Contribution of the load response to the integral of a contact force.
    function impulse_of_terms(self, k, time) result(impulse)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -459,7 +461,7 @@ contains
       end associate
    end function impulse_of_terms
 
-   !> What the magnitude of the gap of a surface that is pressed does not exceed.
+   !> Upper bound of the magnitude of the gap of a closed compliant contact.
    pure function reach_of_terms(self, k) result(reach)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k

@@ -1,5 +1,5 @@
-!> What a phase among several surfaces costs beam and stops, and what stops keep of it (docs/theory.md, sections 17 and
-!> 18).
+!> Energy dissipated in beam and stops during a phase, and indentations of compliant contacts (docs/theory.md, sections
+!> 17 and 18).
 module phase_losses
    use contact_sets, only: losses_in
    use damped_oscillators, only: elastic_and_viscous, modal_energy
@@ -15,7 +15,7 @@ module phase_losses
 
 contains
 
-   !> What loads do to the force of a surface, its indentation and the force in its branch at a time in the phase.
+   !> Load response of the force, the indentation and the branch force of a contact at a time in the phase.
    pure function driven_part(self, k, time) result(part)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -31,16 +31,16 @@ contains
       end associate
    end function driven_part
 
-   !> Force of a closed surface.
+   !> Force of a closed contact at a time in the phase.
    function force_at(now, k, time, z, v, term) result(force)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> Since the start of the phase
       real(wp), intent(in) :: time
-      !> State of the set's modes, less what loads do
+      !> Homogeneous part (without the load response) of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
-      !> Terms, where a surface yields
+      !> Values of the terms at that time if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
       real(wp) :: force
 
@@ -65,21 +65,21 @@ contains
       end associate
    end function force_at
 
-   !> Dissipated since the start of the phase, in the beam and in each surface that is pressed. Under loads a beam on
-   !> them loses what nothing else accounts for.
+   !> Energy dissipated since the start of the phase, in the beam and in each closed compliant contact. Under loads,
+   !> dissipation in the beam is the remainder of the energy balance.
    subroutine find_losses(self, at_start, start_energy, time, state, term, lost, work)
       type(phase_state_t), intent(in) :: self
-      !> The surfaces, and the energy of the modes, as the phase starts
+      !> Contact states, and energy of the constrained modes, at the start of the phase
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
       real(wp), intent(in) :: start_energy
       real(wp), intent(in) :: time
-      !> State of the set's modes, z and v, and the same less what loads do, [modes, 4]
+      !> State z, v of the constrained modes and its homogeneous part, [modes, 4]
       real(wp), intent(in) :: state(:, :)
-      !> Terms, where a surface yields
+      !> Values of the terms at that time if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
-      !> [1 + pressed]
+      !> [1 + compliant]
       real(wp), intent(out) :: lost(:)
-      !> Of the loads, since then
+      !> Work of the loads since the start of the phase
       real(wp), intent(out) :: work
 
       type(contact_state_t) :: contact
@@ -106,13 +106,13 @@ contains
       end associate
    end subroutine find_losses
 
-   !> Indentation and force in the branch of a surface that is pressed.
+   !> Set indentation and branch force of a closed compliant contact at a time in the phase.
    subroutine keep_indentation(self, place, time, term, state)
       type(phase_state_t), intent(in) :: self
-      !> Among those that are pressed
+      !> Index among the compliant contacts of the set
       integer, intent(in) :: place
       real(wp), intent(in) :: time
-      !> Terms at the instant
+      !> Values of the terms at that time, [terms]
       complex(wp), intent(in) :: term(:)
       type(contact_state_t), intent(inout) :: state
 
@@ -126,9 +126,9 @@ contains
       end associate
    end subroutine keep_indentation
 
-   !> An open surface that yields after some time.
+   !> Relax an open compliant contact for some time: freely, or along the beam if the contact is unloaded but deformed.
    subroutine leave_behind(gap, time, state)
-      !> From where it is home
+      !> Distance of the stop point from the undeformed contact
       real(wp), intent(in) :: gap
       real(wp), intent(in) :: time
       type(contact_state_t), intent(inout) :: state

@@ -1,5 +1,5 @@
-!> The gaps and forces of a phase as rows of one basis, and the search of all contacts at once (docs/theory.md,
-!> section 23).
+!> Gaps and forces of a phase as output rows of one basis of exponential terms, and the simultaneous search of all
+!> contacts for the end of the phase (docs/theory.md, section 23).
 module phase_rows
    use certified_search, only: found_none, found_zero, search_t
    use damped_oscillators, only: lanes
@@ -15,29 +15,29 @@ module phase_rows
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row
 
-   !> Two exponents of a mode that are nearer to each other than this share of its frequency make great amplitudes.
+   !> Relative difference of the two exponents of a mode below which their amplitudes become too large.
    real(wp), parameter :: least_spread = 0.02_wp
-   !> Frequencies, in units of the first, whose powers are numbers.
+   !> Range of |s|, in units of the first natural frequency, in which the powers of s are representable.
    real(wp), parameter :: lowest_frequency = 1.0e-3_wp
    real(wp), parameter :: greatest_speed = 1.0e20_wp
 
 contains
 
-   !> Can all contacts of the phase be searched at once?
+   !> Can all contacts of the phase be searched simultaneously?
    function can_search_rows(self) result(can)
       type(phase_state_t), intent(inout) :: self
       logical :: can
 
       can = .false.
-      ! few signals without loads are searched faster one by one
+      ! without loads, a few signals are searched faster one after the other
       if (self%is_at_rest .or. self%loads%count == 0 .or. count(self%states%is_active) < 2) return
-      ! modes driven from rest, and swings that stand for slow loads, are no terms of the set
+      ! modes driven from rest, and surrogate harmonics of slow loads, are not among the terms of the set
       if (size(self%forced%pair) > 0 .or. size(self%forced%frequency) /= size(self%loads%frequencies)) return
       if (.not. self%set%has_rows) call make_rows(self)
       can = self%set%can_search_rows
    end function can_search_rows
 
-   !> The rows of the set.
+   !> Make the output rows of the set.
    subroutine make_rows(self)
       type(phase_state_t), intent(inout) :: self
 
@@ -60,7 +60,7 @@ contains
          rows = 0
          do k = 1, n
             if (.not. self%states(k)%is_active) cycle
-            ! the first of those at one place that can be met
+            ! the first active contact at the same place
             j = findloc(self%alike(:k) == self%alike(k) .and. self%states(:k)%is_active, .true., dim=1)
             set%gap_sign(k) = self%alike_sign(j)*self%alike_sign(k)
             if (j == k) rows = rows + 1
@@ -84,7 +84,7 @@ contains
       end associate
    end subroutine make_rows
 
-   !> Exponents of the motion of the set, without loads.
+   !> Exponents of the motion of the set without loads.
    pure function exponents_of(self) result(exponent)
       type(phase_state_t), intent(in) :: self
       complex(wp), allocatable :: exponent(:)
@@ -102,7 +102,7 @@ contains
       end if
    end function exponents_of
 
-   !> Are amplitudes or bounds too great?
+   !> Are the exponents unsuitable because amplitudes or bounds would become too large?
    pure function is_hard(self, exponent) result(is)
       type(phase_state_t), intent(in) :: self
       complex(wp), intent(in) :: exponent(:)
@@ -120,7 +120,7 @@ contains
       end if
    end function is_hard
 
-   !> Coefficients of a row per unit of the amplitudes of the terms.
+   !> Coefficients of an output row per unit amplitude of each term.
    pure function coefficients_of(self, k, kind) result(coefficient)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -144,7 +144,7 @@ contains
          else if (kind == whole_tip) then
             coefficient = of_modes(constrained%tip_value)
          else
-            ! 1 + 2 zeta s without cancellation
+            ! 1 + 2 zeta s in a form without cancellation
             associate (s => exponents_of(self))
                coefficient = of_modes(constrained%reaction(findloc(constrained%closed, k, dim=1), &
                   :)/constrained%oscillators%square)
@@ -155,7 +155,7 @@ contains
 
    contains
 
-      !> Beyond critical damping a mode has two terms.
+      !> Coefficients of the terms from those of the modes: an overdamped mode has two terms.
       pure function of_modes(values) result(terms)
          real(wp), intent(in) :: values(:)
          complex(wp) :: terms(self%set%motion_terms)
@@ -164,7 +164,7 @@ contains
       end function of_modes
    end function coefficients_of
 
-   !> Amplitudes at the start of the phase, and the rows of the loads' harmonics.
+   !> Set the amplitudes at the start of the phase, and the coefficients of the load harmonics.
    subroutine begin_path(self)
       type(phase_state_t), intent(inout) :: self
 
@@ -214,7 +214,7 @@ contains
       end associate
    end subroutine begin_path
 
-   !> Is what ends a phase, or is observed, a sum of rows? A surface that relaxes is none.
+   !> Is a signal a combination of output rows? The gap to a relaxing contact is not.
    pure function is_row(self, k, kind) result(is)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -232,11 +232,11 @@ contains
       end associate
    end function is_row
 
-   !> What ends a phase, or is observed, as a signal.
+   !> A signal that ends a phase or is observed, as a combination of output rows.
    pure function row_signal(self, k, kind) result(signal)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      !> As of `is_row`, for which that is true
+      !> A kind for which `is_row` is true
       integer, intent(in) :: kind
       type(row_signal_t) :: signal
 
@@ -288,18 +288,18 @@ contains
       end associate
    end function row_signal
 
-   !> When does the first contact end the phase? Contacts for which that could not be told are to be asked alone.
+   !> Find the contact that ends the phase first. Contacts that cannot be decided here must be searched one by one.
    subroutine search_contacts(self, limit, searches, is_told, ended, ended_by, time)
       type(phase_state_t), intent(inout) :: self
-      !> Where the search ends
+      !> Time at which the search ends
       real(wp), intent(in) :: limit
-      !> Of each contact, [surfaces]
+      !> Result for each contact, [contacts]
       type(search_t), intent(inout) :: searches(:)
       logical, intent(out) :: is_told(:)
-      !> The contact that does, 0: none, and one of the `end_` constants
+      !> Index of the contact that ends the phase, 0: none, and one of the `end_` constants
       integer, intent(out) :: ended
       integer, intent(out) :: ended_by
-      !> When, or the limit
+      !> Time of the end, or the limit
       real(wp), intent(out) :: time
 
       type(row_signal_t) :: signals(2*size(searches))
@@ -317,7 +317,7 @@ contains
             if (state%is_closed) kind(n) = end_force
             if (state%is_deformed) kind(n) = end_renewed_contact
             signals(n) = row_signal(self, k, kind(n))
-            ! what begins without a slope may be lost in the rounding error of forces
+            ! a signal that starts with zero slope may be smaller than the rounding error of forces
             signals(n)%is_sure = is_row(self, k, kind(n)) .and. state%start_order < 2
             signals(n)%start_order = state%start_order
             if (.not. state%is_deformed) cycle
@@ -334,7 +334,7 @@ contains
          ended = contact(first)
          ended_by = kind(first)
          if (signals(first)%greatest <= 64.0_wp*signals(first)%rounding) then
-            ! what never rose beyond its rounding error is not told from zero
+            ! a signal that never exceeds its rounding error cannot be distinguished from zero
             signals%is_sure = .false.
             ended = 0
             time = limit
@@ -350,10 +350,10 @@ contains
       if (ended > 0) searches(ended)%outcome = found_zero
    end subroutine search_contacts
 
-   !> Did the search of all contacts at once go through the phase, and see this row?
+   !> Does the path of the simultaneous search cover the phase, and can this output row be evaluated from it?
    pure function is_on_path(self, length, row) result(is)
       type(phase_state_t), intent(in) :: self
-      !> Of the phase
+      !> Length of the phase
       real(wp), intent(in) :: length
       type(row_t), intent(in) :: row
       logical :: is
@@ -366,7 +366,7 @@ contains
       end associate
    end function is_on_path
 
-   !> A row that observers ask for, as a signal of that search.
+   !> An output row requested by observers, as a signal on the path of the simultaneous search.
    pure function signal_of_row(self, row) result(signal)
       type(phase_state_t), intent(in) :: self
       type(row_t), intent(in) :: row

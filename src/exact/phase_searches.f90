@@ -1,4 +1,4 @@
-!> What ends a phase of a beam among several surfaces: each surface is asked (docs/theory.md, section 17).
+!> Search of single contacts for the end of a phase (docs/theory.md, section 17).
 module phase_searches
    use certified_search, only: first_zero, found_none, found_zero, search_t, viewed_signal_t
    use driven_signal, only: find_short_driven, start_of
@@ -12,11 +12,11 @@ module phase_searches
 
 contains
 
-   !> When does a surface end the phase?
+   !> Find the time at which a contact ends the phase.
    subroutine search_contact(self, k, limit, search, ended_by)
       type(phase_state_t), target, intent(inout) :: self
       integer, intent(in) :: k
-      !> Where the search ends
+      !> Time at which the search ends
       real(wp), intent(in) :: limit
       type(search_t), intent(out) :: search
       !> One of the `end_` constants
@@ -67,11 +67,11 @@ contains
       end associate
    end subroutine search_contact
 
-   !> When does a force vanish? One that never rose beyond its rounding error does so where it pulls by more than that:
-   !> else contacts would end and begin anew by their last bits.
+   !> Find the time at which a contact force vanishes. A force that never exceeds its rounding error must become
+   !> negative by more than this error; otherwise the last digits would decide between opening and closing.
    subroutine search_force(force, limit, search)
       class(viewed_signal_t), intent(in) :: force
-      !> Where the search ends
+      !> Time at which the search ends
       real(wp), intent(in) :: limit
       type(search_t), intent(out) :: search
 
@@ -88,11 +88,11 @@ contains
       search%evaluations = search%evaluations + before
    end subroutine search_force
 
-   !> When does a gap close, where no surface yields?
+   !> Find the time at which a gap closes if no compliant contact is closed.
    subroutine search_gap(self, k, limit, search)
       type(phase_state_t), target, intent(inout) :: self
       integer, intent(in) :: k
-      !> Where the search ends
+      !> Time at which the search ends
       real(wp), intent(in) :: limit
       type(search_t), intent(out) :: search
 
@@ -130,10 +130,11 @@ contains
       end associate
    end subroutine search_gap
 
-   !> Whose trail is it? A search that ends nothing has spoilt that of another.
+   !> Attribute the search history to a contact if its search ends the phase. Any other search has overwritten the
+   !> history, which then belongs to no contact.
    pure subroutine own_history(self, k, search)
       type(phase_state_t), intent(inout) :: self
-      !> The surface whose gap was searched
+      !> The contact whose gap was searched
       integer, intent(in) :: k
       type(search_t), intent(in) :: search
 

@@ -1,5 +1,5 @@
-!> A beam among any number of surfaces in the present phase: the set of closed ones, the state of its modes, and the
-!> signals that end it (docs/theory.md, section 17).
+!> A beam with any number of contacts in the present phase: the set of closed contacts, the state of its modes, and the
+!> signals that end the phase (docs/theory.md, section 17).
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: search_history_t, viewed_signal_t
@@ -24,59 +24,61 @@ module phase_state
    public :: move_alone, free_state, force_terms, ready_reaction
    public :: end_gap, end_force, end_undeformed, end_renewed_contact, whole_gap, whole_tip
 
-   !> What ends a phase: a gap closes, a force vanishes, the spring of a stop that follows is home, or presses again.
+   !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed one, and of an unloaded but
+   !> deformed contact with spring and damper its indentation or the negative of the force that renewed contact would
+   !> have.
    integer, parameter :: end_gap = 1
    integer, parameter :: end_force = 2
    integer, parameter :: end_undeformed = 3
    integer, parameter :: end_renewed_contact = 4
-   !> End nothing: the distance from a surface where that is home, and the displacement of the tip, whichever it is.
+   !> Signals that end no phase: the gap to the undeformed contact, and the displacement of the tip.
    integer, parameter :: whole_gap = 5, whole_tip = 6
 
    type :: phase_state_t
       type(free_beam_t) :: beam
       type(contact_state_t), allocatable :: states(:)
-      !> Place of the surface from which the beam is released
+      !> Index of the contact from which the beam is released; 0: none
       integer :: release_contact = 1
-      !> The sets, which the next run may use too
+      !> Store of contact sets, which later runs share
       type(set_store_t), pointer :: store => null()
       type(contact_set_t), pointer :: set => null()
-      !> State of the set's modes as the phase starts, less what loads do, in the room of the set, [modes]
+      !> Homogeneous part (without the load response) of the initial state of the phase, stored in the set, [modes]
       real(wp), pointer, contiguous :: z(:) => null(), v(:) => null()
-      !> Displacement of a node without mass besides that of the modes, as the phase starts
+      !> Displacement of a massless node relative to the modes at the start of the phase
       real(wp) :: node_depth = 0.0_wp
-      !> What acts on the beam; none: no phase is driven
+      !> Loads on the beam; `count` = 0: there are none
       type(applied_loads_t) :: loads
       type(forced_response_t) :: forced
       !> Nothing moves until loads change
       logical :: is_at_rest = .false.
-      !> Found last
+      !> Reactions found last
       type(reactions_t) :: reactions
-      !> Longest that the phase can be
+      !> Maximum length of the phase: the load segments end there
       real(wp) :: longest = huge(1.0_wp)
-      !> Loads in the free modes at the present instant, and their rates, [free]
+      !> Modal loads at the present instant, and their rates, [free modes]
       real(wp), allocatable :: load(:), load_rate(:)
-      !> Of the terms, weights included, where a surface yields, [count]
+      !> Amplitudes times weights of the terms if a compliant contact is closed, [terms]
       complex(wp), allocatable :: amplitude(:)
-      !> What was asked for last as a signal
+      !> The signal that `signal_of` returned last
       class(viewed_signal_t), allocatable :: signal
-      !> What was sought last in the phase as the force of a surface that is pressed, and which; 0: none
+      !> The last force signal that was searched in the phase, and its contact; 0: none
       class(viewed_signal_t), allocatable :: pressing
       integer :: pressing_at = 0
-      !> What the search that ends the phase saw of the gap of a rigid surface, and which; 0: none
+      !> History of the search of the gap that ends the phase at a rigid contact, and this contact; 0: none
       type(search_history_t) :: history
       integer :: history_of = 0
-      !> The first surface at the place of each, and whether it is on the same side there, 1, or on the other, -1
+      !> Index of the first contact at the same place, and 1 if it is on the same side of the beam, else -1, [contacts]
       integer, allocatable :: alike(:)
       real(wp), allocatable :: alike_sign(:)
-      !> The steps of a search of all contacts at once
+      !> Steps of the simultaneous search of all contacts
       type(row_path_t) :: path
    end type phase_state_t
 
 contains
 
-   !> Get the store ready for the surfaces.
+   !> Prepare the store of contact sets for the contacts of a run.
    subroutine open_store(self, store)
-      !> Beam and states are there
+      !> Its beam and contact states are set
       type(phase_state_t), intent(inout) :: self
       type(set_store_t), target, intent(inout) :: store
 
@@ -100,17 +102,17 @@ contains
       end do
    end subroutine open_store
 
-   !> Begin a phase with the set that is closed now.
+   !> Start a phase with the set of contacts that are closed now.
    subroutine take_over(self, tau, q, v, is_new, error)
       type(phase_state_t), target, intent(inout) :: self
-      !> Its start
+      !> Start of the phase
       real(wp), intent(in) :: tau
-      !> State in the free modes, [free]
+      !> State in the free modes, [free modes]
       real(wp), contiguous, intent(in) :: q(:)
       real(wp), contiguous, intent(in) :: v(:)
-      !> The set had to be made
+      !> The run uses the set for the first time
       logical, intent(out) :: is_new
-      !> Set when it could not be
+      !> Set if the set cannot be made
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp), dimension(size(self%states)) :: depth, branch_force
@@ -153,7 +155,7 @@ contains
       end associate
    end subroutine take_over
 
-   !> The loads at an instant, where they jump after it.
+   !> Find the modal loads at an instant, after the jump if they jump there.
    pure subroutine find_load(self, tau)
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau
@@ -171,11 +173,11 @@ contains
       end do
    end subroutine find_load
 
-   !> What loads do from now on; the rest swings of itself.
+   !> Start the load response of a phase, and subtract it from the initial state: the homogeneous part remains.
    subroutine begin_drive(self, tau, is_new)
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau
-      !> The run has not used the set so far: its answers to loads are those of another run
+      !> The run uses the set for the first time: unit responses of an earlier run are not valid
       logical, intent(in) :: is_new
 
       real(wp), dimension(size(self%z)) :: rows, rates
@@ -203,9 +205,9 @@ contains
       end associate
    end subroutine begin_drive
 
-   !> A reaction swings with p + 2 zeta p', which swings like p itself.
+   !> Set the state of a reaction signal: a reaction depends on p + 2 zeta p', which obeys the equation of p.
    subroutine ready_reaction(z, v, reaction)
-      !> State of the modes
+      !> Homogeneous part of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
       type(modal_signal_t), intent(inout) :: reaction
@@ -223,11 +225,11 @@ contains
       end associate
    end subroutine ready_reaction
 
-   !> What ends the phase at a surface, as a signal; it stands until the next is asked for.
+   !> A signal of a contact in the present phase, valid until the next call.
    subroutine signal_of(self, k, kind, signal)
       type(phase_state_t), target, intent(inout) :: self
       integer, intent(in) :: k
-      !> One of the `end_` constants, or `whole_gap`
+      !> One of the `end_` or `whole_` constants
       integer, intent(in) :: kind
       class(viewed_signal_t), pointer, intent(out) :: signal
 
@@ -239,7 +241,7 @@ contains
          call exponential_of(self, k, kind, made)
       else if (kind == end_gap .or. kind == whole_gap) then
          call find_gap(self, k, gap)
-         ! at home is the stop; the node before it is not
+         ! the gap to the stop includes the displacement of the massless node
          if (self%states(k)%is_node .and. kind == whole_gap) then
             gap%contact = self%node_depth
             gap%rate = min(self%states(k)%spring%surface_rate, huge(1.0_wp))
@@ -258,11 +260,11 @@ contains
       signal => self%signal
    end subroutine signal_of
 
-   !> The gap of a surface where none yields: the signal of the set, with the state at the start of the phase.
+   !> The gap of a contact as a signal if no compliant contact is closed, with the initial state of the phase.
    subroutine find_gap(self, k, gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      !> Less what loads do
+      !> Homogeneous part of the gap
       type(modal_signal_t), pointer, intent(out) :: gap
 
       integer :: i
@@ -284,7 +286,7 @@ contains
       gap%last => null()
    end subroutine find_gap
 
-   !> What loads do to it besides.
+   !> Contribution of the load response to a signal.
    subroutine driven_terms(self, k, kind, terms)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -317,7 +319,7 @@ contains
       end associate
    end subroutine driven_terms
 
-   !> In modes, but for gaps.
+   !> A signal other than a gap as a sum over modes.
    subroutine modal_of(self, k, kind, signal)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -351,7 +353,7 @@ contains
       call move_alloc(modal, signal)
    end subroutine modal_of
 
-   !> In the terms of surfaces that yield.
+   !> A signal as a sum of exponential terms if a compliant contact is closed.
    subroutine exponential_of(self, k, kind, signal)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
@@ -382,7 +384,7 @@ contains
       call move_alloc(sum, signal)
    end subroutine exponential_of
 
-   !> A surface that comes back, as one more term.
+   !> Add the relaxing indentation of an open contact as one more term.
    pure subroutine add_contact(state, sum)
       type(contact_state_t), intent(in) :: state
       type(exponential_signal_t), intent(inout) :: sum
@@ -396,14 +398,15 @@ contains
       sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
    end subroutine add_contact
 
-   !> The force of a closed surface where one yields; 0: not a force, but the displacement of the tip.
+   !> Exponential terms of the force of a closed contact if a compliant contact is closed; k = 0: of the tip
+   !> displacement.
    pure subroutine force_terms(self, k, factor, offset, amplitude)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      !> Of the terms of the motion: amplitudes, or what stands for them, [count]
+      !> Factors of the terms: amplitudes, or their integrals, [terms]
       complex(wp), intent(in) :: factor(:)
       real(wp), intent(out) :: offset
-      !> Of its terms, [count]
+      !> Amplitudes of the result, [terms]
       complex(wp), allocatable, intent(out) :: amplitude(:)
 
       integer :: place
@@ -424,11 +427,11 @@ contains
       end associate
    end subroutine force_terms
 
-   !> Keep the state of the set's modes at a time in the phase, less what loads do, for who asks for it.
+   !> Cache the homogeneous part of the state at a time in the phase.
    subroutine keep_state(self, time, term)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
-      !> Where a surface yields
+      !> Values of the terms at that time if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
 
       associate (set => self%set)
@@ -441,15 +444,15 @@ contains
       end associate
    end subroutine keep_state
 
-   !> State of the set's modes at a time in the phase.
+   !> State of the constrained modes at a time in the phase.
    pure subroutine move_to(self, time, z, v, turn, alone)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
-      !> exp(i W t), where it is known, [harmonics]
+      !> exp(i W t) if already known, [harmonics]
       complex(wp), intent(in), optional :: turn(:)
-      !> The same less what loads do, [modes, 2]
+      !> Homogeneous part of the state, [modes, 2]
       real(wp), contiguous, intent(out), optional :: alone(:, :)
 
       real(wp), dimension(size(z)) :: rows, rates
@@ -467,7 +470,7 @@ contains
       end do
    end subroutine move_to
 
-   !> The same less what loads do.
+   !> Homogeneous part of the state of the constrained modes at a time in the phase.
    pure subroutine move_alone(self, time, z, v)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
@@ -487,13 +490,13 @@ contains
       end if
    end subroutine move_alone
 
-   !> The same in the free modes.
+   !> State of the free modes from that of the constrained modes.
    pure subroutine free_state(self, z, v, q, rate)
       type(phase_state_t), intent(in) :: self
-      !> State of the set's modes
+      !> State of the constrained modes, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
-      !> [free]
+      !> [free modes]
       real(wp), contiguous, intent(out) :: q(:)
       real(wp), contiguous, intent(out) :: rate(:)
 

@@ -1,5 +1,4 @@
-!> What happens where a phase among several surfaces ends: impacts, captures, contacts, releases (docs/theory.md,
-!> section 17).
+!> Transitions between phases: impacts, captures, and opening and closing of contacts (docs/theory.md, section 17).
 module phase_transitions
    use certified_search, only: found_never_left, search_t
    use contact_impulses, only: arrest, bring_to_rest, capture_t, solve_impact
@@ -19,19 +18,19 @@ module phase_transitions
 
 contains
 
-   !> What follows the end of a phase.
+   !> Apply the transition at the end of a phase.
    subroutine follow_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> The surface that ended it, and how
+      !> The contact that ended the phase, and how: one of the `end_` constants
       integer, intent(in) :: k
       integer, intent(in) :: ended_by
-      !> A flight that began at rest on the surface ends there
+      !> The flight that ends began at rest on this contact
       logical, intent(in) :: from_rest
       type(search_t), intent(in) :: search
-      !> A flight that stays below this is a capture
+      !> A flight whose gap stays below this value is a capture
       real(wp), intent(in) :: hop_tolerance
       type(motion_t), intent(inout) :: motion
-      !> Gets the events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       if (search%outcome == found_break) then
@@ -42,19 +41,19 @@ contains
       call settle_touched(self, motion, response)
    end subroutine follow_end
 
-   !> What a surface that ended a phase makes of it.
+   !> Apply the transition at a contact that ended a phase.
    subroutine end_at_contact(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> The surface that ended it, and how
+      !> The contact that ended the phase, and how: one of the `end_` constants
       integer, intent(in) :: k
       integer, intent(in) :: ended_by
-      !> A flight that began at rest on the surface ends there
+      !> The flight that ends began at rest on this contact
       logical, intent(in) :: from_rest
       type(search_t), intent(in) :: search
-      !> A flight that stays below this is a capture
+      !> A flight whose gap stays below this value is a capture
       real(wp), intent(in) :: hop_tolerance
       type(motion_t), intent(inout) :: motion
-      !> Gets the events
+      !> Receives the events
       type(response_t), intent(inout) :: response
 
       type(capture_t) :: captures(size(self%states))
@@ -76,7 +75,7 @@ contains
             end if
             captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
                (state%hop_tolerance > 0.0_wp .and. state%is_low)
-            ! what would lift it is lost in the rounding error of the displacement
+            ! an opening acceleration would be lost in the rounding error of the gap
             captures(k)%is_pressed = search%outcome == found_never_left .and. from_rest
             if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
@@ -90,7 +89,7 @@ contains
       end associate
    end subroutine end_at_contact
 
-   !> Loads, or what surfaces are, changed: which of those that are closed stay so?
+   !> Update the closed contacts after a change of load segment, or at the start of a continued motion.
    subroutine resume(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
@@ -103,10 +102,10 @@ contains
       call settle_touched(self, motion, response)
    end subroutine resume
 
-   !> The run starts on some surfaces.
+   !> Find the contacts that are closed, touched or hit at the start of a run.
    subroutine begin_contacts_at_start(self, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> A flight that stays below this is a capture
+      !> A flight whose gap stays below this value is a capture
       real(wp), intent(in) :: hop_tolerance
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -118,7 +117,7 @@ contains
       do k = 1, size(self%states)
          if (.not. self%states(k)%is_active) cycle
          if (self%states(k)%is_deformed) then
-            ! it carries the beam
+            ! a static contact force was found for the initial state
             captures(k)%is_in = self%states(k)%is_rigid
             if (.not. self%states(k)%is_rigid) call close_contact(self, k, 0, motion, response)
             cycle
@@ -144,7 +143,7 @@ contains
       call settle_touched(self, motion, response)
    end subroutine begin_contacts_at_start
 
-   !> The beam comes to a surface that yields.
+   !> The gap of a compliant contact has closed.
    subroutine meet_yielding(self, k, search, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -159,15 +158,15 @@ contains
       if (search%outcome == found_never_left .and. .not. self%states(k)%is_node) then
          if (self%loads%count > 0) call find_load(self, motion%tau)
          associate (state => self%states(k))
-            ! too low to be told from no flight: the stop point goes with the surface, if that is not faster
+            ! flight too low to resolve: a stop point faster than the relaxing contact gets the velocity of the contact
             surface_speed = 0.0_wp
             if (.not. state%relaxes) surface_speed = state%spring%surface_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
                faster = velocity_of(self, k, motion) - surface_speed
                call arrest(self, k, faster, motion, response, impulse)
-               ! times the surface's speed that is a rounding error: either faster is one, or both speeds are as low as
-               ! that flight
+               ! the omitted product of `faster` and `surface_speed` is a rounding error: either `faster` is, or both
+               ! speeds are as low as the flight
                call charge_event(motion%recorder%ledger, 0.5_wp*impulse*faster)
                if (.not. reaction_demand(self, k, motion) > state%spring%surface_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
@@ -179,15 +178,15 @@ contains
       call close_contact(self, k, order, motion, response)
    end subroutine meet_yielding
 
-   !> Impulses at one instant: Newton's law as one complementarity problem over the rigid surface that is hit, those
-   !> that hold the beam, and others that it has reached and does not leave. What is turned back onto one that it was
-   !> leaving takes part in the next problem.
+   !> Apply impulses at one instant: Newton's impact law as one complementarity problem over the rigid contact that is
+   !> hit, closed rigid contacts, and open rigid contacts with zero gap that do not open. A contact whose opening
+   !> velocity the impulses reverse takes part in the next problem.
    subroutine strike(self, first, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> The surface that is hit
+      !> The contact that is hit
       integer, intent(in) :: first
       real(wp), intent(in) :: hop_tolerance
-      !> What is hit without rebound in; all that is brought to rest
+      !> On entry contacts without rebound, on return all contacts at which the beam is brought to rest
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -221,11 +220,11 @@ contains
       call check_dampers(self, motion, response)
    end subroutine strike
 
-   !> Which of the rigid surfaces on which the beam rests hold it? The same problem on accelerations; where the force
-   !> vanishes, as it changes.
+   !> Decide which rigid contacts with zero gap and velocity stay closed: complementarity of reactions and
+   !> accelerations, or of their rates if both vanish.
    subroutine settle(self, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> Those that hold it already take part, too
+      !> Captures at this instant; closed rigid contacts take part as well
       type(capture_t), intent(in) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -252,7 +251,7 @@ contains
                state%is_closed = order == 0
                state%is_deformed = .false.
                state%start_order = 0
-               ! with no impulse given and none to hold it there was no capture to speak of
+               ! a contact that opens at once after no impulse was not captured
                if (state%is_closed .or. abs(captures(k)%velocity) > 0.0_wp .or. captures(k)%impulse > 0.0_wp) then
                   event = event_of(self, k, event_capture, motion, captures(k)%velocity, 0.0_wp)
                   event%impulse = captures(k)%impulse

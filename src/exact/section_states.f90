@@ -1,4 +1,4 @@
-!> The state of exact motion among several surfaces at an instant, its sections, and a motion that goes on from one
+!> The state of exact motion at an instant, its values at sections, and the continuation of a motion from a state
 !> (docs/theory.md, section 21).
 module section_states
    use kinds, only: wp
@@ -12,7 +12,7 @@ module section_states
 
 contains
 
-   !> The state at a time in the present phase.
+   !> Complete state (modes and contacts) at a time in the present phase.
    subroutine state_at(self, tau, time, state)
       type(phase_state_t), intent(in) :: self
       !> Start of the phase
@@ -54,7 +54,7 @@ contains
       end do
    end subroutine state_at
 
-   !> The surfaces as they were; the beam is to be there, too.
+   !> Set the contact states from a stored state. The state of the modes is set elsewhere.
    pure subroutine put_state(state, self)
       type(section_state_t), intent(in) :: state
       type(phase_state_t), intent(inout) :: self
@@ -74,13 +74,13 @@ contains
       end do
    end subroutine put_state
 
-   !> What sections keep of the free modes.
+   !> Record the free modes at the sections in a phase.
    subroutine keep_modes(self, tau, length, first, sections)
       type(phase_state_t), intent(in) :: self
       !> Start of the phase, and its length
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: length
-      !> The first section in the phase
+      !> Index of the first section in the phase
       integer, intent(in) :: first
       type(run_sections_t), intent(inout) :: sections
 

@@ -1,5 +1,5 @@
-!> Variations of a motion across its events: each is brought to where it meets the event, follows what happens there,
-!> and back to one instant (docs/theory.md, section 22).
+!> Variations of a motion across its events. Each column is shifted to the instant at which its own motion meets the
+!> event, mapped by the event, and shifted back to a common instant (docs/theory.md, section 22).
 module tangent_events
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use certified_search, only: found_never_left, search_t
@@ -13,14 +13,14 @@ module tangent_events
    private
    public :: begin_columns, end_columns, take_back_columns, take_sizes
 
-   !> Beyond this a single column is brought back to 1.
+   !> A single column larger than this, or smaller than the inverse, is scaled to size 1.
    real(wp), parameter :: greatest_size = 1.0e50_wp
 
 contains
 
-   !> A phase begins: from where each column met the event to one instant.
+   !> Start of a phase: shift each column from its own instant of the last event to the common instant.
    subroutine begin_columns(now, tangent)
-      !> Has taken over the state
+      !> Its phase has started
       type(phase_state_t), intent(in) :: now
       type(tangent_t), intent(inout) :: tangent
 
@@ -38,18 +38,18 @@ contains
       tangent%delay = tangent%delay/length
    end subroutine begin_columns
 
-   !> A phase that began did not happen: to where the event before was met.
+   !> A phase is cancelled: shift each column back to its own instant of the event before.
    pure subroutine take_back_columns(tangent)
-      !> Unallocated: there are none
+      !> Unallocated: there are no variations
       type(tangent_t), allocatable, intent(inout) :: tangent
 
       if (allocated(tangent)) call shift_columns(tangent%begun, 1.0_wp, tangent)
    end subroutine take_back_columns
 
-   !> A phase ends: to where each column meets what ends it.
+   !> End of a phase: propagate each column, and shift it to its own instant of the event.
    subroutine end_columns(now, ended, ended_by, search, tangent)
       type(phase_state_t), intent(in) :: now
-      !> The surface that ends it, 0: none, and how
+      !> The contact that ends the phase, 0: none, and how: one of the `end_` constants
       integer, intent(in) :: ended
       integer, intent(in) :: ended_by
       type(search_t), intent(in) :: search
@@ -83,13 +83,13 @@ contains
       call shift_columns(rates, 1.0_wp, tangent)
    end subroutine end_columns
 
-   !> The size of the first variation at the sections of a phase that are not taken yet.
+   !> Record the size of the first column at the sections in the phase that have not been taken yet.
    subroutine take_sizes(now, tau, length, tangent, sections)
       type(phase_state_t), intent(in) :: now
-      !> Start of the phase
+      !> Start of the phase, and its length
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: length
-      !> As it starts
+      !> Variations at the start of the phase
       type(tangent_t), intent(in) :: tangent
       type(run_sections_t), intent(inout) :: sections
 
@@ -99,7 +99,7 @@ contains
 
       if (.not. allocated(sections%log_size)) return
       do n = sections%count + 1, size(sections%tau)
-         ! as near to the end as rounding can tell is in it
+         ! a section within rounding error after the end belongs to the phase
          if (sections%tau(n) > tau + length + 4.0_wp*epsilon(1.0_wp)*tau) exit
          there = tangent
          call flow_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), there)
@@ -109,18 +109,18 @@ contains
       end do
    end subroutine take_sizes
 
-   !> What a change of state and loads makes of the signal that ends a phase.
+   !> Change of the signal that ends a phase by a change of state and loads.
    function signal_change(now, k, ended_by, q, v, memory, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
       !> One of the `end_` constants
       integer, intent(in) :: ended_by
-      !> In the free modes
+      !> Changes of the free modes, [modes]
       real(wp), intent(in) :: q(:)
       real(wp), intent(in) :: v(:)
-      !> Of P2, [surfaces]
+      !> Changes of branch forces P2, [contacts]
       real(wp), intent(in) :: memory(:)
-      !> [loads]
+      !> Changes of the loads, [loads]
       real(wp), intent(in) :: load(:)
       real(wp) :: change
 
@@ -145,7 +145,7 @@ contains
       end associate
    end function signal_change
 
-   !> The same of the force of a surface that yields.
+   !> Change of the force of a compliant contact by a change of state.
    pure function force_change(now, k, q, v, memory) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
@@ -159,7 +159,7 @@ contains
       end associate
    end function force_change
 
-   !> The same of the reaction of a rigid one.
+   !> Change of the reaction of a closed rigid contact by a change of state and loads.
    function reaction_change(now, k, q, v, memory, load) result(change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: k
@@ -186,7 +186,7 @@ contains
             end do
             return
          end if
-         ! all that hold it press on the free modes
+         ! all closed contacts apply forces to the free modes
          allocate (rigid, source=pack(set%compliant, now%states(set%compliant)%is_rigid))
          associate (oscillators => beam%oscillators, n => size(q))
             forces = oscillators%square*(q + oscillators%two_zeta*v) + oscillators%mass_rate(:n)*v

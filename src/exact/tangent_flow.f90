@@ -1,5 +1,5 @@
-!> Variations of a motion through a phase, which is linear: by its own closed form, applied to each (docs/theory.md,
-!> section 22).
+!> Variations of a motion during a phase, which is linear: the closed form of the motion applies to each variation
+!> (docs/theory.md, section 22).
 module tangent_flow
    use damped_oscillators, only: acceleration, propagate
    use driven_modes, only: driven_mode_t, make_driven_mode
@@ -17,7 +17,7 @@ module tangent_flow
    private
    public :: flow_columns, find_rates, keeps_memory, load_changes
 
-   !> How a load changes with the parameter: constant + slope t + Re((harmonic + secular t) exp(i frequency t)).
+   !> Derivative of a load by the parameter: constant + slope t + Re((harmonic + secular t) exp(i frequency t)).
    type :: load_change_t
       type(load_segment_t) :: segment
       complex(wp) :: secular = (0.0_wp, 0.0_wp)
@@ -25,7 +25,7 @@ module tangent_flow
 
 contains
 
-   !> Does P2 of a surface live on by itself?
+   !> Is the branch force P2 of a contact a state variable?
    elemental function keeps_memory(state) result(keeps)
       type(contact_state_t), intent(in) :: state
       logical :: keeps
@@ -34,7 +34,7 @@ contains
       if (allocated(state%spring)) keeps = state%spring%branch_stiffness > 0.0_wp
    end function keeps_memory
 
-   !> How fast the state changes at a time in the phase.
+   !> Rates of change of the state at a time in the phase.
    subroutine find_rates(now, time, rates)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
@@ -85,7 +85,7 @@ contains
 
    contains
 
-      !> What loads do to some rows.
+      !> Load response of some output rows.
       function row_at(rows) result(values)
          integer, intent(in) :: rows(:)
          real(wp) :: values(size(rows))
@@ -98,7 +98,7 @@ contains
       end function row_at
    end subroutine find_rates
 
-   !> A load at a time since its piece was asked for.
+   !> Value of a load at a time since the start of the phase.
    elemental function value_of(segment, time) result(value)
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
@@ -108,7 +108,7 @@ contains
          wp)), wp)
    end function value_of
 
-   !> Bring the columns to a time in the phase.
+   !> Propagate the columns to a time in the phase.
    subroutine flow_columns(now, time, tangent)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
@@ -139,14 +139,14 @@ contains
       end do
    end subroutine flow_columns
 
-   !> Where modes swing alone.
+   !> Propagate a column if no compliant contact is closed: all constrained modes are uncoupled.
    subroutine flow_alone(now, time, change, is_driven, q, v)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
-      !> The loads change
+      !> The column is the derivative by a load parameter
       logical, intent(in) :: is_driven
-      !> One column, [free]
+      !> One column, [free modes]
       real(wp), intent(inout) :: q(:)
       real(wp), intent(inout) :: v(:)
 
@@ -175,12 +175,12 @@ contains
       end associate
    end subroutine flow_alone
 
-   !> From modes of a held set to free modes.
+   !> State of the free modes from that of the constrained modes.
    pure subroutine take_back(constrained, z, rate, q, v)
       type(constrained_set_t), intent(in) :: constrained
-      !> Of its modes
+      !> State of the constrained modes, [modes]
       real(wp), intent(in) :: z(:), rate(:)
-      !> Of the free ones
+      !> State of the free modes, [free modes]
       real(wp), intent(out) :: q(:), v(:)
 
       if (allocated(constrained%mode)) then
@@ -192,11 +192,12 @@ contains
       end if
    end subroutine take_back
 
-   !> What a change of a load makes of a mode, from rest: divided differences of exp(s t) over the exponents of both.
+   !> Add the response of a mode from rest to the derivative of a load: divided differences of exp(s t) over the
+   !> exponents of mode and load.
    pure subroutine drive_mode(mode, change, share, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
-      !> Of the load in the mode
+      !> Modal load per unit of load
       real(wp), intent(in) :: share
       real(wp), intent(in) :: time
       real(wp), intent(inout) :: z
@@ -219,14 +220,14 @@ contains
       end associate
    end subroutine drive_mode
 
-   !> Where surfaces press.
+   !> Propagate a column if compliant contacts are closed.
    subroutine flow_compliant(now, time, change, is_driven, q, v, memory)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
-      !> The loads change
+      !> The column is the derivative by a load parameter
       logical, intent(in) :: is_driven
-      !> One column, [free], [surfaces]
+      !> One column, [free modes], [free modes], [contacts]
       real(wp), intent(inout) :: q(:)
       real(wp), intent(inout) :: v(:)
       real(wp), intent(inout) :: memory(:)
@@ -266,7 +267,7 @@ contains
 
    contains
 
-      !> Modes with nodes at all that presses.
+      !> Propagate modes with nodes at all compliant contacts.
       subroutine flow_inactive(z, rate)
          real(wp), intent(inout) :: z(:)
          real(wp), intent(inout) :: rate(:)
@@ -290,7 +291,7 @@ contains
       end subroutine flow_inactive
    end subroutine flow_compliant
 
-   !> Of a term that a change of a load drives, per unit of what a blow of the load makes of it.
+   !> Response of a term to the derivative of a load, per unit of its response to an impulse of the load.
    pure function answer_of(exponent, change, time) result(answer)
       complex(wp), intent(in) :: exponent
       type(load_change_t), intent(in) :: change
@@ -312,7 +313,7 @@ contains
       end associate
    end function answer_of
 
-   !> How a load changes with the parameter during the present phase.
+   !> Derivative of a load by the parameter during the present phase.
    pure subroutine change_load(now, load, tangent, change)
       type(phase_state_t), intent(in) :: now
       integer, intent(in) :: load
@@ -331,7 +332,7 @@ contains
             if (power > 0) course%amplitude = -course%frequency**power
             change%segment = load_segment_at(course, now%forced%tau)
          else if (course%kind == course_harmonic) then
-            ! exp(i w tau) w**power at tau = the start of the phase + t
+            ! derivative of w**power exp(i w tau) by w, at tau = start of the phase + t
             associate (share => course%frequency/now%loads%course(tangent%load)%frequency)
                change%segment%harmonic = share*segment%harmonic*cmplx(real(power, wp)/course%frequency, &
                   now%forced%tau, wp)
@@ -341,7 +342,7 @@ contains
       end associate
    end subroutine change_load
 
-   !> All loads at a time in the phase: by how much they change with the parameter, and how fast they go.
+   !> Derivatives of all loads by the parameter, and rates of all loads, at a time in the phase.
    pure subroutine load_changes(now, time, tangent, by_parameter, rate)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
