@@ -1,5 +1,5 @@
-!> The group of the surfaces in a results file, where the beam can meet more than the paper's one: where they are,
-!> what happens at each, its measures.
+!> The group `surfaces` of a results file, for a beam with other contacts than a single stop below it: position, side,
+!> histories and measures of each contact.
 module contact_groups
    use kinds, only: wp
    use measure_list, only: measure_count, measure_table
@@ -14,12 +14,12 @@ module contact_groups
 
 contains
 
-   !> A list over the surfaces for each thing that is one number, a table over instants for each that is a history.
+   !> Write a list over the contacts for each scalar quantity and a table over instants and contacts for each history.
    subroutine write_contacts(group, contacts, tau)
       type(quantity_group_t), intent(in) :: group
-      !> In the scene's order
+      !> Contacts in the order of the scene
       type(contact_record_t), intent(in) :: contacts(:)
-      !> Sample times; histories have no place without them
+      !> Sample times tau; without them no histories are written
       real(wp), contiguous, intent(in), optional :: tau(:)
 
       character(*), parameter :: along = 'surface'
@@ -37,7 +37,7 @@ contains
       if (all([(allocated(contacts(i)%measures), i=1, size(contacts))])) call write_measures(group, contacts)
    end subroutine write_contacts
 
-   !> Such as 'stop_1_below stop_2_above'.
+   !> Names of the contacts with blanks between them, such as 'stop_1_below stop_2_above'.
    pure function names_of(contacts) result(names)
       type(contact_record_t), intent(in) :: contacts(:)
       character(:), allocatable :: names
@@ -51,7 +51,7 @@ contains
       end do
    end function names_of
 
-   !> Those that were asked for.
+   !> Write the histories that were requested.
    subroutine write_histories(group, contacts, tau)
       type(quantity_group_t), intent(in) :: group
       type(contact_record_t), intent(in) :: contacts(:)
@@ -74,10 +74,10 @@ contains
 
    contains
 
-      !> One history of all surfaces.
+      !> Write one history of all contacts.
       subroutine add(name, values, meaning, quantity)
          character(*), intent(in) :: name
-         !> Surface after surface
+         !> Values at all sample times, contact after contact
          real(wp), intent(in) :: values(:)
          character(*), intent(in) :: meaning
          character(*), intent(in) :: quantity
@@ -87,32 +87,32 @@ contains
 
    end subroutine write_histories
 
-   !> Those that a surface has of its own, and its contacts.
+   !> Write the measures of each contact, and start and end of each lasting contact.
    subroutine write_measures(group, contacts)
       type(quantity_group_t), intent(in) :: group
-      !> With measures
+      !> Contacts, each with its measures allocated
       type(contact_record_t), intent(in) :: contacts(:)
 
       character(len(measure_table%name)) :: names(measure_count)
       real(wp) :: rows(measure_count, size(contacts))
       real(wp), allocatable :: start(:), end(:)
-      integer, allocatable :: met(:)
+      integer, allocatable :: contact_index(:)
       integer :: i, k
 
       names = merge(measure_table%name, '                        ', measure_table%is_of_contact)
       where (measure_table%is_of_contact .and. measure_table%run_name /= '') names = measure_table%run_name
-      allocate (start(0), end(0), met(0))
+      allocate (start(0), end(0), contact_index(0))
       do k = 1, size(contacts)
          associate (measures => contacts(k)%measures)
             rows(:, k) = row_of(measures)
             start = [start, measures%contact_start]
             end = [end, measures%contact_end]
-            met = [met, [(k, i=1, size(measures%contact_start))]]
+            contact_index = [contact_index, [(k, i=1, size(measures%contact_start))]]
          end associate
       end do
       call write_measures_of_cases(group, names, rows, 'surface')
       call group%put('contact', [(i, i=1, size(start))], 'contact that lasts, surface by surface', is_scale=.true.)
-      call group%put('contact_surface', met, 'its surface', 'contact')
+      call group%put('contact_surface', contact_index, 'its surface', 'contact')
       call group%put('contact_start', start, 'time', 'its begin{, tau}', 'contact')
       call group%put('contact_end', end, 'time', 'its end or that of the run{, tau}', 'contact')
    end subroutine write_measures

@@ -11,15 +11,15 @@ module frequency_groups
 
 contains
 
-   !> The table of frequencies; where a mesh has no such mode, or its solver failed, stands NaN.
+   !> Write the table of frequencies. The value is NaN if a mesh does not have the mode or its solver failed.
    subroutine write_frequencies(group, table)
       type(quantity_group_t), intent(in) :: group
       type(frequency_table_t), intent(in) :: table
 
-      character(*), parameter :: of_columns = 'column_solver column_elements column_ratio'
-      integer, parameter :: longest_failure = 200
+      character(*), parameter :: column_coordinates = 'column_solver column_elements column_ratio'
+      integer, parameter :: max_failure_length = 200
       character(name_length) :: solver(size(table%columns))
-      character(longest_failure) :: failure(size(table%columns))
+      character(max_failure_length) :: failure(size(table%columns))
       integer :: column, columns, elements(size(table%columns)), i, modes, rows
       real(wp) :: nan, ratio(size(table%columns))
       real(wp), allocatable :: error(:, :), lambda(:, :), omega(:, :)
@@ -56,20 +56,20 @@ contains
          along='column')
       call group%add('lambda', lambda, '1', 'lambda: omega = lambda^2 sqrt(E Ibar/(rho Abar L^4))', &
          ['column', 'mode  '])
-      call group%attribute('coordinates', of_columns, 'lambda')
+      call group%attribute('coordinates', column_coordinates, 'lambda')
       call group%put('omega', omega, &
          trim(merge('frequency         ', 'circular_frequency', group%units%are_of_scene)), &
          '{circular frequency in omega1~frequency}', ['column', 'mode  '])
-      call group%attribute('coordinates', of_columns, group%named('omega'))
+      call group%attribute('coordinates', column_coordinates, group%named('omega'))
       if (allocated(table%exact)) then
          call group%add('lambda_exact', table%exact, '1', 'exact lambda', along='mode')
          call group%add('error', error, 'percent', 'error of lambda against the exact value', ['column', 'mode  '])
-         call group%attribute('coordinates', of_columns, 'error')
+         call group%attribute('coordinates', column_coordinates, 'error')
       end if
       if (allocated(table%shape)) call write_mode_shapes(group%part('shapes'), table)
    end subroutine write_frequencies
 
-   !> Mode shapes on the first mesh of the table.
+   !> Write the mode shapes on the first mesh of the table.
    subroutine write_mode_shapes(group, table)
       type(quantity_group_t), intent(in) :: group
       type(frequency_table_t), intent(in) :: table

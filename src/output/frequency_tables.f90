@@ -1,4 +1,4 @@
-!> Tables of frequencies for people to read.
+!> Tables of frequencies on the terminal.
 module frequency_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use frequency_types, only: error_in_percent, frequency_column_t, frequency_table_t
@@ -12,18 +12,18 @@ module frequency_tables
    private
    public :: print_frequency_table
 
-   character, parameter :: next = new_line('a')
+   character, parameter :: line_end = new_line('a')
    integer, parameter :: decimals = 6
 
 contains
 
-   !> A table of frequencies: a row for each mode, a column for each mesh and solver, '-' where a mesh
-   !> has no such mode; and the same for the errors, where exact values are known. A table of one column
-   !> has its errors beside it. Then why a solver has failed, if one has.
+   !> Print a table of lambda with a row for each mode and a column for each mesh and solver ('-': the mesh does not
+   !> have the mode), then a table of the errors if exact values are known. A table of one column has the errors beside
+   !> the values. The reasons of failed solvers follow.
    subroutine print_frequency_table(unit, table, units)
       integer, intent(in) :: unit
       type(frequency_table_t), intent(in) :: table
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       real(wp), allocatable :: exact(:), lambda(:, :)
@@ -72,38 +72,38 @@ contains
          call print_table(unit, shown)
       end subroutine print_column
 
-      !> Several columns, and that of the exact values where they are of the same kind.
+      !> Print the values of several columns, and a column of the exact values if `exact_values` is present.
       subroutine print_meshes(title, values, digits, exact_values)
-         !> What the numbers are
+         !> Heading of the table, which names the quantity
          character(*), intent(in) :: title
-         !> [modes, columns]
+         !> Values to print, [modes, columns]
          real(wp), intent(in) :: values(:, :)
-         !> As in `column_t`
+         !> Digits on the terminal, as in `column_t`
          integer, intent(in) :: digits
-         !> [modes]
+         !> Exact values, [modes]
          real(wp), intent(in), optional :: exact_values(:)
 
          type(table_t) :: shown
          integer :: k
 
          write (unit, '(/, 2x, a)') title
-         call add_texts(shown, 'elements n'//next//'l_i/l_(i+1)'//next//'solver', modes(size(values, 1)))
+         call add_texts(shown, 'elements n'//line_end//'l_i/l_(i+1)'//line_end//'solver', modes(size(values, 1)))
          do k = 1, size(values, 2)
             call add_numbers(shown, heading_of(table%columns(k)), values(:, k), digits)
          end do
          if (present(exact_values) .and. allocated(table%exact)) then
-            call add_numbers(shown, 'exact'//next//next, exact_values, decimals)
+            call add_numbers(shown, 'exact'//line_end//line_end, exact_values, decimals)
          end if
          call print_table(unit, shown)
       end subroutine print_meshes
 
    end subroutine print_frequency_table
 
-   !> What makes frequencies of squares of lambda, as that of the first mode is read, and their unit.
+   !> Factor from lambda^2 to a frequency, and the unit of that frequency, chosen to suit the first mode.
    pure subroutine find_hertz(lambda, units, factor, frequency_unit)
-      !> Of the first mode, if there is one
+      !> Lambda of the first mode, or no element if there is no mode
       real(wp), intent(in) :: lambda(:)
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       real(wp), intent(out) :: factor
       character(:), allocatable, intent(out) :: frequency_unit
@@ -115,7 +115,7 @@ contains
       factor = hertz*factor
    end subroutine find_hertz
 
-   !> How good the mode shapes are, and why a solver has failed.
+   !> Print the orthogonality errors of the mode shapes and the reason of each failed solver.
    subroutine print_notes(unit, table)
       integer, intent(in) :: unit
       type(frequency_table_t), intent(in) :: table
@@ -132,7 +132,7 @@ contains
       end do
    end subroutine print_notes
 
-   !> 'mode 1', 'mode 2' ...
+   !> Labels of the rows: 'mode 1', 'mode 2' ...
    pure function modes(count) result(names)
       integer, intent(in) :: count
       character(16) :: names(count)
@@ -144,14 +144,14 @@ contains
       end do
    end function modes
 
-   !> Mesh and solver, a line each.
+   !> Heading of a column: number of elements, length ratio and solver, a line each.
    pure function heading_of(column) result(heading)
       type(frequency_column_t), intent(in) :: column
       character(:), allocatable :: heading
 
       heading = 'given'
       if (column%ratio > 0.0_wp) heading = rounded(column%ratio)
-      heading = to_text(column%elements)//next//heading//next//column%solver
+      heading = to_text(column%elements)//line_end//heading//line_end//column%solver
    end function heading_of
 
 end module frequency_tables

@@ -1,6 +1,8 @@
-!> An HDF5 file under construction, in memory or on the disk: what its groups and columns share.
+!> An HDF5 file under construction, in memory or on the disk: the handles and properties that its groups and columns
+!> share.
 !>
-!> The first call that fails is remembered and the later ones do nothing, so who makes the file asks once, at the end.
+!> The first failure of an HDF5 call is recorded and later calls do nothing, so the caller tests for failure once, at
+!> the end.
 module hdf5_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: fail, failure_t, status_run_failed
@@ -19,27 +21,28 @@ module hdf5_file
    private
    public :: hdf5_file_t
 
-   !> Up to so many attributes are kept with their object, where HDF5 finds them fastest.
-   integer, parameter :: compact_attributes = 64
+   !> Maximum number of attributes that HDF5 stores in the header of their object, where access is fastest.
+   integer, parameter :: max_compact_attributes = 64
 
-   !> Bytes in which texts become those of the file; HDF5 would fill a megabyte with zeros for each write of them.
+   !> Bytes of the buffer in which HDF5 converts texts to the type of the file. HDF5's default buffer of a megabyte
+   !> would be filled with zeros at each write of texts.
    integer(hsize_t), parameter :: text_buffer = 4096_hsize_t
 
    type :: hdf5_file_t
-      !> Its root
+      !> Identifier of the file, which also stands for its root group
       integer(hid_t) :: id = -1_hid_t
       integer(hid_t) :: text_type = -1_hid_t
       integer(hid_t), private :: group_properties = -1_hid_t
       integer(hid_t), private :: dataset_properties = -1_hid_t
-      !> Of writing
+      !> Property list of dataset transfers
       integer(hid_t), private :: transfer_properties = -1_hid_t
-      !> The space of one value
+      !> Dataspace of a scalar
       integer(hid_t), private :: one_value = -1_hid_t
-      !> The dimension scale that was asked for last, open, with its group and name
+      !> The dimension scale used last, which stays open, with its group and name
       integer(hid_t), private :: scale = -1_hid_t
       integer(hid_t), private :: group_of_scale = -1_hid_t
       character(:), allocatable, private :: name_of_scale
-      !> Where HDF5 refused first; unallocated: nowhere
+      !> Description of the first HDF5 call that failed; unallocated: none has failed
       character(:), allocatable :: refused
    contains
       procedure :: start
@@ -60,12 +63,12 @@ contains
    !> Start an empty file.
    subroutine start(self, name, expected_size)
       class(hdf5_file_t), intent(inout) :: self
-      !> In memory any
+      !> Path of the file; for a file in memory any name
       character(*), intent(in) :: name
-      !> It is made in memory, and about so many bytes will come
+      !> Estimated size in bytes; if present, the file is made in memory
       integer(size_t), intent(in), optional :: expected_size
 
-      integer(size_t), parameter :: smallest_increment = 65536_size_t
+      integer(size_t), parameter :: min_increment = 65536_size_t
       integer :: order, status
       integer(hid_t) :: access, creation
 
@@ -73,10 +76,10 @@ contains
       call self%check(status, 'starting the library')
       call h5pcreate_f(h5p_file_access_f, access, status)
       if (present(expected_size)) then
-         call h5pset_fapl_core_f(access, max(smallest_increment, expected_size), .false., status)
+         call h5pset_fapl_core_f(access, max(min_increment, expected_size), .false., status)
       end if
       call self%check(status, 'the file in memory')
-      ! The first superblock: h5fget_file_image_f (HDF5 1.10.8) spoils the checksum of the later ones.
+      ! The earliest superblock is used because h5fget_file_image_f (HDF5 1.10.8) spoils the checksum of later ones.
       call h5pset_libver_bounds_f(access, h5f_libver_earliest_f, h5f_libver_v18_f, status)
       call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)
 
@@ -84,11 +87,11 @@ contains
       call h5pcreate_f(h5p_file_create_f, creation, status)
       call h5pset_link_creation_order_f(creation, order, status)
       call h5pset_obj_track_times_f(creation, .false., status)
-      call h5pset_attr_phase_change_f(creation, compact_attributes, 0, status)
+      call h5pset_attr_phase_change_f(creation, max_compact_attributes, 0, status)
       call h5pcreate_f(h5p_group_create_f, self%group_properties, status)
       call h5pset_link_creation_order_f(self%group_properties, order, status)
       call h5pset_obj_track_times_f(self%group_properties, .false., status)
-      call h5pset_attr_phase_change_f(self%group_properties, compact_attributes, 0, status)
+      call h5pset_attr_phase_change_f(self%group_properties, max_compact_attributes, 0, status)
       call h5pcreate_f(h5p_dataset_create_f, self%dataset_properties, status)
       call h5pset_obj_track_times_f(self%dataset_properties, .false., status)
       call h5pcreate_f(h5p_dataset_xfer_f, self%transfer_properties, status)
@@ -105,10 +108,10 @@ contains
       call h5pclose_f(access, status)
    end subroutine start
 
-   !> The bytes of a file in memory.
+   !> Return the bytes of a file in memory.
    subroutine take_image(self, bytes)
       class(hdf5_file_t), intent(inout) :: self
-      !> None where HDF5 has failed
+      !> Size 0 if HDF5 has failed
       character(kind=c_char), allocatable, target, intent(out) :: bytes(:)
 
       integer :: status
@@ -130,10 +133,10 @@ contains
       call self%check(status, 'finishing the file')
    end subroutine take_image
 
-   !> Close the file and all that is open in it.
+   !> Close the file and every object that is open in it.
    subroutine stop(self, error)
       class(hdf5_file_t), intent(inout) :: self
-      !> What HDF5 refused
+      !> First HDF5 call that failed
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: status
@@ -148,12 +151,12 @@ contains
       if (allocated(self%refused)) call fail(error, status_run_failed, 'HDF5 failed at '//self%refused)
    end subroutine stop
 
-   !> Remember the first call that failed.
+   !> Record the first call that failed.
    subroutine check(self, status, what)
       class(hdf5_file_t), intent(inout) :: self
-      !> What HDF5 returned: negative is a failure
+      !> Status that HDF5 returned; negative is a failure
       integer, intent(in) :: status
-      !> What the call was about
+      !> Description of the call for the message of the failure
       character(*), intent(in) :: what
 
       if (status < 0 .and. .not. allocated(self%refused)) self%refused = "'"//what//"'"
@@ -173,17 +176,17 @@ contains
       call self%check(status, name)
    end function make_group
 
-   !> A dataset, open, with its values; a null address: they come later.
+   !> Make a dataset and leave it open. Its values are written unless the address is null.
    function make_dataset(self, group, name, type, extent, address, is_scale) result(dataset)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: group
       character(*), intent(in) :: name
-      !> Of the values, in the file as in memory
+      !> Type of the values in the file and in memory
       integer(hid_t), intent(in) :: type
-      !> Its shape; without elements: one value
+      !> Shape of the dataset; of size 0 for a scalar
       integer(hsize_t), intent(in) :: extent(:)
       type(c_ptr), intent(in) :: address
-      !> It is a dimension scale
+      !> Whether the dataset is a dimension scale
       logical, intent(in), optional :: is_scale
       integer(hid_t) :: dataset
 
@@ -206,13 +209,13 @@ contains
       call self%check(status, name)
    end function make_dataset
 
-   !> What a dataset is.
+   !> Write the attributes `long_name`, `units` and `in_scene_units` of a dataset.
    subroutine describe(self, dataset, units, long_name, in_scene_units)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: dataset
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
-      !> One unit in the units of the scene; 0 or absent: not known
+      !> One unit of the dataset in units of the scene; 0 or absent: unknown
       real(wp), target, intent(in), optional :: in_scene_units
 
       call self%write_text(dataset, 'long_name', long_name)
@@ -223,14 +226,14 @@ contains
       end if
    end subroutine describe
 
-   !> Let an index of a dataset go along a dimension scale.
+   !> Attach a dimension scale to a dimension of a dataset.
    subroutine attach(self, dataset, group, scale, index)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: dataset
       !> Group and name of the scale
       integer(hid_t), intent(in) :: group
       character(*), intent(in) :: scale
-      !> From 1, but in C's order: the last index of an array is the first
+      !> Number of the dimension from 1, in the order of C: the last index of a Fortran array is number 1
       integer, intent(in) :: index
 
       integer :: status
@@ -241,7 +244,8 @@ contains
       call self%check(status, scale)
    end subroutine attach
 
-   !> The scale is open; it mostly is, as datasets that go along it follow each other.
+   !> Open a dimension scale unless it is open already, which is usual because datasets of the same scale are written in
+   !> succession.
    subroutine open_scale(self, group, name)
       class(hdf5_file_t), intent(inout) :: self
       integer(hid_t), intent(in) :: group
@@ -267,7 +271,7 @@ contains
       !> Group or dataset
       integer(hid_t), intent(in) :: object
       character(*), intent(in) :: name
-      !> Of the values, in the file as in memory
+      !> Type of the values in the file and in memory
       integer(hid_t), intent(in) :: type
       type(c_ptr), intent(in) :: address
       !> Number of values; absent: one
@@ -290,7 +294,7 @@ contains
       if (present(length)) call h5sclose_f(space, status)
    end subroutine write_attribute
 
-   !> An attribute that is a text.
+   !> Write an attribute that is a text.
    subroutine write_text(self, object, name, text)
       class(hdf5_file_t), intent(inout) :: self
       !> Group or dataset

@@ -1,4 +1,4 @@
-!> HDF5's library: its start, and what writing and loading share.
+!> Initialisation of the HDF5 library, and the type of texts, which writing and loading share.
 module hdf5_library
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr
    use hdf5, only: h5eset_auto_f, h5open_f, h5t_cset_utf8_f, h5t_string, h5tcopy_f, h5tset_cset_f, hid_t
@@ -6,11 +6,11 @@ module hdf5_library
    private
    public :: open_hdf5, make_text_type, c_free
 
-   !> The library has been started: each further start would leave copies of its types behind.
+   !> The library has been initialised. Each further initialisation would leave copies of its types behind.
    logical :: is_open = .false.
 
    interface
-      !> POSIX: set an environment variable; without `overwrite` one that is set stays.
+      !> POSIX: set an environment variable. If `overwrite` is 0, a variable that is set already keeps its value.
       function posix_setenv(name, value, overwrite) bind(c, name='setenv') result(status)
          import :: c_char, c_int
          implicit none (type, external)
@@ -20,7 +20,7 @@ module hdf5_library
          integer(c_int) :: status
       end function posix_setenv
 
-      !> C: give memory back, here that of a text which HDF5 read.
+      !> C: free memory, here of a text that HDF5 has read.
       subroutine c_free(address) bind(c, name='free')
          import :: c_ptr
          implicit none (type, external)
@@ -30,32 +30,34 @@ module hdf5_library
 
 contains
 
-   !> Start the library, at the first call.
+   !> Initialise the library at the first call.
    subroutine open_hdf5(status)
-      !> What HDF5 returned: negative is a failure
+      !> Status that HDF5 returned; negative is a failure
       integer, intent(out) :: status
 
       integer :: quiet_status
 
       status = 0
-      ! The program has a lock of its own, and HDF5's keeps files from being opened on disks that have none.
+      ! HDF5's file locking is switched off because it prevents opening files on disks without locks; the program locks
+      ! results files itself.
       if (.not. is_open) then
          quiet_status = posix_setenv('HDF5_USE_FILE_LOCKING'//c_null_char, 'FALSE'//c_null_char, 0_c_int)
          call h5open_f(status)
       end if
       is_open = status == 0
-      ! What fails is told by who asked. Each thread has a setting of its own, so each that comes here is silenced.
+      ! HDF5's own error messages are switched off because the callers report failures. The setting belongs to a thread,
+      ! so each calling thread must set it.
       call h5eset_auto_f(0, quiet_status)
    end subroutine open_hdf5
 
-   !> The type of texts: UTF-8 of any length.
+   !> Make the HDF5 type of texts: UTF-8 of variable length.
    subroutine make_text_type(type, status)
-      !> To be closed by the caller
+      !> Identifier of the type, which the caller closes
       integer(hid_t), intent(out) :: type
-      !> What HDF5 returned: negative is a failure
+      !> Status that HDF5 returned; negative is a failure
       integer, intent(out) :: status
 
-      ! h5t_string is of variable length already, ended by a null as in C.
+      ! h5t_string is already of variable length and ends with a null character as in C.
       call h5tcopy_f(h5t_string, type, status)
       if (status >= 0) call h5tset_cset_f(type, h5t_cset_utf8_f, status)
    end subroutine make_text_type

@@ -1,5 +1,5 @@
-!> Datasets and attributes of an HDF5 file read back. The first failure is remembered and later calls do nothing, so the
-!> caller asks once.
+!> Datasets and attributes of an HDF5 file are read back. The first failure is recorded and later calls do nothing, so
+!> the caller tests for failure once.
 module hdf5_loading
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
    use hdf5, only: &
@@ -16,11 +16,11 @@ module hdf5_loading
    private
    public :: hdf5_source_t, member_t
 
-   !> What a group holds.
-   integer, parameter :: longest_name = 64
+   !> A member of a group: a dataset or a subgroup.
+   integer, parameter :: max_name_length = 64
    type :: member_t
-      character(longest_name) :: name = ''
-      !> Numbers or texts in it; -1: it is a group
+      character(max_name_length) :: name = ''
+      !> Number of its values; -1: the member is a subgroup
       integer(hsize_t) :: points = -1_hsize_t
       logical :: is_integer = .false.
       logical :: is_text = .false.
@@ -37,7 +37,7 @@ module hdf5_loading
       procedure :: open_file
       procedure :: close_source
       procedure :: is_sound
-      !> A dataset: name, values; a failure unless it has just as many
+      !> Load a dataset: name, values. A dataset of another size is a failure.
       generic :: load => load_reals, load_table, load_integers, load_texts
       procedure :: text_attribute
       procedure :: number_attribute
@@ -48,10 +48,10 @@ module hdf5_loading
 
 contains
 
-   !> Open what was loaded into memory.
+   !> Open the image of a file in memory.
    subroutine open_bytes(self, bytes)
       class(hdf5_source_t), intent(out) :: self
-      !> The whole file; HDF5 makes a copy
+      !> Bytes of the whole file, which HDF5 copies
       character(kind=c_char), contiguous, target, intent(in) :: bytes(:)
 
       integer(size_t), parameter :: increment = 65536_size_t
@@ -68,7 +68,7 @@ contains
       call h5pclose_f(access, status)
    end subroutine open_bytes
 
-   !> Open a file of the disk.
+   !> Open a file on the disk.
    subroutine open_file(self, path)
       class(hdf5_source_t), intent(out) :: self
       character(*), intent(in) :: path
@@ -90,7 +90,7 @@ contains
       self%is_open = .false.
    end subroutine close_source
 
-   !> Has nothing failed so far?
+   !> Whether no call has failed.
    pure logical function is_sound(self)
       class(hdf5_source_t), intent(in) :: self
 
@@ -121,7 +121,7 @@ contains
       if (size(values) > 0) call self%load_dataset(name, h5t_native_integer, size(values, kind=hsize_t), c_loc(values))
    end subroutine load_integers
 
-   !> Texts, cut where they are longer than there is room.
+   !> Load texts; a text longer than an element of `texts` is truncated.
    subroutine load_texts(self, name, texts)
       class(hdf5_source_t), intent(inout) :: self
       character(*), intent(in) :: name
@@ -152,17 +152,17 @@ contains
    subroutine load_dataset(self, name, type, expected, address)
       class(hdf5_source_t), intent(inout) :: self
       character(*), intent(in) :: name
-      !> Type in memory
+      !> Type of the values in memory
       integer(hid_t), intent(in) :: type
-      !> Number of its elements
+      !> Number of values that the dataset must have
       integer(hsize_t), intent(in) :: expected
-      !> Where they go
+      !> Address to which the values are written
       type(c_ptr), intent(in) :: address
 
       integer(hid_t) :: dataset, space
       integer(hsize_t) :: points
       integer :: status
-      type(c_ptr) :: place
+      type(c_ptr) :: location
 
       if (.not. self%is_good) return
       call h5dopen_f(self%id, name, dataset, status)
@@ -171,14 +171,14 @@ contains
       call h5dget_space_f(dataset, space, status)
       call h5sget_simple_extent_npoints_f(space, points, status)
       self%is_good = points == expected
-      place = address
-      if (self%is_good) call h5dread_f(dataset, type, place, status)
+      location = address
+      if (self%is_good) call h5dread_f(dataset, type, location, status)
       self%is_good = self%is_good .and. status == 0
       call h5sclose_f(space, status)
       call h5dclose_f(dataset, status)
    end subroutine load_dataset
 
-   !> Is there such a group or dataset at the root?
+   !> Whether the root has a group or dataset of this name.
    logical function has(self, name)
       class(hdf5_source_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -189,10 +189,10 @@ contains
       if (self%is_good) call h5lexists_f(self%id, name, has, status)
    end function has
 
-   !> What a group holds, in the order in which it was written.
+   !> List the members of a group in the order in which they were written.
    subroutine members_of(self, group, members)
       class(hdf5_source_t), intent(inout) :: self
-      !> Its path
+      !> Path of the group
       character(*), intent(in) :: group
       type(member_t), allocatable, intent(out) :: members(:)
 
@@ -227,7 +227,7 @@ contains
       call h5gclose_f(id, status)
    end subroutine members_of
 
-   !> An attribute of an object that is a number; 0 where there is none.
+   !> Value of a numeric attribute of an object; 0 if the object does not have the attribute.
    function number_attribute(self, name, of) result(value)
       class(hdf5_source_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -237,22 +237,22 @@ contains
       integer(hid_t) :: attribute
       integer :: status
       real(wp), target :: number
-      type(c_ptr) :: place
+      type(c_ptr) :: location
 
       value = 0.0_wp
       call h5aopen_by_name_f(self%id, of, name, attribute, status)
       if (status < 0) return
-      place = c_loc(number)
-      call h5aread_f(attribute, h5t_native_double, place, status)
+      location = c_loc(number)
+      call h5aread_f(attribute, h5t_native_double, location, status)
       if (status >= 0) value = number
       call h5aclose_f(attribute, status)
    end function number_attribute
 
-   !> An attribute of the file that is a text; empty: there is none.
+   !> Text of an attribute of the file or of an object in it; empty if there is no such attribute.
    function text_attribute(self, name, of) result(text)
       class(hdf5_source_t), intent(in) :: self
       character(*), intent(in) :: name
-      !> Of this object of the file
+      !> Path of the object; absent: the root
       character(*), intent(in), optional :: of
       character(:), allocatable :: text
 
@@ -261,7 +261,7 @@ contains
       integer(hsize_t) :: points
       integer :: i, length, status
       logical :: is_text
-      type(c_ptr) :: place
+      type(c_ptr) :: location
       type(c_ptr), target :: address
 
       text = ''
@@ -278,8 +278,8 @@ contains
       call h5aget_type_f(attribute, type, status)
       call h5tis_variable_str_f(type, is_text, status)
       if (is_text .and. points == 1_hsize_t) then
-         place = c_loc(address)
-         call h5aread_f(attribute, type, place, status)
+         location = c_loc(address)
+         call h5aread_f(attribute, type, location, status)
          if (status >= 0 .and. c_associated(address)) then
             call c_f_pointer(address, letters, [huge(1)])
             length = 0

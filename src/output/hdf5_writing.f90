@@ -1,11 +1,11 @@
-!> Groups, datasets with unit and long name, dimension scales, attributes, and columns that are filled piece by piece,
+!> Groups, datasets with unit and long name, dimension scales, attributes, and columns that are filled chunk by chunk,
 !> in an HDF5 file made in memory or on the disk.
 !>
-!> What is written goes to the group that is told to write it. Nothing remembers where the writer is, and the end of the
-!> file closes all that is open in it, so no way through a procedure can put a thing into another's group.
+!> Each call writes into the group on which it is made. There is no current group, and closing the file closes every
+!> object open in it, so an early return cannot put data into a wrong group.
 !>
-!> In memory, because then the disk sees one write of finished bytes, whose failure has a reason, and HDF5 itself never
-!> meets a full disk. Object times are off: the same content gives the same bytes.
+!> Files are made in memory so that the disk sees a single write of finished bytes, whose failure has a reason, and HDF5
+!> never meets a full disk. Object times are off so that the same content gives the same bytes.
 module hdf5_writing
    use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_null_ptr, c_ptr
    use failures, only: failure_t
@@ -17,38 +17,38 @@ module hdf5_writing
    private
    public :: hdf5_group_t, hdf5_column_t
 
-   !> The extent of one value.
+   !> Extent of a scalar dataset.
    integer(hsize_t), parameter :: no_extent(0) = 0_hsize_t
 
-   !> A group; `begin` or `begin_on_disk` makes the root of a file, `finish` or `finish_on_disk` ends it and all its
-   !> groups.
+   !> A group of a file. `begin` and `begin_on_disk` make the root of a file; `finish` and `finish_on_disk` close the
+   !> file with all its groups.
    type :: hdf5_group_t
       private
       type(hdf5_file_t), pointer :: file => null()
       integer(hid_t) :: id = -1_hid_t
    contains
       procedure :: begin, begin_on_disk, finish, finish_on_disk
-      !> A new group in this one
+      !> Make a subgroup
       procedure :: group
-      !> A dataset: name, values, units, long name; the dimension scale of this group that it goes along, or none, or
-      !> that it is one itself; what one unit is in the units of the scene, 0 if that is not known
+      !> Write a dataset: name, values, units, long name; the dimension scale of this group for its index, or whether
+      !> the dataset is itself a dimension scale; one unit of the dataset in units of the scene, 0 if unknown
       generic :: add => add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
-      !> A list that is filled later
+      !> Make a list or a table that is filled later
       procedure :: column, rows
-      !> An attribute of the group, or of a dataset in it: name, value, dataset
+      !> Write an attribute of the group or of a dataset in the group: name, value, dataset
       generic :: attribute => text_attribute, real_attribute, reals_attribute, integers_attribute
       procedure, private :: add_real, add_reals, add_real_table, add_integer, add_integers, add_text, add_texts
       procedure, private :: text_attribute, real_attribute, reals_attribute, integers_attribute
       procedure, private :: label, open_object, close_object
    end type hdf5_group_t
 
-   !> A list in a file; the end of the file closes it.
+   !> A list or table in a file that is filled chunk by chunk. Closing the file closes the list.
    type :: hdf5_column_t
       private
       type(hdf5_file_t), pointer :: file => null()
       integer(hid_t) :: id = -1_hid_t
       logical :: is_whole = .false.
-      !> Values to a place; 0: one, and they are no rows of a table
+      !> Number of values in a row of a table; 0: the dataset is a list
       integer :: width = 0
    contains
       procedure :: put
@@ -58,9 +58,9 @@ contains
 
    !> Start an empty file in memory.
    subroutine begin(self, expected_size)
-      !> Its root
+      !> Root of the file
       class(hdf5_group_t), intent(out) :: self
-      !> About so many bytes will come
+      !> Estimated size of the file in bytes
       integer(size_t), intent(in) :: expected_size
 
       allocate (self%file)
@@ -68,11 +68,11 @@ contains
       self%id = self%file%id
    end subroutine begin
 
-   !> Start an empty file on the disk, for what may be more than memory holds.
+   !> Start an empty file on the disk, for results that may exceed the memory.
    subroutine begin_on_disk(self, path)
-      !> Its root
+      !> Root of the file
       class(hdf5_group_t), intent(out) :: self
-      !> A file of that name is replaced
+      !> Path of the file; an existing file is replaced
       character(*), intent(in) :: path
 
       allocate (self%file)
@@ -80,13 +80,13 @@ contains
       self%id = self%file%id
    end subroutine begin_on_disk
 
-   !> Close a file in memory and give its bytes.
+   !> Close a file in memory and return its bytes.
    subroutine finish(self, bytes, error)
-      !> Its root; neither it nor anything else of the file can be used hereafter
+      !> Root of the file; no object of the file can be used hereafter
       class(hdf5_group_t), intent(inout) :: self
       !> The finished file
       character(kind=c_char), allocatable, intent(out) :: bytes(:)
-      !> What HDF5 refused
+      !> First HDF5 call that failed
       type(failure_t), allocatable, intent(out) :: error
 
       call self%file%take_image(bytes)
@@ -95,19 +95,19 @@ contains
 
    !> Close a file.
    subroutine finish_on_disk(self, error)
-      !> Its root; neither it nor anything else of the file can be used hereafter
+      !> Root of the file; no object of the file can be used hereafter
       class(hdf5_group_t), intent(inout) :: self
-      !> What HDF5 refused
+      !> First HDF5 call that failed
       type(failure_t), allocatable, intent(out) :: error
 
       call self%file%stop(error)
       deallocate (self%file)
    end subroutine finish_on_disk
 
-   !> Make a group in this one.
+   !> Make a subgroup.
    function group(self, name) result(made)
       class(hdf5_group_t), intent(in) :: self
-      !> The new group's
+      !> Name of the subgroup
       character(*), intent(in) :: name
       type(hdf5_group_t) :: made
 
@@ -115,7 +115,7 @@ contains
       made%id = self%file%make_group(self%id, name)
    end function group
 
-   !> One number.
+   !> Write one number.
    subroutine add_real(self, name, value, units, long_name, in_scene_units)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -128,7 +128,7 @@ contains
          long_name, in_scene_units=in_scene_units)
    end subroutine add_real
 
-   !> A list of numbers.
+   !> Write a list of numbers.
    subroutine add_reals(self, name, values, units, long_name, along, is_scale, in_scene_units)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -146,7 +146,7 @@ contains
       call self%label(dataset, units, long_name, along, in_scene_units)
    end subroutine add_reals
 
-   !> A table of numbers. Readers in C and Python see its dimensions in reverse.
+   !> Write a table of numbers. Readers in C and Python see its dimensions reversed.
    subroutine add_real_table(self, name, values, units, long_name, along, in_scene_units)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -167,7 +167,7 @@ contains
       call self%label(dataset, units, long_name, trim(along(2)), in_scene_units)
    end subroutine add_real_table
 
-   !> One integer.
+   !> Write one integer.
    subroutine add_integer(self, name, value, units, long_name)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -179,7 +179,7 @@ contains
          long_name)
    end subroutine add_integer
 
-   !> A list of integers.
+   !> Write a list of integers.
    subroutine add_integers(self, name, values, units, long_name, along, is_scale)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -196,12 +196,12 @@ contains
       call self%label(dataset, units, long_name, along)
    end subroutine add_integers
 
-   !> One text.
+   !> Write one text.
    subroutine add_text(self, name, text, units, long_name)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
       character(*), intent(in) :: text
-      !> 'none'
+      !> 'none', because a text has no unit
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
 
@@ -214,12 +214,12 @@ contains
          long_name)
    end subroutine add_text
 
-   !> A list of texts; blanks at their ends are cut.
+   !> Write a list of texts without their trailing blanks.
    subroutine add_texts(self, name, texts, units, long_name, along)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
       character(*), intent(in) :: texts(:)
-      !> 'none'
+      !> 'none', because a text has no unit
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
       character(*), intent(in) :: along
@@ -240,7 +240,7 @@ contains
       call self%label(dataset, units, long_name, along)
    end subroutine add_texts
 
-   !> A list without values yet.
+   !> Make a list whose values are written later.
    function column(self, name, length, units, long_name, is_whole, along, is_scale, in_scene_units) result(made)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -248,7 +248,7 @@ contains
       integer, intent(in) :: length
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
-      !> Integers
+      !> Whether the values are integers
       logical, intent(in) :: is_whole
       character(*), intent(in), optional :: along
       logical, intent(in), optional :: is_scale
@@ -266,11 +266,11 @@ contains
       if (present(along)) call self%file%attach(made%id, self%id, along, 1)
    end function column
 
-   !> A table without rows yet.
+   !> Make a table whose rows are written later.
    function rows(self, name, extents, units, long_name, along, in_scene_units) result(made)
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      !> Values of a row, and rows
+      !> Number of values in a row, and number of rows
       integer, intent(in) :: extents(2)
       character(*), intent(in) :: units
       character(*), intent(in) :: long_name
@@ -286,16 +286,16 @@ contains
       call self%file%attach(made%id, self%id, along, 1)
    end function rows
 
-   !> Values of a column from a place on.
+   !> Write values of a list, or rows of a table, from a given index on.
    subroutine put(self, first, values)
       class(hdf5_column_t), intent(in) :: self
-      !> Of the first of them, or of the first row, from 1
+      !> Index of the first value, or of the first row, from 1
       integer, intent(in) :: first
-      !> Whole numbers in a column of such; whole rows in a table
+      !> Values of the list (integral values if the list is of integers), or complete rows of the table
       real(wp), contiguous, target, intent(in) :: values(:)
 
       integer(hid_t) :: space, memory
-      integer, allocatable, target :: whole(:)
+      integer, allocatable, target :: integers(:)
       integer :: status
 
       if (allocated(self%file%refused) .or. size(values) == 0) return
@@ -310,9 +310,9 @@ contains
       end if
       call self%file%check(status, 'a place in a column')
       if (self%is_whole) then
-         allocate (whole(size(values)))
-         whole(:) = nint(values)
-         call h5dwrite_f(self%id, h5t_native_integer, c_loc(whole), status, memory, space)
+         allocate (integers(size(values)))
+         integers(:) = nint(values)
+         call h5dwrite_f(self%id, h5t_native_integer, c_loc(integers), status, memory, space)
       else
          call h5dwrite_f(self%id, h5t_native_double, c_loc(values), status, memory, space)
       end if
@@ -325,7 +325,7 @@ contains
       class(hdf5_group_t), intent(in) :: self
       character(*), intent(in) :: name
       character(*), intent(in) :: text
-      !> Of the group; absent: the attribute is that of the group itself
+      !> Dataset in the group; absent: the attribute belongs to the group itself
       character(*), intent(in), optional :: dataset
 
       integer(hid_t) :: object
@@ -376,7 +376,7 @@ contains
       call self%close_object(object, dataset)
    end subroutine integers_attribute
 
-   !> Say what a new dataset is, let it go along its scales, and close it.
+   !> Write units and long name of a new dataset, attach its dimension scale, and close the dataset.
    subroutine label(self, dataset, units, long_name, along, in_scene_units)
       class(hdf5_group_t), intent(in) :: self
       integer(hid_t), intent(in) :: dataset
@@ -394,7 +394,7 @@ contains
       if (dataset >= 0_hid_t) call h5dclose_f(dataset, status)
    end subroutine label
 
-   !> The group or a dataset in it, open for attributes.
+   !> Open the group or a dataset in the group for attributes.
    subroutine open_object(self, object, dataset)
       class(hdf5_group_t), intent(in) :: self
       integer(hid_t), intent(out) :: object
@@ -408,7 +408,7 @@ contains
       call self%file%check(status, dataset)
    end subroutine open_object
 
-   !> Close what `open_object` opened.
+   !> Close the object that `open_object` opened.
    subroutine close_object(self, object, dataset)
       class(hdf5_group_t), intent(in) :: self
       integer(hid_t), intent(in) :: object
@@ -420,7 +420,7 @@ contains
       call h5dclose_f(object, status)
    end subroutine close_object
 
-   !> Where numbers are, null if there are none.
+   !> Address of an array, null if the array is empty.
    function address_of_reals(values) result(address)
       real(wp), contiguous, target, intent(in) :: values(:)
       type(c_ptr) :: address

@@ -1,4 +1,4 @@
-!> Measures in files of one run or of several cases: a dataset for each that the table gives a name there.
+!> Datasets of the measures in the results files of one run or of several cases.
 module measure_rows
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
@@ -11,10 +11,11 @@ module measure_rows
 
 contains
 
-   !> One number a measure; what did not happen is left out.
+   !> Write one number for each measure to which `measure_table` gives a name of a dataset. Measures of events that did
+   !> not happen are left out.
    subroutine write_measures_of_run(group, row)
       type(quantity_group_t), intent(in) :: group
-      !> [measure_count]
+      !> Dimensionless measures, [measure_count]
       real(wp), intent(in) :: row(:)
 
       integer :: i
@@ -22,7 +23,7 @@ contains
       do i = 1, measure_count
          associate (measure => measure_table(i))
             if (measure%run_name == '') cycle
-            ! a share of no energy is no number, but is there
+            ! a ratio of energies is NaN if no energy is dissipated, and is written nevertheless
             if (ieee_is_nan(row(i)) .and. (measure%quantity /= 'number' .or. measure%group /= '')) cycle
             if (measure%is_whole) then
                call group%put(trim(measure%run_name), nint(row(i)), measure%meaning)
@@ -33,10 +34,10 @@ contains
       end do
    end subroutine write_measures_of_run
 
-   !> Measures as results have them.
+   !> Convert measures to the units of the results.
    pure function row_in(units, row) result(converted)
       type(units_t), intent(in) :: units
-      !> Dimensionless, [measure_count]
+      !> Dimensionless measures, [measure_count]
       real(wp), intent(in) :: row(:)
       real(wp) :: converted(measure_count)
 
@@ -45,12 +46,12 @@ contains
       where (measure_table%quantity /= 'number') converted = row*units%factor(quantity_named(measure_table%quantity))
    end function row_in
 
-   !> One list a measure.
+   !> Write a list over the cases for each measure.
    subroutine write_measures_of_cases(group, names, rows, along)
       type(quantity_group_t), intent(in) :: group
-      !> Of the datasets, [measure_count]; empty: it is left out
+      !> Names of the datasets, [measure_count]; a measure with an empty name is left out
       character(*), intent(in) :: names(:)
-      !> [measure_count, cases]
+      !> Measures of the cases, [measure_count, cases]
       real(wp), intent(in) :: rows(:, :)
       !> Dimension scale of the cases
       character(*), intent(in) :: along

@@ -1,4 +1,5 @@
-!> What the mesh does to the measures of some runs: estimates from three meshes, each twice as fine as the one before.
+!> Discretisation errors of the measures of some runs, estimated from three meshes of which each has twice as many
+!> elements as the one before.
 module mesh_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -17,31 +18,33 @@ module mesh_errors
       integer, allocatable :: case(:)
       !> Elements of the coarsest of the three meshes, [cases]
       integer, allocatable :: elements(:)
-      !> Measures on it; estimates of their errors, NaN: not to be told; and the orders seen, NaN: none,
-      !> [measure_count, cases]
+      !> Measures on the coarsest mesh, [measure_count, cases]
       real(wp), allocatable :: row(:, :)
+      !> Estimated errors of `row`, NaN: no estimate is possible, [measure_count, cases]
       real(wp), allocatable :: error(:, :)
+      !> Observed orders of convergence, NaN: none was observed, [measure_count, cases]
       real(wp), allocatable :: order(:, :)
    end type mesh_errors_t
 
 contains
 
-   !> Error of a measure and order of its convergence. Where the finer two meshes differ hardly less than the coarser
-   !> two, chatter has taken over from the mesh, and a number would be chance.
+   !> Estimate the discretisation error of a measure and its order of convergence. If the two finer meshes differ hardly
+   !> less than the two coarser meshes, chatter dominates the discretisation error and an estimate would be random.
    elemental subroutine judge(value, finer, finest, is_whole, error, order)
-      !> On the three meshes; NaN: it did not happen
+      !> Values on the three meshes; NaN: the event of the measure did not happen
       real(wp), intent(in) :: value
       real(wp), intent(in) :: finer
       real(wp), intent(in) :: finest
-      !> A count
+      !> Whether the measure is a count
       logical, intent(in) :: is_whole
-      !> Of the first; NaN: not to be told
+      !> Estimated error of `value`; NaN: no estimate is possible
       real(wp), intent(out) :: error
-      !> NaN: none was seen
+      !> Observed order of convergence; NaN: none was observed
       real(wp), intent(out) :: order
 
-      ! differences below it are rounding; the order of the elements is four, that of peaks seldom more
-      real(wp), parameter :: rounding = 1.0e-11_wp, least_order = 0.5_wp, most_order = 6.0_wp
+      ! Relative differences below `rounding` are rounding errors. The elements converge with order four, peaks seldom
+      ! faster.
+      real(wp), parameter :: rounding = 1.0e-11_wp, min_order = 0.5_wp, max_order = 6.0_wp
       real(wp) :: coarse, fine
 
       order = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -51,55 +54,56 @@ contains
       fine = abs(finer - finest)
       if (max(coarse, fine) <= rounding*max(1.0_wp, abs(value))) then
          error = 0.0_wp
-      else if (.not. is_whole .and. fine*2.0_wp**least_order < coarse) then
-         order = most_order
-         if (fine*2.0_wp**most_order > coarse) order = log(coarse/fine)/log(2.0_wp)
+      else if (.not. is_whole .and. fine*2.0_wp**min_order < coarse) then
+         order = max_order
+         if (fine*2.0_wp**max_order > coarse) order = log(coarse/fine)/log(2.0_wp)
          error = coarse/(1.0_wp - 0.5_wp**order)
       end if
    end subroutine judge
 
-   !> The group of the estimates: a dataset a measure along the cases, and the same of orders.
+   !> Write the group of the estimates: for each measure a dataset of errors and a dataset of orders over the cases.
    subroutine write_mesh_errors(group, errors)
       type(quantity_group_t), intent(in) :: group
       type(mesh_errors_t), intent(in) :: errors
 
-      type(quantity_group_t) :: own
+      type(quantity_group_t) :: unscaled
       integer :: i
 
-      own = group%as_they_are()
-      call own%put('case', errors%case, 'case; 1 for a single run', is_scale=.true.)
-      call own%put('elements', errors%elements, &
+      unscaled = group%as_they_are()
+      call unscaled%put('case', errors%case, 'case; 1 for a single run', is_scale=.true.)
+      call unscaled%put('elements', errors%elements, &
          'elements of its mesh; compared with twice and four times as many', 'case')
       do i = 1, measure_count
          associate (measure => measure_table(i))
             if (.not. is_shown(i)) cycle
             if (measure%group /= '' .and. all(ieee_is_nan(errors%row(i, :)))) cycle
-            call own%put(trim(measure%name), [errors%error(i, :)], measure%quantity, &
+            call unscaled%put(trim(measure%name), [errors%error(i, :)], measure%quantity, &
                'estimated error of the mesh; nan: it does not settle: '//measure%meaning, 'case')
-            call own%put('order_'//trim(measure%name), [errors%order(i, :)], 'number', &
+            call unscaled%put('order_'//trim(measure%name), [errors%order(i, :)], 'number', &
                'order of convergence seen; nan: none', 'case')
          end associate
       end do
    end subroutine write_mesh_errors
 
-   !> A table: of one run value, error and order of each measure; of several the greatest error.
+   !> Print a table: value, error and order of each measure for one run; the maximum error of each measure for several
+   !> runs.
    subroutine print_mesh_errors(unit, errors, units)
-      !> Where to
+      !> Unit number of the output
       integer, intent(in) :: unit
       type(mesh_errors_t), intent(in) :: errors
-      !> What they are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       type(table_t) :: table
       character(64) :: labels(measure_count)
       character(24) :: settled(measure_count)
-      character(:), allocatable :: own_unit
-      real(wp), dimension(measure_count) :: factors, greatest
+      character(:), allocatable :: prefixed_unit
+      real(wp), dimension(measure_count) :: factors, max_error
       integer, allocatable :: places(:)
       integer :: cases, i
 
       cases = size(errors%case)
-      ! but what happened nowhere
+      ! measures of events that happened in no case are left out
       places = pack([(i, i=1, measure_count)], [(is_shown(i) .and. .not. all(ieee_is_nan(errors%row(i, :))), &
          i=1, measure_count)])
       factors = 1.0_wp
@@ -107,10 +111,10 @@ contains
          associate (values => errors%row(i, :), known => .not. ieee_is_nan(errors%error(i, :)))
             labels(i) = name_in(units, measure_table(i)%name)
             call find_prefix(maxval(abs(values), mask=.not. ieee_is_nan(values)), &
-               unit_in(units, measure_table(i)%quantity), factors(i), own_unit)
-            if (own_unit /= '') labels(i) = trim(labels(i))//', '//own_unit
-            greatest(i) = ieee_value(1.0_wp, ieee_quiet_nan)
-            if (any(known)) greatest(i) = factors(i)*maxval(errors%error(i, :), mask=known)
+               unit_in(units, measure_table(i)%quantity), factors(i), prefixed_unit)
+            if (prefixed_unit /= '') labels(i) = trim(labels(i))//', '//prefixed_unit
+            max_error(i) = ieee_value(1.0_wp, ieee_quiet_nan)
+            if (any(known)) max_error(i) = factors(i)*maxval(errors%error(i, :), mask=known)
             settled(i) = to_text(count(known))//' of '//to_text(cases)
          end associate
       end do
@@ -119,20 +123,20 @@ contains
          write (unit, '(/, 2x, a)') 'Error of the mesh, from '//to_text(errors%elements(1))//', '// &
             to_text(2*errors%elements(1))//' and '//to_text(4*errors%elements(1))//' elements'
          call add_numbers(table, 'value', factors(places)*errors%row(places, 1), 6)
-         call add_numbers(table, 'error', greatest(places), with_exponent, none='does not settle')
+         call add_numbers(table, 'error', max_error(places), with_exponent, none='does not settle')
          call add_numbers(table, 'order', errors%order(places, 1), 1)
       else
          write (unit, '(/, 2x, a)') 'Error of the mesh in '//to_text(cases)// &
             ' of the cases, each from its mesh and two finer'
-         call add_numbers(table, 'greatest error', greatest(places), with_exponent, none='none')
+         call add_numbers(table, 'greatest error', max_error(places), with_exponent, none='none')
          call add_texts(table, 'settled', settled(places))
       end if
       call print_table(unit, table)
    end subroutine print_mesh_errors
 
-   !> Does an error of this measure mean anything?
+   !> Whether the measure has a discretisation error that is worth showing.
    pure function is_shown(measure) result(answer)
-      !> Its place in the table
+      !> Index in `measure_table`
       integer, intent(in) :: measure
       logical :: answer
 

@@ -1,5 +1,5 @@
-!> Groups of results files whose datasets are told what kind of quantity they hold. Here alone is decided what a dataset
-!> is called, what its unit is, and by what its dimensionless values are multiplied.
+!> Groups of results files that name, label and scale each dataset by its kind of quantity. This module alone decides
+!> the name of a dataset, its unit, and the factor of its dimensionless values.
 module quantity_groups
    use hdf5_writing, only: hdf5_column_t, hdf5_group_t
    use kinds, only: wp
@@ -8,32 +8,35 @@ module quantity_groups
    private
    public :: quantity_group_t
 
-   !> Of a dimensionless dataset: the unit of what `in_scene_units` says.
+   !> Name of the attribute of a dimensionless dataset with the unit in which the attribute `in_scene_units` is given.
    character(*), parameter :: scale_unit = 'scene_units'
 
    type, extends(hdf5_group_t) :: quantity_group_t
-      !> What its results are in
+      !> Units of the results in the group
       type(units_t) :: units
-      !> Dimensionless values come, which it multiplies; else they come as they are to be
+      !> True: dimensionless values are given and the group scales them; false: values are given in the units of the
+      !> file
       logical :: multiplies = .true.
-      !> The unit of what is dimensionless is its symbol, not 1
+      !> The unit of a dimensionless dataset is the symbol of its quantity instead of 1
       logical :: tells_symbols = .false.
    contains
-      !> A new group in this one; the same group for values as they are to be
+      !> Make a subgroup; the same group for values that need no scaling
       procedure :: part
       procedure :: as_they_are
-      !> A dataset: name and dimensionless values; quantity, as in `quantity_table`, but for whole numbers; meaning. Of
-      !> {this~that} in the meaning this stands without units, that in units. Its scales are named as without units
+      !> Write a dataset: name, values, quantity as in `quantity_table` (absent for integers), meaning. Of {a~b} in the
+      !> meaning, a stands in dimensionless files and b in files with units. Dimension scales are called by their names
+      !> in dimensionless files
       generic :: put => put_real, put_reals, put_table, put_integer, put_integers
-      !> A list that is filled later, with values as they are to be
+      !> Make a list or table that is filled later with values that need no scaling
       procedure :: put_column, put_rows
-      !> An attribute that is a number
+      !> Write a numeric attribute
       procedure :: put_attribute
-      !> What a dataset is called here, a text about it, and the unit of what is in the units of the scene anyhow
+      !> Name of a dataset in this file, a text with its {a~b} resolved, and the unit of a quantity that is in units of
+      !> the scene in every file
       procedure :: named
       procedure :: worded
       procedure :: given_unit
-      procedure, private :: put_real, put_reals, put_table, put_integer, put_integers, find, tell_unit
+      procedure, private :: put_real, put_reals, put_table, put_integer, put_integers, find_unit, write_scale_unit
    end type quantity_group_t
 
 contains
@@ -49,11 +52,11 @@ contains
       made%tells_symbols = self%tells_symbols
    end function part
 
-   !> Values of several scenes: where they are dimensionless, or their scales differ, only their units tell what they
-   !> are in.
+   !> The same group for values that need no scaling, such as values of several scenes. If these are dimensionless or
+   !> their scales differ, the units alone describe the values.
    function as_they_are(self, varied) result(same)
       class(quantity_group_t), intent(in) :: self
-      !> Quantities that differ from scene to scene
+      !> Quantities that differ between the scenes
       character(*), intent(in), optional :: varied(:)
       type(quantity_group_t) :: same
 
@@ -63,7 +66,7 @@ contains
       same%tells_symbols = self%tells_symbols
       if (.not. same%units%are_of_scene) same%units%factor = 0.0_wp
       if (.not. present(varied)) return
-      ! a height of the stop from which the beam is released changes the unit of displacement
+      ! the height of the stop from which the beam is released changes the unit of displacement
       if (any(varied == 'displacement')) same%units%factor = 0.0_wp
    end function as_they_are
 
@@ -75,11 +78,11 @@ contains
       character(*), intent(in) :: meaning
 
       character(:), allocatable :: unit
-      real(wp) :: factor, known
+      real(wp) :: factor, scene_factor
 
-      call self%find(quantity, unit, factor, known)
-      call self%add(self%named(name), value*factor, unit, self%worded(meaning), in_scene_units=known)
-      call self%tell_unit(name, quantity, known)
+      call self%find_unit(quantity, unit, factor, scene_factor)
+      call self%add(self%named(name), value*factor, unit, self%worded(meaning), in_scene_units=scene_factor)
+      call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_real
 
    subroutine put_reals(self, name, values, quantity, meaning, along, is_scale)
@@ -92,20 +95,20 @@ contains
       logical, intent(in), optional :: is_scale
 
       character(:), allocatable :: scale, unit
-      real(wp) :: factor, known
+      real(wp) :: factor, scene_factor
 
-      call self%find(quantity, unit, factor, known)
+      call self%find_unit(quantity, unit, factor, scene_factor)
       scale = ''
       if (present(along)) scale = self%named(along)
       if (self%units%are_of_scene) then
-         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scale, is_scale, known)
+         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scale, is_scale, scene_factor)
       else
-         call self%add(self%named(name), values, unit, self%worded(meaning), scale, is_scale, known)
+         call self%add(self%named(name), values, unit, self%worded(meaning), scale, is_scale, scene_factor)
       end if
-      call self%tell_unit(name, quantity, known)
+      call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_reals
 
-   !> A table of numbers. Readers in C and Python see its dimensions in reverse.
+   !> Write a table of numbers. Readers in C and Python see its dimensions reversed.
    subroutine put_table(self, name, values, quantity, meaning, along)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -117,17 +120,17 @@ contains
 
       character(:), allocatable :: unit
       character(64) :: scales(2)
-      real(wp) :: factor, known
+      real(wp) :: factor, scene_factor
 
-      call self%find(quantity, unit, factor, known)
+      call self%find_unit(quantity, unit, factor, scene_factor)
       scales(1) = self%named(along(1))
       scales(2) = self%named(along(2))
       if (self%units%are_of_scene) then
-         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scales, in_scene_units=known)
+         call self%add(self%named(name), values*factor, unit, self%worded(meaning), scales, in_scene_units=scene_factor)
       else
-         call self%add(self%named(name), values, unit, self%worded(meaning), scales, in_scene_units=known)
+         call self%add(self%named(name), values, unit, self%worded(meaning), scales, in_scene_units=scene_factor)
       end if
-      call self%tell_unit(name, quantity, known)
+      call self%write_scale_unit(name, quantity, scene_factor)
    end subroutine put_table
 
    subroutine put_integer(self, name, value, meaning)
@@ -154,7 +157,7 @@ contains
       call self%add(self%named(name), values, '1', self%worded(meaning), scale, is_scale)
    end subroutine put_integers
 
-   !> A list without values yet; who fills it gives values in its unit.
+   !> Make a list whose values are written later, in the unit of the list.
    function put_column(self, name, length, quantity, meaning, is_whole, along) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -167,18 +170,18 @@ contains
       type(hdf5_column_t) :: made
 
       character(:), allocatable :: unit
-      real(wp) :: factor, known
+      real(wp) :: factor, scene_factor
 
-      call self%find(quantity, unit, factor, known)
+      call self%find_unit(quantity, unit, factor, scene_factor)
       made = self%column(self%named(name), length, unit, self%worded(meaning), is_whole, self%named(along), &
-         in_scene_units=known)
-      call self%tell_unit(name, quantity, known)
+         in_scene_units=scene_factor)
+      call self%write_scale_unit(name, quantity, scene_factor)
    end function put_column
 
    function put_rows(self, name, extents, quantity, meaning, along) result(made)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
-      !> Values of a row, and rows
+      !> Number of values in a row, and number of rows
       integer, intent(in) :: extents(2)
       character(*), intent(in) :: quantity
       character(*), intent(in) :: meaning
@@ -187,11 +190,11 @@ contains
       type(hdf5_column_t) :: made
 
       character(:), allocatable :: unit
-      real(wp) :: factor, known
+      real(wp) :: factor, scene_factor
 
-      call self%find(quantity, unit, factor, known)
-      made = self%rows(self%named(name), extents, unit, self%worded(meaning), self%named(along), known)
-      call self%tell_unit(name, quantity, known)
+      call self%find_unit(quantity, unit, factor, scene_factor)
+      made = self%rows(self%named(name), extents, unit, self%worded(meaning), self%named(along), scene_factor)
+      call self%write_scale_unit(name, quantity, scene_factor)
    end function put_rows
 
    subroutine put_attribute(self, name, value, quantity)
@@ -201,9 +204,9 @@ contains
       character(*), intent(in) :: quantity
 
       character(:), allocatable :: unit
-      real(wp) :: factor, known
+      real(wp) :: factor, scene_factor
 
-      call self%find(quantity, unit, factor, known)
+      call self%find_unit(quantity, unit, factor, scene_factor)
       call self%attribute(self%named(name), value*factor)
    end subroutine put_attribute
 
@@ -225,7 +228,7 @@ contains
 
    pure function given_unit(self, quantity) result(unit)
       class(quantity_group_t), intent(in) :: self
-      !> Empty: a number
+      !> Empty for a pure number
       character(*), intent(in) :: quantity
       character(:), allocatable :: unit
 
@@ -233,16 +236,16 @@ contains
       if (quantity /= '') unit = unit_of(quantity_named(quantity), self%units)
    end function given_unit
 
-   !> What a quantity is here.
-   pure subroutine find(self, quantity, unit, factor, known)
+   !> Unit and factors of a quantity in this group.
+   pure subroutine find_unit(self, quantity, unit, factor, scene_factor)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: quantity
-      !> Of the dataset
+      !> Unit of the dataset
       character(:), allocatable, intent(out) :: unit
-      !> By which its dimensionless values are multiplied
+      !> Factor by which values are multiplied
       real(wp), intent(out) :: factor
-      !> One dimensionless unit in those of the scene; 0: not known, or a number
-      real(wp), intent(out) :: known
+      !> One dimensionless unit in units of the scene; 0: unknown, or a pure number
+      real(wp), intent(out) :: scene_factor
 
       integer :: place
 
@@ -250,24 +253,24 @@ contains
       unit = '1'
       if (self%tells_symbols) unit = trim(quantity_table(place)%symbol)
       factor = 1.0_wp
-      known = 0.0_wp
+      scene_factor = 0.0_wp
       if (quantity == 'number') return
-      known = self%units%factor(place)
+      scene_factor = self%units%factor(place)
       if (.not. self%units%are_of_scene) return
       unit = unit_of(place, self%units)
-      if (self%multiplies) factor = known
-   end subroutine find
+      if (self%multiplies) factor = scene_factor
+   end subroutine find_unit
 
-   !> Of a dimensionless dataset: the unit in which its scale is, if the scene says that.
-   subroutine tell_unit(self, name, quantity, known)
+   !> Write the unit of the attribute `in_scene_units` of a dimensionless dataset, if the scene has a unit system.
+   subroutine write_scale_unit(self, name, quantity, scene_factor)
       class(quantity_group_t), intent(in) :: self
       character(*), intent(in) :: name
       character(*), intent(in) :: quantity
-      !> Its scale; 0: not known
-      real(wp), intent(in) :: known
+      !> One dimensionless unit in units of the scene; 0: unknown
+      real(wp), intent(in) :: scene_factor
 
-      if (self%units%are_of_scene .or. self%units%system == system_none .or. known <= 0.0_wp) return
+      if (self%units%are_of_scene .or. self%units%system == system_none .or. scene_factor <= 0.0_wp) return
       call self%attribute(scale_unit, unit_of(quantity_named(quantity), self%units), self%named(name))
-   end subroutine tell_unit
+   end subroutine write_scale_unit
 
 end module quantity_groups

@@ -1,4 +1,4 @@
-!> Values in units as people read them: with the prefix that leaves few digits before the point.
+!> Values with units for people, with the prefix that leaves few digits before the decimal point.
 module reader_units
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: wp
@@ -13,7 +13,7 @@ module reader_units
       integer :: decade
    end type prefix_t
 
-   !> A unit, and the prefixes with which it is read, each by its first letter; '-': without.
+   !> A unit and the letters of the prefixes that it may have; '-': no prefix.
    type :: symbol_t
       character(2) :: text
       character(7) :: prefixes
@@ -27,24 +27,24 @@ module reader_units
 
 contains
 
-   !> The unit in which numbers are read, and what makes them of those in their own unit.
-   pure subroutine find_prefix(greatest, unit, factor, read_unit)
-      !> Of the sizes of the numbers
-      real(wp), intent(in) :: greatest
-      !> Their unit
+   !> Choose the prefix of a unit for numbers of a given size, and the factor that converts the numbers to it.
+   pure subroutine find_prefix(maximum, unit, factor, prefixed_unit)
+      !> Maximum absolute value of the numbers
+      real(wp), intent(in) :: maximum
+      !> Unit of the numbers
       character(*), intent(in) :: unit
       real(wp), intent(out) :: factor
-      character(:), allocatable, intent(out) :: read_unit
+      character(:), allocatable, intent(out) :: prefixed_unit
 
       integer :: decade, i, symbol
       character(:), allocatable :: head, tail
 
       factor = 1.0_wp
-      read_unit = trim(unit)
-      if (.not. greatest > 0.0_wp) return
-      i = scan(read_unit//' ', ' /^')
-      head = read_unit(:i - 1)
-      tail = read_unit(i:)
+      prefixed_unit = trim(unit)
+      if (.not. maximum > 0.0_wp) return
+      i = scan(prefixed_unit//' ', ' /^')
+      head = prefixed_unit(:i - 1)
+      tail = prefixed_unit(i:)
       ! a tonne is a million grams
       decade = 0
       if (head == 't') decade = 6
@@ -60,47 +60,48 @@ contains
       do i = 1, size(prefixes)
          if (index(symbols(symbol)%prefixes, letters(i:i)) == 0) cycle
          factor = 10.0_wp**(decade - prefixes(i)%decade)
-         read_unit = trim(prefixes(i)%text)//trim(symbols(symbol)%text)//tail
-         ! 0.4 mm and 400 N
-         if (greatest*factor >= merge(1.0_wp, 0.1_wp, prefixes(i)%decade > 0)) return
+         prefixed_unit = trim(prefixes(i)%text)//trim(symbols(symbol)%text)//tail
+         ! the prefixes G, M, k need a number of at least 1, the others of at least 0.1: 400 N, 0.4 mm
+         if (maximum*factor >= merge(1.0_wp, 0.1_wp, prefixes(i)%decade > 0)) return
       end do
    end subroutine find_prefix
 
-   !> Place of a unit; 0: it takes no prefix.
+   !> Index of a unit in `symbols`; 0: the unit takes no prefix.
    pure function symbol_named(text) result(place)
       character(*), intent(in) :: text
       integer :: place
 
-      ! findloc of gfortran 12 finds none of them
+      ! findloc of gfortran 12 does not find any of the texts
       do place = size(symbols), 1, -1
          if (symbols(place)%text == text) return
       end do
    end function symbol_named
 
-   !> A number with its unit, if it has one.
+   !> A number with its unit, if there is one.
    pure function reading(value, unit) result(words)
       real(wp), intent(in) :: value
       character(*), intent(in) :: unit
       character(:), allocatable :: words
 
-      character(:), allocatable :: read_unit
+      character(:), allocatable :: prefixed_unit
       real(wp) :: factor
 
       if (ieee_is_nan(value)) then
          words = '-'
          return
       end if
-      call find_prefix(abs(value), unit, factor, read_unit)
-      words = trim(rounded(value*factor)//' '//read_unit)
+      call find_prefix(abs(value), unit, factor, prefixed_unit)
+      words = trim(rounded(value*factor)//' '//prefixed_unit)
    end function reading
 
-   !> A dimensionless number as results have it: with its unit, or without where they are dimensionless.
+   !> A dimensionless number converted to the units of the results, followed by its unit; without a unit if the results
+   !> are dimensionless.
    pure function reading_in(units, quantity, value, decimals) result(words)
       type(units_t), intent(in) :: units
-      !> As in `quantity_table`
+      !> Name of the quantity in `quantity_table`
       character(*), intent(in) :: quantity
       real(wp), intent(in) :: value
-      !> Digits behind the point of what has no unit; absent: six digits at most
+      !> Decimals of a number without unit; absent: at most six digits
       integer, intent(in), optional :: decimals
       character(:), allocatable :: words
 
@@ -116,24 +117,24 @@ contains
       end if
    end function reading_in
 
-   !> Words, as `words_in` takes them, and a number as `reading_in` has it, such as 'at t = 3 ms'.
+   !> A text for `words_in`, followed by a number in the units of the results, such as 'at t = 3 ms'.
    pure function phrase(units, words, quantity, value, decimals) result(text)
       type(units_t), intent(in) :: units
       character(*), intent(in) :: words
-      !> As in `quantity_table`
+      !> Name of the quantity in `quantity_table`
       character(*), intent(in) :: quantity
       real(wp), intent(in) :: value
-      !> Digits behind the point of what has no unit; absent: six digits at most
+      !> Decimals of a number without unit; absent: at most six digits
       integer, intent(in), optional :: decimals
       character(:), allocatable :: text
 
       text = words_in(units, words)//reading_in(units, quantity, value, decimals)
    end function phrase
 
-   !> What results have a quantity in; empty: it has no unit there.
+   !> Unit of a quantity in the results; empty if the quantity is dimensionless in the results.
    pure function unit_in(units, quantity) result(unit)
       type(units_t), intent(in) :: units
-      !> As in `quantity_table`
+      !> Name of the quantity in `quantity_table`
       character(*), intent(in) :: quantity
       character(:), allocatable :: unit
 
@@ -141,10 +142,10 @@ contains
       if (units%are_of_scene .and. quantity /= 'number') unit = unit_of(quantity_named(quantity), units)
    end function unit_in
 
-   !> What a parameter is in, whatever results are in; empty: a ratio, or a number.
+   !> Unit of an input parameter in the scene, whatever the units of the results; empty for a ratio or a pure number.
    pure function unit_given(units, quantity) result(unit)
       type(units_t), intent(in) :: units
-      !> As in `quantity_table`, or empty
+      !> Name of the quantity in `quantity_table`, or empty
       character(*), intent(in) :: quantity
       character(:), allocatable :: unit
 
@@ -152,10 +153,10 @@ contains
       if (quantity /= '') unit = unit_of(quantity_named(quantity), units)
    end function unit_given
 
-   !> A number with so many decimals; with an exponent if it is too large for that.
+   !> A number with a fixed number of decimals, or with an exponent if the number is large.
    pure function fixed(value, decimals) result(text)
       real(wp), intent(in) :: value
-      !> Digits behind the point
+      !> Number of decimals
       integer, intent(in) :: decimals
       character(:), allocatable :: text
 

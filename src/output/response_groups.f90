@@ -1,4 +1,4 @@
-!> The groups of a run through time in a results file: histories, events, shapes, energies, measures.
+!> The groups of a run in a results file: histories, events, shapes, energies, measures.
 module response_groups
    use history_list, only: history_count, history_table
    use kinds, only: wp
@@ -17,12 +17,12 @@ module response_groups
 
 contains
 
-   !> All that a run has.
+   !> Write every result that the run has.
    subroutine write_run(group, response, node_position)
-      !> In which each has a group of its own
+      !> Parent of the groups
       type(quantity_group_t), intent(in) :: group
       type(response_t), intent(in) :: response
-      !> x/L of the nodes, clamp first; shapes have no place without them
+      !> Positions x/L of the nodes, clamp first; without them no shapes are written
       real(wp), contiguous, intent(in), optional :: node_position(:)
 
       call write_histories(group%part('response'), response)
@@ -39,7 +39,7 @@ contains
       if (allocated(response%sections)) then
          call write_sections(group%part('poincare'), response%sections, names_of(response%contacts))
       end if
-      ! sample times that are not allocated are not present
+      ! an unallocated `response%tau` is an absent argument
       if (allocated(response%contacts)) call write_contacts(group%part('surfaces'), response%contacts, response%tau)
       if (allocated(response%moments)) call write_stress(group%part('stress'), response%moments, response%tau)
    end subroutine write_run
@@ -93,7 +93,7 @@ contains
       character(:), allocatable :: meanings
       integer :: count, i, kinds
 
-      ! only among several surfaces one takes an impulse as another is hit
+      ! only with several contacts can an impact at one cause an impulse on another that is closed
       kinds = merge(size(event_names), event_closed_impulse - 1, allocated(response%contacts))
       meanings = trim(event_names(1))
       do i = 2, kinds
@@ -120,11 +120,11 @@ contains
       call group%attribute('flag_meanings', names_of(response%contacts), 'surface')
    end subroutine write_events
 
-   !> Shapes of the whole beam at chosen instants.
+   !> Write the shapes of the whole beam at the requested instants.
    subroutine write_shapes(group, response, node_position)
       type(quantity_group_t), intent(in) :: group
       type(response_t), intent(in) :: response
-      !> x/L of the nodes
+      !> Positions x/L of the nodes
       real(wp), contiguous, intent(in) :: node_position(:)
 
       call group%put('tau', response%shape_tau, 'time', 'time{ tau}', is_scale=.true.)
@@ -137,11 +137,13 @@ contains
 
    contains
 
-      !> One table over nodes and instants, if it is there.
+      !> Write one table over nodes and instants, if it was recorded.
       subroutine write_shape(name, values, meaning)
-         !> Name, which is that of the quantity too, values and meaning of the dataset
+         !> Name of the dataset and of its quantity
          character(*), intent(in) :: name
+         !> Values, [nodes, instants]
          real(wp), contiguous, intent(in), optional :: values(:, :)
+         !> Long name of the dataset
          character(*), intent(in) :: meaning
 
          if (present(values)) call group%put(name, values, name, meaning, ['x  ', 'tau'])
@@ -168,7 +170,7 @@ contains
 
    contains
 
-      !> One entry of the ledger, if it is there.
+      !> Write one term of the energy balance, if it was recorded.
       subroutine add(name, values, meaning)
          character(*), intent(in) :: name
          real(wp), contiguous, intent(in), optional :: values(:)
@@ -179,11 +181,11 @@ contains
 
    end subroutine write_energy
 
-   !> What the table on the console says.
+   !> Write the measures that the terminal shows, each contact and each rebound.
    subroutine write_measures(group, measures, has_contacts)
       type(quantity_group_t), intent(in) :: group
       type(run_measures_t), intent(in) :: measures
-      !> There are several, which have measures of their own
+      !> Whether the run has several contacts, each with measures in the group `surfaces`
       logical, intent(in) :: has_contacts
 
       integer :: i

@@ -1,4 +1,5 @@
-!> The right to write the results of a scene: one run at a time, and only in place of what an earlier run wrote.
+!> The claim of a run on its results file: one run at a time may write the file, and may only replace a file that the
+!> program wrote.
 module results_claim
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
@@ -9,16 +10,17 @@ module results_claim
    private
    public :: claim_t, claim_results, release_results, refuse_foreign
 
-   !> A claim; the system takes it back when the process ends, however it ends.
+   !> A claim on a results file. The operating system releases the claim when the process ends, however the process
+   !> ends.
    type :: claim_t
       private
-      !> The file that is locked; unallocated: there is no claim
+      !> Path of the lock file; unallocated: there is no claim
       character(:), allocatable :: path
       integer(c_int) :: descriptor = -1_c_int
    end type claim_t
 
    interface
-      ! Explained in results_lock_posix.c.
+      ! The functions are documented in results_lock_posix.c.
       function impactbeam_lock(path, file, owner, size) bind(c) result(code)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)
@@ -39,33 +41,33 @@ module results_claim
 
 contains
 
-   !> Claim a results file before it is computed.
+   !> Claim a results file before its contents are computed.
    subroutine claim_results(folder, name, claim, error)
-      !> Folder of the results, which is there
+      !> Folder of the results, which exists
       character(*), intent(in) :: folder
-      !> Name of the results file in it
+      !> Name of the results file in `folder`
       character(*), intent(in) :: name
-      !> To be given back to `release_results`
+      !> The claim, to be released by `release_results`
       type(claim_t), intent(out) :: claim
-      !> Why it cannot be had: another run has it, or the name is that of a file of the user's
+      !> Set if another run has the claim or a file of this name was not written by the program
       type(failure_t), allocatable, intent(out) :: error
 
-      integer(c_int), parameter :: is_constrained = -1_c_int, is_foreign = -2_c_int
-      integer(c_size_t), parameter :: longest_owner = 400_c_size_t
-      character(longest_owner, kind=c_char) :: owner
+      integer(c_int), parameter :: is_locked = -1_c_int, is_foreign = -2_c_int
+      integer(c_size_t), parameter :: max_owner_length = 400_c_size_t
+      character(max_owner_length, kind=c_char) :: owner
       character(:), allocatable :: lock, path
       integer(c_int) :: code, descriptor
 
       path = folder//'/'//name
       lock = folder//'/.'//name//'.lock'
-      code = impactbeam_lock(lock//c_null_char, descriptor, owner, longest_owner)
+      code = impactbeam_lock(lock//c_null_char, descriptor, owner, max_owner_length)
       select case (code)
       case (0_c_int)
          claim%path = lock
          claim%descriptor = descriptor
          if (.not. is_result(path)) call refuse_foreign(path, 'a results file', error)
          if (allocated(error)) call release_results(claim)
-      case (is_constrained)
+      case (is_locked)
          call fail(error, status_run_failed, "'"//path//"' is being computed by "// &
             owner(:index(owner, c_null_char) - 1)//'; wait for it, or give another name or --out')
       case (is_foreign)
@@ -75,7 +77,7 @@ contains
       end select
    end subroutine claim_results
 
-   !> Let others have it; without a claim nothing happens.
+   !> Release a claim. Without a claim nothing happens.
    subroutine release_results(claim)
       type(claim_t), intent(inout) :: claim
 
@@ -84,21 +86,21 @@ contains
       deallocate (claim%path)
    end subroutine release_results
 
-   !> Say that a name is taken by what the program did not write.
+   !> Make the failure that a path is taken by a file, folder or link which the program did not write.
    subroutine refuse_foreign(path, wanted, error)
-      !> What is there
+      !> Path that is taken
       character(*), intent(in) :: path
-      !> What the program would have written there
+      !> Description of the file that the program would have written
       character(*), intent(in) :: wanted
-      !> The refusal
+      !> The failure
       type(failure_t), allocatable, intent(inout) :: error
 
-      call fail(error, status_run_failed, "'"//path//"' is "//what_is_there(path)//', and not '//wanted// &
+      call fail(error, status_run_failed, "'"//path//"' is "//kind_in_words(path)//', and not '//wanted// &
          ' that impactbeam wrote; it stays as it is: move it away, or give another name or --out')
    end subroutine refuse_foreign
 
    !> The kind of a file in words.
-   function what_is_there(path) result(words)
+   function kind_in_words(path) result(words)
       character(*), intent(in) :: path
       character(:), allocatable :: words
 
@@ -112,9 +114,9 @@ contains
       case default
          words = 'no file'
       end select
-   end function what_is_there
+   end function kind_in_words
 
-   !> Is there nothing of that name, or a results file of the program?
+   !> Whether the path is free or is a results file of the program.
    function is_result(path) result(answer)
       character(*), intent(in) :: path
       logical :: answer

@@ -1,7 +1,7 @@
-!> The HDF5 file of a scene. What was not computed is not in it.
+!> The HDF5 file of a scene, which has only the results that were computed.
 !>
-!> Everything is dimensionless as inside the program, or in the units of the scene; `in_scene_units`, an attribute of
-!> the datasets for which it is known, is what one dimensionless unit is in the units of the scene.
+!> Values are dimensionless, as they are inside the program, or in units of the scene. The attribute `in_scene_units` of
+!> a dataset is the value of one dimensionless unit in units of the scene, if known.
 module results_file
    use, intrinsic :: iso_c_binding, only: c_char, c_size_t
    use failures, only: fail, failure_t
@@ -33,7 +33,7 @@ module results_file
 
 contains
 
-   !> The name of a scene's file in the folder of results.
+   !> Name of the results file of a scene, without folder.
    pure function results_name(scene) result(name)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: name
@@ -41,16 +41,16 @@ contains
       name = scene%name//'.h5'
    end function results_name
 
-   !> Write the file of a scene, whole or not at all.
+   !> Write the results file of a scene, either complete or not at all.
    subroutine write_results(folder, scene, error, node_position, frequencies, response)
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
-      !> Why the file could not be written
+      !> Reason why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
-      !> x/L of the nodes, clamp first, if the scene has one mesh
+      !> Positions x/L of the nodes, clamp first, if the scene has a single mesh
       real(wp), contiguous, intent(in), optional :: node_position(:)
-      !> What was computed
+      !> Results that were computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
 
@@ -65,19 +65,19 @@ contains
       call finish_results(root, folder, scene, error)
    end subroutine write_results
 
-   !> A group for each thing that was computed.
+   !> Write a group for each kind of result that was computed.
    subroutine write_groups(group, node_position, frequencies, response)
       type(quantity_group_t), intent(in) :: group
-      !> x/L of the nodes, clamp first, if the scene has one mesh
+      !> Positions x/L of the nodes, clamp first, if the scene has a single mesh
       real(wp), contiguous, intent(in), optional :: node_position(:)
-      !> What was computed
+      !> Results that were computed
       type(frequency_table_t), intent(in), optional :: frequencies
       type(response_t), intent(in), optional :: response
 
       if (present(node_position)) call write_mesh(group%part('mesh'), node_position)
       if (present(frequencies)) call write_frequencies(group%part('frequencies'), frequencies)
       if (present(response)) then
-         ! the sanitizer takes an absent array handed on for one that is read
+         ! the address sanitizer reports an absent array that is passed on as if the array were read
          if (present(node_position)) then
             call write_run(group, response, node_position)
          else
@@ -86,11 +86,11 @@ contains
       end if
    end subroutine write_groups
 
-   !> Start the file of a scene: its attributes and the scene; a study adds groups of its own.
+   !> Start the results file of a scene with the attributes of the file and the scene. A study adds its own groups.
    subroutine begin_results(root, expected_bytes, scene)
-      !> The root of the file
+      !> Root of the file
       type(quantity_group_t), intent(inout) :: root
-      !> About so many bytes will come
+      !> Estimated size of the file in bytes
       integer(c_size_t), intent(in) :: expected_bytes
       type(scene_t), intent(in) :: scene
 
@@ -99,7 +99,7 @@ contains
       call write_head(root, scene)
    end subroutine begin_results
 
-   !> What every file begins with: its attributes and the scene.
+   !> Write the start of every file: the attributes of the file and the scene.
    subroutine write_head(root, scene)
       type(quantity_group_t), intent(in) :: root
       type(scene_t), intent(in) :: scene
@@ -108,14 +108,14 @@ contains
       call write_scene(root%part('scene'), scene)
    end subroutine write_head
 
-   !> Put the finished file into its folder, which is made if it is not there.
+   !> Write the finished file into its folder, which is made if it does not exist.
    subroutine finish_results(root, folder, scene, error)
-      !> The root of the file
+      !> Root of the file
       type(quantity_group_t), intent(inout) :: root
-      !> Folder of the results
+      !> Folder of the results file
       character(*), intent(in) :: folder
       type(scene_t), intent(in) :: scene
-      !> Why the file could not be written
+      !> Reason why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
       character(kind=c_char), allocatable :: bytes(:)
@@ -130,7 +130,7 @@ contains
       if (.not. allocated(error)) call replace_file(folder, results_name(scene), bytes, error)
    end subroutine finish_results
 
-   !> A guess at the size of the file in bytes, so that its memory is not moved about.
+   !> Estimated size of the file in bytes, so that its memory need not be reallocated.
    pure function expected_size(response) result(bytes)
       type(response_t), intent(in), optional :: response
       integer(c_size_t) :: bytes
@@ -141,7 +141,7 @@ contains
       bytes = 0_c_size_t
       if (present(response)) then
          histories = count([allocated(response%tau), (allocated(response%history(i)%values), i=1, history_count)])
-         ! the ledger has an axis of its own
+         ! the group of energies has its own dataset tau
          if (allocated(response%energy)) histories = histories + 8
          if (allocated(response%tau)) bytes = bytes + int(histories, c_size_t)*size(response%tau, kind=c_size_t)
          bytes = bytes + event_parts*int(response%event_count, c_size_t)
@@ -152,7 +152,7 @@ contains
       bytes = overhead + bytes*(storage_size(1.0_wp)/8)
    end function expected_size
 
-   !> Attributes of the file.
+   !> Write the attributes of the file.
    subroutine write_root(group, scene)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
@@ -174,14 +174,14 @@ contains
          system_names(group%units%system), group%units%system == system_none)))
    end subroutine write_root
 
-   !> The input as read, and a group for each of its groups with the resolved values as attributes.
+   !> Write the text of the scene, and for each of its groups a group with the resolved values as attributes.
    subroutine write_scene(group, scene)
       type(quantity_group_t), intent(in) :: group
       type(scene_t), intent(in) :: scene
 
-      !> An attribute of HDF5 has room for 64 kB
-      integer, parameter :: longest_attribute = 8000
-      type(quantity_group_t) :: echoed
+      !> Number of reals in the 64 kB that an HDF5 attribute may have
+      integer, parameter :: max_attribute_size = 8000
+      type(quantity_group_t) :: echo_group
       character(:), allocatable :: name
       integer :: i
 
@@ -192,25 +192,25 @@ contains
          associate (entry => scene%echo(i))
             if (entry%group /= name) then
                name = entry%group
-               echoed = group%part(name)
+               echo_group = group%part(name)
             end if
             if (.not. allocated(entry%number)) then
-               call echoed%attribute(entry%name, entry%text)
-            else if (size(entry%number) > longest_attribute) then
-               call echoed%add(entry%name, entry%number, 'none', 'values as the scene has them')
+               call echo_group%attribute(entry%name, entry%text)
+            else if (size(entry%number) > max_attribute_size) then
+               call echo_group%add(entry%name, entry%number, 'none', 'values as the scene has them')
             else if (entry%is_list) then
-               call echoed%attribute(entry%name, entry%number)
+               call echo_group%attribute(entry%name, entry%number)
             else
-               call echoed%attribute(entry%name, entry%number(1))
+               call echo_group%attribute(entry%name, entry%number(1))
             end if
          end associate
       end do
    end subroutine write_scene
 
-   !> Nodes and elements.
+   !> Write the nodes and the elements.
    subroutine write_mesh(group, node_position)
       type(quantity_group_t), intent(in) :: group
-      !> x/L of the nodes
+      !> Positions x/L of the nodes
       real(wp), contiguous, intent(in) :: node_position(:)
 
       integer :: elements, i

@@ -1,4 +1,5 @@
-!> What people read of a run: lines of its measures, and tables of those of each surface, of cases, of statistics.
+!> Results of a run on the terminal: lines of its measures, and tables of the measures of each contact, of cases and of
+!> statistics.
 module run_tables
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
    use kinds, only: wp
@@ -18,18 +19,18 @@ module run_tables
 
    !> A column of a table of measures.
    type :: shown_t
-      !> As in `measure_table`, which has its quantity
+      !> Name of the measure in `measure_table`, which also has its quantity
       character(24) :: measure
-      !> Its heading, as `words_in` takes it; empty: its label
+      !> Heading for `words_in`; empty: the label of the measure
       character(24) :: text = ''
    end type shown_t
 
-   !> Decimals of measures
+   !> Decimals of dimensionless measures
    integer, parameter :: decimals = 6
-   !> So many rebounds are listed; of more only the number is said.
-   integer, parameter :: most_peaks = 12
+   !> Maximum number of rebounds that are listed; of further rebounds only the number is printed.
+   integer, parameter :: max_peaks = 12
 
-   type(shown_t), parameter :: of_contacts(*) = [ &
+   type(shown_t), parameter :: contact_columns(*) = [ &
       shown_t('impacts', 'impacts'), &
       shown_t('contacts', 'lasting contacts'), &
       shown_t('first_impact_tau', 'first at {tau =~t}'), &
@@ -37,7 +38,7 @@ module run_tables
       shown_t('greatest_force', 'greatest force'), &
       shown_t('greatest_impulse', 'greatest impulse')]
 
-   type(shown_t), parameter :: of_statistics(*) = [ &
+   type(shown_t), parameter :: statistic_columns(*) = [ &
       shown_t('mean_force', 'mean force'), &
       shown_t('rms_force', 'RMS force'), &
       shown_t('maximum_force', 'greatest force'), &
@@ -49,12 +50,13 @@ module run_tables
 
 contains
 
-   !> What a finer mesh does, and where the inertia of the stop's node is; nothing, if nothing is to be said.
+   !> Print the change of the motion on a finer mesh, and whether the inertia at the stop is redistributed; print
+   !> nothing if neither applies.
    subroutine print_mesh(unit, check, units)
-      !> Where to
+      !> Unit number of the output
       integer, intent(in) :: unit
       type(mesh_check_t), intent(in) :: check
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       if (check%is_redistributed) call print_line(unit, '', 'inertia redistributed at the stop')
@@ -66,12 +68,12 @@ contains
       if (.not. check%is_settled) call print_line(unit, '', 'it does NOT settle within the tolerance on finer meshes')
    end subroutine print_mesh
 
-   !> What leaving out modes does; nothing, if no trial was made.
+   !> Print the effect of truncating the modes; print nothing if no other number of modes was tried.
    subroutine print_modes(unit, check, units)
       integer, intent(in) :: unit
-      !> The modes kept, and those compared
+      !> Number of retained modes, and comparison with another number of modes
       type(mode_check_t), intent(in) :: check
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       character(:), allocatable :: found
@@ -90,13 +92,13 @@ contains
          //'statistics, not histories')
    end subroutine print_modes
 
-   !> The measures of a run, a line each, and the highest points of its rebounds.
+   !> Print the measures of a run, a line each, and the peaks of its rebounds.
    subroutine print_measures(unit, measures, units, released)
       integer, intent(in) :: unit
       type(run_measures_t), intent(in) :: measures
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
-      !> The stop of the rebounds, if that must be said; 0: it need not
+      !> Number of the stop whose rebounds are listed; 0 or absent: the number is not printed
       integer, intent(in), optional :: released
 
       character(:), allocatable :: heading
@@ -117,25 +119,25 @@ contains
       if (measures%extremes_tolerance > peak_tolerance) call print_line(unit, 'extremes', &
          'certain within '//rounded(measures%extremes_tolerance)//' of themselves')
       if (measures%rebounds == 0) call print_line(unit, heading, 'none')
-      do i = 1, min(measures%rebounds, most_peaks)
+      do i = 1, min(measures%rebounds, max_peaks)
          if (i == 2) heading = ''
          call print_line(unit, heading, &
             phrase(units, '{eta~y - d} = ', 'displacement', measures%peak_eta(i), decimals) &
             //phrase(units, ' at {tau~t} = ', 'time', measures%peak_tau(i), decimals))
       end do
-      if (measures%rebounds > most_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - most_peaks)// &
+      if (measures%rebounds > max_peaks) call print_line(unit, '', 'and '//to_text(measures%rebounds - max_peaks)// &
          ' more')
    end subroutine print_measures
 
-   !> Such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
+   !> A measure in words, such as '15', 'at tau = 1.547641', 'not until t = 6 ms'.
    pure function measure_in_words(measure, value, duration, units) result(words)
-      !> Its place in the table
+      !> Index in `measure_table`
       integer, intent(in) :: measure
-      !> Dimensionless; NaN: it did not happen
+      !> Dimensionless value; NaN: the event of the measure did not happen
       real(wp), intent(in) :: value
-      !> Length of the run, tau
+      !> Length of the run in tau
       real(wp), intent(in) :: duration
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
@@ -157,13 +159,13 @@ contains
       end associate
    end function measure_in_words
 
-   !> Columns of measures; '-': it did not happen.
+   !> Add columns of measures to a table; '-' stands for an event that did not happen.
    subroutine add_measures(table, shown, rows, units)
       type(table_t), intent(inout) :: table
       type(shown_t), intent(in) :: shown(:)
-      !> As results have them, [measure_count, lines]
+      !> Measures in the units of the results, [measure_count, lines]
       real(wp), intent(in) :: rows(:, :)
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       integer :: k, place
@@ -177,12 +179,12 @@ contains
       end do
    end subroutine add_measures
 
-   !> What happened at each of several surfaces, a line each.
+   !> Print a table of measures with a line for each contact.
    subroutine print_contacts(unit, contacts, units)
       integer, intent(in) :: unit
-      !> With measures
+      !> Contacts, each with its measures allocated
       type(contact_record_t), intent(in) :: contacts(:)
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       type(table_t) :: table
@@ -193,17 +195,17 @@ contains
          rows(:, i) = row_in(units, row_of(contacts(i)%measures))
       end do
       call add_contacts(table, contacts)
-      call add_measures(table, of_contacts, rows, units)
+      call add_measures(table, contact_columns, rows, units)
       write (unit, '()')
       call print_table(unit, table)
    end subroutine print_contacts
 
-   !> What &statistics says: a line for each surface.
+   !> Print the statistics requested by &statistics with a line for each contact.
    subroutine print_statistics(unit, statistics, contacts, units)
       integer, intent(in) :: unit
       type(run_statistics_t), intent(in) :: statistics
       type(contact_record_t), intent(in) :: contacts(:)
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
 
       type(table_t) :: table
@@ -220,7 +222,7 @@ contains
          rows(:, i) = row_in(units, rows(:, i))
       end do
       call add_contacts(table, contacts)
-      call add_measures(table, of_statistics, rows, units)
+      call add_measures(table, statistic_columns, rows, units)
       call print_table(unit, table)
 
    contains
@@ -234,7 +236,7 @@ contains
 
    end subroutine print_statistics
 
-   !> The first column of their tables, such as '2 above'.
+   !> Add the first column of a table of contacts, with entries such as '2 above'.
    subroutine add_contacts(table, contacts)
       type(table_t), intent(inout) :: table
       type(contact_record_t), intent(in) :: contacts(:)

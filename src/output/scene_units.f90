@@ -1,4 +1,4 @@
-!> What the results of a scene are in.
+!> The units of the results of a scene.
 module scene_units
    use quantities, only: system_none, units_of, units_t
    use scene_types, only: output_dimensionless, output_scene, scene_t
@@ -8,7 +8,8 @@ module scene_units
 
 contains
 
-   !> In the scene's units where it says which these are, unless it says what it wants.
+   !> Units of the results: those that the scene requests, else the units of the scene if it has a unit system, else
+   !> none.
    pure function units_in(scene) result(units)
       type(scene_t), intent(in) :: scene
       type(units_t) :: units

@@ -1,4 +1,4 @@
-!> A scene in words: what is computed, its beam, its mesh, its stops.
+!> A scene in words: its beam, mesh, stops, supports and motion.
 module scene_words
    use body_settings, only: mass_settings_t, root_pinned, root_settings_t
    use kinds, only: wp
@@ -19,11 +19,11 @@ module scene_words
 
 contains
 
-   !> What is computed: name, title, beam, mesh, stop, method.
+   !> Print a scene: name, title, beam, mesh, stops, supports, method.
    subroutine print_model(unit, scene, node_position)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
-      !> x/L of the nodes, [0:n]; not there if no motion is computed
+      !> Positions x/L of the nodes, [0:n]; absent if no motion is computed
       real(wp), intent(in), optional :: node_position(0:)
 
       character(:), allocatable :: heading
@@ -60,10 +60,10 @@ contains
       call print_line(unit, 'motion', motion_in_words(scene, units))
    end subroutine print_model
 
-   !> Section, damping and tip mass.
+   !> Section, damping and tip mass of the beam.
    pure function beam_in_words(scene, units) result(words)
       type(scene_t), intent(in) :: scene
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
@@ -87,34 +87,34 @@ contains
          //phrase(units, ', {mu =~tip mass} ', 'mass', scene%tip_mass_ratio)
    end function beam_in_words
 
-   !> What damps it.
+   !> Damping ratios of the beam.
    pure function damping_in_words(scene) result(words)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: words
 
-      integer, parameter :: most = 4
+      integer, parameter :: max_shown = 4
       integer :: i
 
       words = ''
       if (allocated(scene%mode_ratios)) then
          words = ', mode ratios'
-         do i = 1, min(size(scene%mode_ratios), most)
+         do i = 1, min(size(scene%mode_ratios), max_shown)
             words = words//' '//rounded(scene%mode_ratios(i))
          end do
-         if (size(scene%mode_ratios) > most) words = words//' ...'
+         if (size(scene%mode_ratios) > max_shown) words = words//' ...'
          return
       end if
       if (scene%zeta > 0.0_wp .or. scene%wants_response) words = ', zeta = '//rounded(scene%zeta)
       if (scene%zeta_mass > 0.0_wp) words = words//', zeta_mass = '//rounded(scene%zeta_mass)
    end function damping_in_words
 
-   !> Where each stop is and its law: of the paper's one in a line, of others in two.
+   !> Print position and law of each stop, in one line for a single stop below the beam, else in two lines each.
    subroutine print_stops(unit, scene, units, node_position)
       integer, intent(in) :: unit
       type(scene_t), intent(in) :: scene
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
-      !> x/L of the nodes, [0:n]
+      !> Positions x/L of the nodes, [0:n]
       real(wp), intent(in), optional :: node_position(0:)
 
       type(stop_settings_t), allocatable :: stops(:)
@@ -141,10 +141,10 @@ contains
       end do
    end subroutine print_stops
 
-   !> Method and length of the run.
+   !> Method, time step and duration of the run.
    pure function motion_in_words(scene, units) result(words)
       type(scene_t), intent(in) :: scene
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
@@ -157,7 +157,7 @@ contains
       end associate
    end function motion_in_words
 
-   !> A section that is neither uniform nor a taper by &beam alone.
+   !> A section that is given by a table or by a shape of its profile.
    pure function section_in_words(beam) result(words)
       type(beam_settings_t), intent(in) :: beam
       character(:), allocatable :: words
@@ -174,10 +174,10 @@ contains
       end if
    end function section_in_words
 
-   !> What holds the root.
+   !> Support of the root: clamped, pinned or on springs.
    pure function root_in_words(root, units) result(words)
       type(root_settings_t), intent(in) :: root
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
@@ -191,10 +191,10 @@ contains
       words = words(3:)
    end function root_in_words
 
-   !> A mass on the beam.
+   !> A concentrated mass on the beam.
    pure function mass_in_words(mass, units) result(words)
       type(mass_settings_t), intent(in) :: mass
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
@@ -204,10 +204,10 @@ contains
       words = words//phrase(units, ', at {x/L~x} = ', 'length', mass%position)
    end function mass_in_words
 
-   !> Elements and their lengths.
+   !> Number of elements and ratio of their lengths.
    pure function mesh_in_words(elements, ratio) result(words)
       integer, intent(in) :: elements
-      !> l_i/l_(i+1); 0: the nodes are given
+      !> Ratio l_i/l_(i+1) of neighbouring lengths; 0: the nodes are given
       real(wp), intent(in) :: ratio
       character(:), allocatable :: words
 
@@ -219,7 +219,7 @@ contains
       end if
    end function mesh_in_words
 
-   !> All stops of a scene in its order.
+   !> All stops in the order of the scene.
    pure function stops_in_scene(scene) result(stops)
       type(scene_t), intent(in) :: scene
       type(stop_settings_t), allocatable :: stops(:)
@@ -228,7 +228,7 @@ contains
       if (allocated(scene%more_stops)) stops = [stops, scene%more_stops]
    end function stops_in_scene
 
-   !> The stop from which the beam is released, where there are several; 0: there is one.
+   !> Number of the stop from which the beam is released, if there are several stops; 0: there is a single stop.
    pure function released_stop(scene) result(place)
       type(scene_t), intent(in) :: scene
       integer :: place
@@ -237,10 +237,10 @@ contains
       if (allocated(scene%more_stops)) place = stop_released_from(stops_in_scene(scene), scene%release_stop)
    end function released_stop
 
-   !> The law of a stop with its numbers.
+   !> The law of a stop with its parameters.
    pure function law_in_words(stop, units) result(words)
       type(stop_settings_t), intent(in) :: stop
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
@@ -254,12 +254,12 @@ contains
       words = words//phrase(units, ', {c*~c} = ', 'damper', stop%damper_ratio)
    end function law_in_words
 
-   !> Where a stop is, of one that is not below the beam on which side too.
+   !> Position of a stop, and its side unless the stop is below the beam.
    pure function place_in_words(stop, node_position, units) result(words)
       type(stop_settings_t), intent(in) :: stop
-      !> x/L of the nodes, [0:n]
+      !> Positions x/L of the nodes, [0:n]
       real(wp), intent(in), optional :: node_position(0:)
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 
@@ -277,10 +277,10 @@ contains
       if (stop%side == side_above) words = 'above, '//words
    end function place_in_words
 
-   !> What a support holds, and where.
+   !> The motion that a support constrains, its stiffness and its position.
    pure function support_in_words(support, units) result(words)
       type(support_settings_t), intent(in) :: support
-      !> What results are in
+      !> Units of the results
       type(units_t), intent(in) :: units
       character(:), allocatable :: words
 

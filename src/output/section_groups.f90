@@ -1,4 +1,4 @@
-!> The group of the sections of a run in a results file: the state once a period of the load.
+!> The group `poincare` of a results file: Poincare sections of the motion, at one phase of each period of the load.
 module section_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t
@@ -12,10 +12,10 @@ contains
    subroutine write_sections(group, sections, names)
       type(quantity_group_t), intent(in) :: group
       type(run_sections_t), intent(in) :: sections
-      !> Of the surfaces, with blanks between them
+      !> Names of the contacts, with blanks between them
       character(*), intent(in) :: names
 
-      character(*), parameter :: at_stops(2) = [character(7) :: 'surface', 'tau'], of_modes(2) = ['mode', 'tau ']
+      character(*), parameter :: stop_scales(2) = [character(7) :: 'surface', 'tau'], mode_scales(2) = ['mode', 'tau ']
       integer :: k, contacts
 
       associate (n => sections%count)
@@ -43,14 +43,14 @@ contains
             call group%attribute('flag_values', [(k, k=1, contacts)], 'surface')
             call group%attribute('flag_meanings', names, 'surface')
             call group%put('displacement_stop', sections%stop(1, :, :n), 'displacement', &
-               'displacement of the beam there, up from the unstressed beam', at_stops)
-            call group%put('velocity_stop', sections%stop(2, :, :n), 'velocity', 'its velocity', at_stops)
+               'displacement of the beam there, up from the unstressed beam', stop_scales)
+            call group%put('velocity_stop', sections%stop(2, :, :n), 'velocity', 'its velocity', stop_scales)
          end if
          if (.not. allocated(sections%modes)) return
          call group%put('mode', [(k, k=1, size(sections%modes, 2))], 'free mode, of unit modal mass rho Abar L = 1', &
             is_scale=.true.)
-         call group%put('displacement_mode', sections%modes(1, :, :n), 'displacement', 'its coordinate', of_modes)
-         call group%put('velocity_mode', sections%modes(2, :, :n), 'velocity', 'the rate of that', of_modes)
+         call group%put('displacement_mode', sections%modes(1, :, :n), 'displacement', 'its coordinate', mode_scales)
+         call group%put('velocity_mode', sections%modes(2, :, :n), 'velocity', 'the rate of that', mode_scales)
       end associate
    end subroutine write_sections
 

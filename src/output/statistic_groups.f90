@@ -1,5 +1,5 @@
-!> The group of &statistics in a results file: each of all surfaces together and of each surface, with its error bar and
-!> block by block, and histograms of impacts.
+!> The group `statistics` of a results file: each statistic over all contacts together and of each contact, with
+!> confidence intervals and values of the blocks, and histograms of the impacts.
 module statistic_groups
    use kinds, only: wp
    use measure_list, only: first_statistic, measure_table
@@ -16,10 +16,10 @@ contains
    subroutine write_statistics(group, statistics, names)
       type(quantity_group_t), intent(in) :: group
       type(run_statistics_t), intent(in) :: statistics
-      !> Of the surfaces, with blanks between them
+      !> Names of the contacts, with blanks between them
       character(*), intent(in) :: names
 
-      character(*), parameter :: along = 'surface', bars = '_half_width', parts = '_in_blocks'
+      character(*), parameter :: along = 'surface', half_width_ending = '_half_width', block_ending = '_in_blocks'
       integer :: blocks, i, k, contacts
 
       blocks = size(statistics%in_block, 2)
@@ -42,9 +42,9 @@ contains
             call group%put(trim(measure%name), statistics%value(i, :), measure%quantity, measure%meaning, along)
             if (statistics%tolerance(i) > peak_tolerance) call group%attribute('tolerance', statistics%tolerance(i), &
                group%named(trim(measure%name)))
-            call group%put(trim(measure%name)//bars, statistics%half_width(i, :), measure%quantity, &
+            call group%put(trim(measure%name)//half_width_ending, statistics%half_width(i, :), measure%quantity, &
                'half the width of its 95 % interval', along)
-            call group%put(trim(measure%name)//parts, statistics%in_block(i, :, :), measure%quantity, &
+            call group%put(trim(measure%name)//block_ending, statistics%in_block(i, :, :), measure%quantity, &
                'the same block by block', ['block  ', 'surface'])
          end associate
       end do
@@ -54,12 +54,14 @@ contains
       end do
    end subroutine write_statistics
 
-   !> The histogram of one surface.
+   !> Write the histogram of one contact.
    subroutine write_classes(group, yields, edge, number)
       type(quantity_group_t), intent(in) :: group
-      !> The classes are of forces, else of impulses
+      !> Whether the classes are of forces (compliant stop) or of impulses (rigid stop)
       logical, intent(in) :: yields
+      !> Upper ends of the classes
       real(wp), contiguous, intent(in) :: edge(:)
+      !> Number of impacts in each class
       integer, contiguous, intent(in) :: number(:)
 
       if (yields) then

@@ -1,4 +1,4 @@
-!> The group of bending moments and stresses in a results file: extremes at each place, and histories.
+!> The group `stress` of a results file: extremes and histories of bending moments and stresses at each place.
 module stress_groups
    use kinds, only: wp
    use quantity_groups, only: quantity_group_t
@@ -10,12 +10,12 @@ module stress_groups
 
 contains
 
-   !> A list over the places for each extreme, a table over instants for each history.
+   !> Write a list over the places for each extreme, and a table over instants and places for each history.
    subroutine write_stress(group, moments, tau)
       type(quantity_group_t), intent(in) :: group
-      !> In the scene's order
+      !> Records of the places in the order of the scene
       type(moment_record_t), intent(in) :: moments(:)
-      !> Sample times; histories have no place without them
+      !> Sample times tau; without them no histories are written
       real(wp), contiguous, intent(in), optional :: tau(:)
 
       character(*), parameter :: along = 'position'
@@ -28,7 +28,7 @@ contains
          //'tension; above the axis it is the opposite')
       call group%attribute('damping', 'both with the share that stiffness-proportional damping has')
       call group%put(along, [moments%position], 'length', 'places{, x/L}', is_scale=.true.)
-      ! without measures nothing was looked for
+      ! extremes are searched only if measures are requested; without a search the minimum exceeds the maximum
       if (all(moments%greatest >= moments%least)) then
          call add_extreme('greatest', [moments%greatest], [moments%greatest_tau], &
             maxval(moments%maximum_search%tolerance))
@@ -43,13 +43,14 @@ contains
 
    contains
 
-      !> Of all places.
+      !> Write moments and stresses of one extreme at all places.
       subroutine add_extreme(which, values, instants, tolerance)
          character(*), intent(in) :: which
-         !> Moments
+         !> Extreme moments
          real(wp), intent(in) :: values(:)
+         !> Instants of the extremes, tau
          real(wp), intent(in) :: instants(:)
-         !> The search came to this
+         !> Maximum tolerance that the searches reached
          real(wp), intent(in) :: tolerance
 
          call group%put(which//'_moment', values, 'moment', which//' bending moment{, Pbar L}', along)
@@ -62,9 +63,10 @@ contains
          call group%put(which//'_tau', instants, 'time', 'instant of the '//which//'{, tau}', along)
       end subroutine add_extreme
 
-      !> Of all places, place after place.
+      !> Write a history at all places.
       subroutine add_history(name, values, meaning)
          character(*), intent(in) :: name
+         !> Values at all sample times, place after place
          real(wp), intent(in) :: values(:)
          character(*), intent(in) :: meaning
 

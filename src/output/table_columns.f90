@@ -1,5 +1,5 @@
-!> Tables, and lines and columns on a terminal. A column has all that is needed to write it there or, by
-!> `table_texts`, in a file.
+!> Tables, and their lines and columns on a terminal. A column has the data that writing it on a terminal or, by
+!> `table_texts`, in a file requires.
 module table_columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use kinds, only: i8, wp
@@ -11,29 +11,28 @@ module table_columns
    public :: column_t, table_t, add_numbers, add_texts, print_line, print_table, rows_of
    public :: whole, six_digits, with_exponent, percent, all_digits
 
-   character, parameter :: next = new_line('a')
-   integer, parameter :: longest_text = 200, longest_heading = 120
-   !> Width of the labels at the left of lines, of all on a terminal, and of headings that stay in one line
+   character, parameter :: line_end = new_line('a')
+   integer, parameter :: max_text_length = 200, max_heading_length = 120
+   !> Width of the labels at the left of lines, of lines on a terminal, and of headings that are not broken
    integer, parameter :: label_width = 20, page_width = 80, short_heading = 8
-   !> Digits on a terminal that are no number of decimals: a whole number; six at most in all; two and an exponent;
-   !> those of an error in percent, four decimals or, where these would hide it, two digits and an exponent; all of
-   !> them
+   !> Formats of numbers on a terminal besides a number of decimals: an integer; at most six digits; two digits and an
+   !> exponent; an error in percent (four decimals, or two digits and an exponent if the error is small); all digits
    integer, parameter :: whole = 0, six_digits = -1, with_exponent = -2, percent = -3, all_digits = -4
-   !> Errors in percent below this have an exponent.
-   real(wp), parameter :: smallest_plain_error = 0.001_wp
+   !> Errors in percent below this are written with an exponent.
+   real(wp), parameter :: min_plain_error = 0.001_wp
 
    type :: column_t
-      !> What it is called in files; on a terminal its heading, whose lines new_line('a') ends or the writer chooses
+      !> Name in files; heading on a terminal, broken at each new_line('a') or by the program
       character(:), allocatable :: name
-      !> '1' for a number without
+      !> Unit of the numbers; '1': none
       character(:), allocatable :: units
-      !> Behind the point on a terminal, or one of `whole`, `six_digits`, ...
+      !> Number of decimals on a terminal, or one of the formats `whole`, `six_digits`, ...
       integer :: digits = six_digits
-      !> What stands on a terminal for no number
+      !> Text that stands for NaN on a terminal
       character(:), allocatable :: none
       real(wp), allocatable :: numbers(:)
-      !> Instead of numbers
-      character(longest_text), allocatable :: texts(:)
+      !> Texts of a column without numbers
+      character(max_text_length), allocatable :: texts(:)
    end type column_t
 
    type :: table_t
@@ -43,7 +42,7 @@ module table_columns
 
 contains
 
-   !> One more column.
+   !> Append a column to a table.
    subroutine add(table, column)
       type(table_t), intent(inout) :: table
       type(column_t), intent(in) :: column
@@ -59,7 +58,7 @@ contains
       call move_alloc(longer, table%columns)
    end subroutine add
 
-   !> A column of texts.
+   !> Append a column of texts to a table.
    subroutine add_texts(table, name, texts)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: name
@@ -74,17 +73,18 @@ contains
       call add(table, column)
    end subroutine add_texts
 
-   !> A column of numbers, those with a unit in one that leaves few digits before the point; the name then says which.
+   !> Append a column of numbers to a table. A unit gets the prefix that leaves few digits before the decimal point, and
+   !> is appended to the name.
    subroutine add_numbers(table, name, numbers, digits, unit, none)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: name
-      !> NaN: there is none
+      !> Values; NaN: no number
       real(wp), intent(in) :: numbers(:)
-      !> As in `column_t`
+      !> Decimals or format, as in `column_t`
       integer, intent(in) :: digits
-      !> Of the numbers as they are; empty: they have none
+      !> Unit of the numbers; empty or absent: none
       character(*), intent(in), optional :: unit
-      !> What stands for no number, if that is not a dash
+      !> Text for NaN; absent: a dash
       character(*), intent(in), optional :: none
 
       type(column_t) :: column
@@ -107,13 +107,13 @@ contains
       call add(table, column)
    end subroutine add_numbers
 
-   !> A label and what belongs to it, in as many lines as it takes.
+   !> Print a label and a text, broken into lines of the page width.
    subroutine print_line(unit, label, words, width)
       integer, intent(in) :: unit
       character(*), intent(in) :: label
-      !> What belongs to it
+      !> Text beside the label
       character(*), intent(in) :: words
-      !> Of the label, if not the usual
+      !> Width of the label; absent: `label_width`
       integer, intent(in), optional :: width
 
       character(:), allocatable :: padded
@@ -132,10 +132,11 @@ contains
       end do
    end subroutine print_line
 
-   !> Where a text is to be broken: behind the last comma or colon that fits, else at the last blank, else at the first.
+   !> Position at which a text is broken: behind the last comma, colon or semicolon that fits, else at the last blank
+   !> that fits, else at the first blank.
    pure function end_of_line(words, width) result(last)
       character(*), intent(in) :: words
-      !> Characters that a line has
+      !> Maximum number of characters in a line
       integer, intent(in) :: width
       integer :: last
 
@@ -154,13 +155,14 @@ contains
       end do
    end function end_of_line
 
-   !> A table of two columns or more on a terminal: columns as wide as what stands in them under their headings, texts
-   !> at the left, numbers at the right; what is wider than a page in parts, each of which begins with the first column.
+   !> Print a table of two columns or more on a terminal. Columns are as wide as their cells and broken headings, texts
+   !> are left-aligned and numbers right-aligned. A table wider than a page is printed in parts, each of which begins
+   !> with the first column.
    subroutine print_table(unit, table)
       integer, intent(in) :: unit
       type(table_t), intent(in) :: table
 
-      character(longest_heading) :: headings(size(table%columns))
+      character(max_heading_length) :: headings(size(table%columns))
       integer :: first, height, i, k, last, widths(size(table%columns))
 
       height = 1
@@ -189,7 +191,7 @@ contains
    contains
 
       subroutine print_row(row, columns)
-         !> 0, -1 ...: lines of the headings from the last one up
+         !> Number of the row; 0, -1 ...: line of the headings, from the last one up
          integer, intent(in) :: row
          integer, intent(in) :: columns(:)
 
@@ -224,22 +226,22 @@ contains
       end if
    end function rows_of
 
-   !> A heading; what has one line, and is long, in two, divided at the blank that makes the longer shortest.
+   !> A heading. A long heading of one line is broken at the blank that makes the longer of two lines shortest.
    pure function in_lines(name, width) result(heading)
       character(*), intent(in) :: name
-      !> Characters that are not long
+      !> Maximum length of a heading that is not broken
       integer, intent(in) :: width
       character(:), allocatable :: heading
 
       integer :: i, place
 
       heading = name
-      if (index(heading, next) > 0 .or. character_count(heading) <= width) return
+      if (index(heading, line_end) > 0 .or. character_count(heading) <= width) return
       place = 0
       do i = 1, len(heading)
          if (heading(i:i) == ' ' .and. max(i, len(heading) - i) < max(place, len(heading) - place)) place = i
       end do
-      if (place > 0) heading(place:place) = next
+      if (place > 0) heading(place:place) = line_end
    end function in_lines
 
    pure integer function lines_in(text)
@@ -247,10 +249,10 @@ contains
 
       integer :: i
 
-      lines_in = 1 + count([(text(i:i) == next, i=1, len(text))])
+      lines_in = 1 + count([(text(i:i) == line_end, i=1, len(text))])
    end function lines_in
 
-   !> A line of a text; before its first there is nothing.
+   !> A line of a text; empty if the number is below 1.
    pure function line_of(text, number) result(line)
       character(*), intent(in) :: text
       integer, intent(in) :: number
@@ -261,12 +263,12 @@ contains
       line = ''
       if (number > 0) line = trim(text)
       do i = 2, number
-         line = line(index(line, next) + 1:)
+         line = line(index(line, line_end) + 1:)
       end do
-      line = line(:index(line//next, next) - 1)
+      line = line(:index(line//line_end, line_end) - 1)
    end function line_of
 
-   !> One value as it stands on a terminal.
+   !> Text of one value on a terminal.
    pure function cell_of(column, row) result(text)
       type(column_t), intent(in) :: column
       integer, intent(in) :: row
@@ -287,7 +289,7 @@ contains
             text = rounded(number)
          else if (digits == all_digits) then
             text = to_text(number)
-         else if (digits == percent .and. (abs(number) >= smallest_plain_error .or. abs(number) <= 0.0_wp)) then
+         else if (digits == percent .and. (abs(number) >= min_plain_error .or. abs(number) <= 0.0_wp)) then
             text = fixed(number, 4)
          else if (digits < 0) then
             write (buffer, '(es9.1e2)') number
@@ -298,7 +300,7 @@ contains
       end associate
    end function cell_of
 
-   !> A text at the left of a column.
+   !> A text padded on the right to a width.
    pure function at_left(text, width) result(cell)
       character(*), intent(in) :: text
       integer, intent(in) :: width

@@ -1,6 +1,6 @@
-!> Tables of a results file as texts for other programs: measures, sweeps, their best cases and frequencies, each a
-!> file of comma-separated values, or all in one of JSON. They are read back from the results file, and follow it: a run
-!> writes those of earlier runs of its scene anew.
+!> Tables of a results file as texts for other programs: measures, sweeps, their best cases and frequencies, each as a
+!> file of comma-separated values, or all in one file of JSON. The tables are read back from the results file. Each run
+!> of a scene rewrites the files that an earlier run of this scene wrote.
 module table_files
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: iso_c_binding, only: c_char
@@ -16,22 +16,22 @@ module table_files
    private
    public :: write_table_files
 
-   !> Of each that has rows, the ending of its file
+   !> Names of the tables; each ends the name of its file
    character(*), parameter :: table_names(4) = [character(11) :: 'measures', 'sweep', 'best', 'frequencies']
-   !> Of one table: some hundred megabytes of text
-   integer(i8), parameter :: most_values = 20000000_i8
+   !> Maximum number of values in a table: some hundred megabytes of text
+   integer(i8), parameter :: max_values = 20000000_i8
 
 contains
 
-   !> Write what a results file has of tables beside it, each file whole or not at all, in the format that is wanted and
-   !> in those in which a run before wrote them.
+   !> Write the tables of a results file into files beside it, each file either complete or not at all, in the requested
+   !> format and in those formats in which an earlier run wrote them.
    subroutine write_table_files(folder, name, error, format)
       character(*), intent(in) :: folder
-      !> Of the results file, with its ending .h5
+      !> Name of the results file with its extension .h5
       character(*), intent(in) :: name
-      !> Why they could not be written
+      !> Reason why the tables could not be written
       type(failure_t), allocatable, intent(inout) :: error
-      !> One of `table_formats`; absent: those that are there
+      !> One of `table_formats`; absent: only the formats of existing files
       character(*), intent(in), optional :: format
 
       type(hdf5_source_t) :: file
@@ -48,9 +48,9 @@ contains
       call read_tables(file, tables)
       if (.not. file%is_sound()) then
          call fail(error, status_run_failed, "cannot read '"//folder//'/'//name//"' back")
-      else if (any([(values_of(tables(i)) > most_values, i=1, size(tables))])) then
+      else if (any([(values_of(tables(i)) > max_values, i=1, size(tables))])) then
          call fail(error, status_run_failed, "'"//folder//'/'//name//"' is there, and has more than "// &
-            to_text(int(most_values))//' numbers in a table: too many for --format; read them from it')
+            to_text(int(max_values))//' numbers in a table: too many for --format; read them from it')
       end if
       call file%close_source()
       do i = 1, size(table_formats)
@@ -66,7 +66,7 @@ contains
       type(table_t), intent(in) :: tables(:)
       !> One of `table_formats`
       character(*), intent(in) :: format
-      !> Why they could not be written; then nothing is
+      !> Reason why a table could not be written. If set on entry, nothing is written
       type(failure_t), allocatable, intent(inout) :: error
 
       type(growing_t) :: text
@@ -74,17 +74,17 @@ contains
 
       if (format == 'json' .and. .not. allocated(error)) then
          call write_json(tables, stem, text)
-         call write_whole(folder, stem//'.json', text, error)
+         call write_new_file(folder, stem//'.json', text, error)
          return
       end if
       do i = 1, size(tables)
          if (allocated(error)) return
          call write_csv(tables(i), stem, text)
-         call write_whole(folder, csv_name(stem, tables(i)%name), text, error)
+         call write_new_file(folder, csv_name(stem, tables(i)%name), text, error)
       end do
    end subroutine write_format
 
-   !> Name of a table's file.
+   !> Name of the file of a table.
    pure function csv_name(stem, table) result(name)
       !> Name of the scene
       character(*), intent(in) :: stem
@@ -95,27 +95,27 @@ contains
       name = stem//'_'//trim(table)//'.csv'
    end function csv_name
 
-   !> Remove the tables that the program wrote for a scene; other files of these names stay.
+   !> Remove the tables that the program wrote for a scene. Other files of these names remain.
    subroutine remove_tables(folder, stem, were_there)
       character(*), intent(in) :: folder
       !> Name of the scene
       character(*), intent(in) :: stem
-      !> In which of `table_formats` there were any
+      !> Whether a table was removed, for each of `table_formats`
       logical, intent(out) :: were_there(size(table_formats))
 
       integer :: i
 
       were_there = .false.
-      call remove_own(stem//'.json', 2)
+      call remove_table(stem//'.json', 2)
       do i = 1, size(table_names)
-         call remove_own(csv_name(stem, table_names(i)), 1)
+         call remove_table(csv_name(stem, table_names(i)), 1)
       end do
 
    contains
 
-      subroutine remove_own(name, format)
+      subroutine remove_table(name, format)
          character(*), intent(in) :: name
-         !> Which of `table_formats`
+         !> Index in `table_formats`
          integer, intent(in) :: format
 
          character(kind=c_char), allocatable :: bytes(:)
@@ -129,14 +129,14 @@ contains
          if (size(bytes) < len(beginning)) return
          if (any(bytes(:len(beginning)) /= [(beginning(k:k), k=1, len(beginning))])) return
          were_there(format) = .true.
-         ! the folder may be a link
+         ! the trailing '/.' resolves a folder that is a link
          call remove_entries(folder//'/.', [name])
-      end subroutine remove_own
+      end subroutine remove_table
 
    end subroutine remove_tables
 
-   !> Write a text where nothing is.
-   subroutine write_whole(folder, name, text, error)
+   !> Write a text into a new file. An existing file of this name is a failure.
+   subroutine write_new_file(folder, name, text, error)
       character(*), intent(in) :: folder
       character(*), intent(in) :: name
       type(growing_t), intent(in) :: text
@@ -149,9 +149,9 @@ contains
       else
          call replace_file(folder, name, [(text%text(k:k), k=1_i8, text%length)], error)
       end if
-   end subroutine write_whole
+   end subroutine write_new_file
 
-   !> All tables of a file.
+   !> Read all tables of a results file.
    subroutine read_tables(file, tables)
       type(hdf5_source_t), intent(inout) :: file
       type(table_t), allocatable, intent(out) :: tables(:)
@@ -177,7 +177,7 @@ contains
       end do
    end subroutine read_tables
 
-   !> One more table.
+   !> Append a table to a list.
    subroutine append(table, tables)
       type(table_t), intent(in) :: table
       type(table_t), allocatable, intent(inout) :: tables(:)
@@ -190,11 +190,11 @@ contains
       call move_alloc(longer, tables)
    end subroutine append
 
-   !> The datasets of a group, each a column.
+   !> Read the datasets of a group, each as a column.
    subroutine read_flat(file, group, rows, table)
       type(hdf5_source_t), intent(inout) :: file
       character(*), intent(in) :: group
-      !> Numbers in each; 0: as many as in the first
+      !> Number of values in each column; 0: the maximum size of the datasets
       integer, intent(in) :: rows
       type(table_t), intent(out) :: table
 
@@ -212,7 +212,7 @@ contains
       end do
    end subroutine read_flat
 
-   !> One dataset.
+   !> Read one dataset.
    subroutine read_column(file, group, member, rows, column)
       type(hdf5_source_t), intent(inout) :: file
       character(*), intent(in) :: group
@@ -236,7 +236,7 @@ contains
       end if
    end subroutine read_column
 
-   !> The measures of all cases, a row each; a case has only those that it came to.
+   !> Read the measures of all cases, a row each. Measures that a case does not have are NaN.
    subroutine read_cases(file, table)
       type(hdf5_source_t), intent(inout) :: file
       type(table_t), intent(out) :: table
@@ -266,12 +266,12 @@ contains
       end do
    end subroutine read_cases
 
-   !> Where a column of numbers is; where there is none yet, it is added and holds none.
+   !> Index of a column of numbers by its name. A missing column is appended with NaN in all rows.
    subroutine find_column(table, name, units, digits, rows, place)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: name
       character(*), intent(in) :: units
-      !> As in `column_t`
+      !> Decimals or format, as in `column_t`
       integer, intent(in) :: digits
       integer, intent(in) :: rows
       integer, intent(out) :: place
@@ -283,7 +283,7 @@ contains
       table%columns(place)%units = units
    end subroutine find_column
 
-   !> A row for each mode on each mesh.
+   !> Read the table of frequencies, with a row for each mode on each mesh.
    subroutine read_frequencies(file, table)
       type(hdf5_source_t), intent(inout) :: file
       type(table_t), intent(out) :: table
@@ -302,7 +302,7 @@ contains
       do i = 1, size(members)
          points = int(members(i)%points)
          call read_column(file, group, members(i), points, column)
-         ! of a mode, of a mesh, or of both: in the file the meshes of one mode follow each other
+         ! A dataset has a value for each mode, for each mesh, or for both; in the file the mesh index varies fastest.
          if (members(i)%name == 'mode' .or. (points == modes .and. members(i)%name(:6) /= 'column')) then
             if (allocated(column%numbers)) column%numbers = [(spread(column%numbers(k), 1, columns), k=1, modes)]
          else if (members(i)%name(:6) == 'column') then

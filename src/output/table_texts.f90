@@ -1,4 +1,4 @@
-!> Tables as texts: comma-separated values, or JSON. Each says of which scene it is.
+!> Tables as texts: comma-separated values, or JSON. Each text names its scene.
 module table_texts
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: i8
@@ -10,17 +10,18 @@ module table_texts
    public :: growing_t, table_formats, beginning_of, values_of, write_csv, write_json
 
    character(*), parameter :: table_formats(2) = [character(4) :: 'csv', 'json']
-   character, parameter :: next = new_line('a')
+   character, parameter :: line_end = new_line('a')
 
-   !> Text that grows.
+   !> A text buffer that grows by appending.
    type :: growing_t
+   !> Buffer, of which the first `length` characters are used
       character(:), allocatable :: text
       integer(i8) :: length = 0_i8
    end type growing_t
 
 contains
 
-   !> What a table of a scene begins with, by which it is known as one that the program wrote for this scene.
+   !> First characters of a table, by which a file is recognised as one that the program wrote for this scene.
    pure function beginning_of(format, stem) result(text)
       !> One of `table_formats`
       character(*), intent(in) :: format
@@ -35,7 +36,7 @@ contains
       end if
    end function beginning_of
 
-   !> The date and the time of day here, after ISO 8601.
+   !> Local date and time of day in the format of ISO 8601.
    function date_of_today() result(text)
       character(25) :: text
 
@@ -48,7 +49,7 @@ contains
          zone(:3)//':'//zone(4:)
    end function date_of_today
 
-   !> Name and unit of a column.
+   !> Name and unit of a column in a file.
    pure function heading(column) result(text)
       type(column_t), intent(in) :: column
       character(:), allocatable :: text
@@ -57,8 +58,8 @@ contains
       if (column%units /= '1') text = text//' ('//column%units//')'
    end function heading
 
-   !> Comma-separated values after a comment that says what they are of, and a line of names; what is not a number is
-   !> empty.
+   !> Write comma-separated values, preceded by a comment that names the scene and a line of column names. NaN and
+   !> infinity are empty.
    subroutine write_csv(table, stem, text)
       type(table_t), intent(in) :: table
       !> Name of the scene
@@ -67,18 +68,18 @@ contains
 
       integer :: i, k
 
-      call add(text, beginning_of('csv', stem)//program_version//', '//date_of_today()//next)
+      call add(text, beginning_of('csv', stem)//program_version//', '//date_of_today()//line_end)
       do k = 1, size(table%columns)
-         call add(text, quoted(heading(table%columns(k)), '""')//merge(next, ',', k == size(table%columns)))
+         call add(text, quoted(heading(table%columns(k)), '""')//merge(line_end, ',', k == size(table%columns)))
       end do
       do i = 1, rows_of(table%columns(1))
          do k = 1, size(table%columns)
-            call add(text, value_text(table%columns(k), i, '""', '')//merge(next, ',', k == size(table%columns)))
+            call add(text, value_text(table%columns(k), i, '""', '')//merge(line_end, ',', k == size(table%columns)))
          end do
       end do
    end subroutine write_csv
 
-   !> All tables in one object; what is not a number is null.
+   !> Write all tables as one JSON object. NaN and infinity are null.
    subroutine write_json(tables, stem, text)
       type(table_t), intent(in) :: tables(:)
       !> Name of the scene
@@ -89,10 +90,10 @@ contains
 
       call add(text, beginning_of('json', stem)//program_version//'", "date": "'//date_of_today()//'", "tables": {')
       do t = 1, size(tables)
-         call add(text, trim(merge(',', ' ', t > 1))//next//'  "'//tables(t)%name//'": {')
+         call add(text, trim(merge(',', ' ', t > 1))//line_end//'  "'//tables(t)%name//'": {')
          do k = 1, size(tables(t)%columns)
             associate (column => tables(t)%columns(k))
-               call add(text, trim(merge(',', ' ', k > 1))//next//'    "'//column%name//'": {"units": "'// &
+               call add(text, trim(merge(',', ' ', k > 1))//line_end//'    "'//column%name//'": {"units": "'// &
                   column%units//'", "values": [')
                do i = 1, rows_of(tables(t)%columns(1))
                   if (i > 1) call add(text, ', ')
@@ -101,12 +102,12 @@ contains
                call add(text, ']}')
             end associate
          end do
-         call add(text, next//'  }')
+         call add(text, line_end//'  }')
       end do
-      call add(text, next//'}}'//next)
+      call add(text, line_end//'}}'//line_end)
    end subroutine write_json
 
-   !> How many there are in a table.
+   !> Number of values in a table.
    pure function values_of(table) result(count)
       type(table_t), intent(in) :: table
       integer(i8) :: count
@@ -114,13 +115,13 @@ contains
       count = int(rows_of(table%columns(1)), i8)*size(table%columns, kind=i8)
    end function values_of
 
-   !> One value as it stands in a file.
+   !> Text of one value in a file.
    pure function value_text(column, row, quote, none) result(text)
       type(column_t), intent(in) :: column
       integer, intent(in) :: row
-      !> What a quotation mark becomes within a text
+      !> Replacement of a quotation mark within a text
       character(*), intent(in) :: quote
-      !> What stands for no number
+      !> Text for NaN and infinity
       character(*), intent(in) :: none
       character(:), allocatable :: text
 
@@ -135,7 +136,7 @@ contains
       end if
    end function value_text
 
-   !> In quotation marks if it has a comma.
+   !> A word, in quotation marks if it has a comma.
    pure function quoted(word, quote) result(text)
       character(*), intent(in) :: word
       character(*), intent(in) :: quote
@@ -145,10 +146,10 @@ contains
       if (index(word, ',') > 0) text = '"'//escaped(word, quote)//'"'
    end function quoted
 
-   !> A text between quotation marks.
+   !> A text with its quotation marks escaped.
    pure function escaped(word, quote) result(text)
       character(*), intent(in) :: word
-      !> What a quotation mark becomes; where a backslash leads it, one doubles
+      !> Replacement of a quotation mark; if it begins with a backslash, backslashes are doubled
       character(*), intent(in) :: quote
       character(:), allocatable :: text
 
@@ -166,7 +167,7 @@ contains
       end do
    end function escaped
 
-   !> Append, without a copy of all each time.
+   !> Append words; doubling the buffer avoids a copy of the whole text at each call.
    pure subroutine add(growing, words)
       type(growing_t), intent(inout) :: growing
       character(*), intent(in) :: words
