@@ -1,4 +1,4 @@
-!> What a beam is besides its material: what holds its root, its section, masses on it.
+!> Settings of the boundary conditions at the root of the beam and of its point masses: &root and &mass of a scene file.
 module body_settings
    use kinds, only: wp
    use run_settings, only: name_length
@@ -7,25 +7,26 @@ module body_settings
    public :: root_settings_t, mass_settings_t
    public :: root_clamped, root_pinned, root_names
 
-   !> The root is held, by springs where they are given.
+   !> The root is clamped; if spring stiffnesses are given, springs restrain it instead.
    integer, parameter :: root_clamped = 1
-   !> The root turns freely.
+   !> The root is pinned: it rotates freely and has no displacement.
    integer, parameter :: root_pinned = 2
+   !> Names of the `root_` constants in scene files
    character(*), parameter :: root_names(2) = [character(name_length) :: 'clamped', 'pinned']
 
    !> &root
    type :: root_settings_t
       !> One of the `root_` constants
       integer :: kind = root_clamped
-      !> k / (3 E Ibar / L) of a spring against rotation, k / (3 E Ibar / L^3) of one against displacement; 0: there is
-      !> none, it is held
+      !> k / (3 E Ibar / L) of a rotational spring, k / (3 E Ibar / L^3) of a translational spring; 0: no spring, the
+      !> root is fixed in this motion
       real(wp) :: rotation_stiffness_ratio = 0.0_wp
       real(wp) :: translation_stiffness_ratio = 0.0_wp
    end type root_settings_t
 
    !> &mass
    type :: mass_settings_t
-      !> x / L
+      !> x / L of the mass
       real(wp) :: position = 1.0_wp
       !> m / (rho Abar L), and J / (rho Abar L^3)
       real(wp) :: mass_ratio = 0.0_wp

@@ -1,18 +1,18 @@
-!> Histories at the sample times: one entry a history. What may be asked for and the datasets of files follow from it;
-!> recorders fill them.
+!> Histories recorded at the sample times: one table entry for each history. The histories that a scene may request and
+!> the datasets of results files follow from this table; the recorders compute the values.
 module history_list
    implicit none (type, external)
    private
    public :: history_table, history_count, eta_stop, eta_tip, velocity_stop, force_stop
 
    type :: history_t
-      !> As a scene asks for it
+      !> Name in scene files
       character(24) :: name
-      !> Its dataset
+      !> Name of the dataset in results files
       character(24) :: dataset
-      !> Of {this~that} this without units, that in units
+      !> Meaning; of each {this~that}, `this` is printed in dimensionless results and `that` in results with units
       character(60) :: meaning
-      !> One of `quantity_table`
+      !> Name of a quantity in `quantity_table`
       character(24) :: quantity
    end type history_t
 
@@ -24,7 +24,7 @@ module history_list
       history_t('contact_force', 'contact_force', 'contact force{ Pbar}', 'force')]
 
    integer, parameter :: history_count = size(history_table)
-   !> For who fills them or asks for one
+   !> Indices of the histories in the table
    integer, parameter :: eta_stop = findloc(history_table%dataset, 'eta_stop', dim=1)
    integer, parameter :: eta_tip = findloc(history_table%dataset, 'eta_tip', dim=1)
    integer, parameter :: velocity_stop = findloc(history_table%dataset, 'velocity_stop', dim=1)

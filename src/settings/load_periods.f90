@@ -1,4 +1,4 @@
-!> The period of what acts on a beam: of one harmonic load, or the least that holds whole periods of all of them.
+!> The period of one harmonic load on a beam, or the smallest common period of all harmonic loads.
 module load_periods
    use kinds, only: wp
    use load_settings, only: course_step, time_course_t
@@ -8,36 +8,37 @@ module load_periods
 
 contains
 
-   !> In tau; 0: there is none.
+   !> The period of one harmonic load, or the smallest common period of all, in tau; 0: there is none.
    pure function period_of(frequencies, which) result(period)
-      !> Of all harmonic loads
+      !> Frequencies of all harmonic loads, over omega1
       real(wp), intent(in) :: frequencies(:)
-      !> Whose; 0: of all
+      !> Number of the load; 0: the common period of all loads
       integer, intent(in) :: which
       real(wp) :: period
 
-      ! in a common period the slowest turns no more often, and what decimals miss of whole ratios is less than this
-      integer, parameter :: most_turns = 64
+      ! maximum number of cycles of the slowest load in a common period; maximum relative error of frequencies that
+      ! users give as rounded decimals of ratios of whole numbers
+      integer, parameter :: max_cycles = 64
       real(wp), parameter :: rounding = 1.0e-9_wp
-      real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
-      integer :: turns
+      real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
+      integer :: cycles
 
       period = 0.0_wp
       if (size(frequencies) == 0 .or. which > size(frequencies)) return
       if (which > 0) then
-         period = one_turn/frequencies(which)
+         period = two_pi/frequencies(which)
          return
       end if
-      do turns = 1, most_turns
-         associate (ratio => frequencies*(real(turns, wp)/minval(frequencies)))
+      do cycles = 1, max_cycles
+         associate (ratio => frequencies*(real(cycles, wp)/minval(frequencies)))
             if (any(abs(ratio - anint(ratio)) > rounding*ratio)) cycle
          end associate
-         period = real(turns, wp)*(one_turn/minval(frequencies))
+         period = real(cycles, wp)*(two_pi/minval(frequencies))
          return
       end do
    end function period_of
 
-   !> Does a load go on as at the start for ever: harmonic or constant?
+   !> Is a load harmonic or constant from tau = 0 on, without end?
    elemental function is_steady(course) result(is)
       type(time_course_t), intent(in) :: course
       logical :: is

@@ -1,7 +1,7 @@
-!> What acts on a beam besides its stops, and how its motion begins.
+!> Settings of the loads on a beam, of the motion of its base and of its initial conditions.
 !>
-!> Scales: as in run_settings. Forces in 3 E Ibar D/L^3, those along a stretch in 3 E Ibar D/L^4, accelerations in
-!> D omega1^2, velocities in D omega1, with D the unit of displacement.
+!> Scales: lengths and times as in `run_settings`. Forces in 3 E Ibar D/L^3, line loads in 3 E Ibar D/L^4, accelerations
+!> in D omega1^2, velocities in D omega1, with D the unit of displacement.
 module load_settings
    use kinds, only: wp
    implicit none (type, external)
@@ -16,41 +16,41 @@ module load_settings
 
    !> amplitude sin(frequency tau + phase)
    integer, parameter :: course_harmonic = 1
-   !> amplitude
+   !> amplitude, constant
    integer, parameter :: course_step = 2
-   !> amplitude, or half a period of a sine, for a duration
+   !> amplitude, or amplitude times half a period of a sine, during a given duration
    integer, parameter :: course_pulse = 3
-   !> amplitude times a table, linear between its points, nothing outside
+   !> amplitude times a table that is linear between its points and zero outside
    integer, parameter :: course_table = 4
 
    integer, parameter :: pulse_rectangle = 1
    integer, parameter :: pulse_half_sine = 2
 
    integer, parameter :: base_acceleration = 1
-   !> Of a table: a cubic spline, at rest before and after
+   !> A table of base displacements is interpolated by a cubic spline; the base is at rest before and after the table
    integer, parameter :: base_displacement = 2
 
-   !> At rest, pulled away from a stop by a force there
+   !> Released from rest, deflected away from a stop by a static force at the stop
    integer, parameter :: start_release = 1
-   !> At rest and straight
+   !> At rest and undeformed
    integer, parameter :: start_rest = 2
-   !> At rest under the loads that act at tau = 0, as if they never changed, on the stops that carry it
+   !> At rest in static equilibrium with the loads at tau = 0, taken as constant, and with the forces of closed contacts
    integer, parameter :: start_balance = 3
-   !> Straight, moving
+   !> Undeformed, with an initial velocity field
    integer, parameter :: start_velocity = 4
    !> In the shape of a mode, at rest or moving
    integer, parameter :: start_mode = 5
-   !> As a table says, a cubic spline through its points
+   !> Displacements and velocities of a table, interpolated by cubic splines
    integer, parameter :: start_table = 6
-   !> Straight, as the base, which has fallen, stops
+   !> Undeformed, with the velocity of a fall, at the instant at which the falling base stops
    integer, parameter :: start_drop = 7
 
-   !> Velocities of a start
+   !> Initial velocity fields
    integer, parameter :: field_uniform = 1
    integer, parameter :: field_rotation = 2
    integer, parameter :: field_mode = 3
 
-   !> The constants above as users write them.
+   !> Names of the constants above in scene files.
    character(*), parameter :: course_names(4) = [character(8) :: 'harmonic', 'step', 'pulse', 'table']
    character(*), parameter :: pulse_names(2) = [character(9) :: 'rectangle', 'half_sine']
    character(*), parameter :: base_names(2) = [character(12) :: 'acceleration', 'displacement']
@@ -58,62 +58,63 @@ module load_settings
       'table', 'drop']
    character(*), parameter :: field_names(3) = [character(8) :: 'uniform', 'rotation', 'mode']
 
-   !> How something goes on in time: zero before its start and after its end.
+   !> Time function of a load or of the base motion: zero before its start and after its end.
    type :: time_course_t
       !> One of the `course_` constants
       integer :: kind = course_harmonic
-      !> In the scale of what it is of; the factor of a table
+      !> Amplitude in the scale of the load; for a table, the factor of its values
       real(wp) :: amplitude = 0.0_wp
-      !> Of a harmonic, over omega1
+      !> Frequency of a harmonic function, over omega1
       real(wp) :: frequency = 1.0_wp
-      !> Of a harmonic, in radians
+      !> Phase of a harmonic function, in radians
       real(wp) :: phase = 0.0_wp
-      !> tau; a table's times count from there
+      !> Start and end, tau; the times of a table count from the start
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Of a pulse, tau
+      !> Duration of a pulse, tau
       real(wp) :: duration = 1.0_wp
-      !> One of the `pulse_` constants
+      !> One of the `pulse_` constants: shape of a pulse
       integer :: shape = pulse_rectangle
-      !> Points of a table: tau, ascending, and values
+      !> Points of a table: times in tau, ascending, and values
       real(wp), allocatable :: time(:), value(:)
    end type time_course_t
 
-   !> &force: upwards where positive, at points or along a stretch
+   !> &force: forces at points, or a line load along a stretch; positive upwards
    type :: force_settings_t
       type(time_course_t) :: course
-      !> x/L of the points, each with the whole force; unallocated: along the stretch
+      !> x/L of the points, each of which carries the whole force; unallocated: a line load acts along `stretch`
       real(wp), allocatable :: position(:)
-      !> x/L of its ends
+      !> x/L of the ends of a line load
       real(wp) :: stretch(2) = [0.0_wp, 1.0_wp]
    end type force_settings_t
 
-   !> &base: how the clamp, stops and supports move, upwards where positive
+   !> &base: common motion of the clamp, the stops and the supports, positive upwards
    type :: base_settings_t
-      !> `base_acceleration` or `base_displacement`, of which the course tells
+      !> `base_acceleration` or `base_displacement`: the quantity that `course` gives
       integer :: quantity = base_acceleration
       type(time_course_t) :: course
    end type base_settings_t
 
-   !> &start, relative to the base
+   !> &start: initial conditions, relative to the base
    type :: start_settings_t
       !> One of the `start_` constants
       integer :: kind = start_release
-      !> One of the `field_` constants, of `start_velocity`
+      !> One of the `field_` constants, used with `start_velocity`
       integer :: field = field_uniform
-      !> Upwards, of all points, or of the tip of a rotation or a mode; downwards at the end of a fall
+      !> Initial velocity, positive upwards: of all points, or of the tip for a rotation or a mode; for `start_drop`,
+      !> velocity at the end of the fall, positive downwards
       real(wp) :: velocity = 0.0_wp
-      !> Of the tip in a mode
+      !> Displacement of the tip, used with `start_mode`
       real(wp) :: displacement = 0.0_wp
-      !> Which mode of the free beam
+      !> Number of the mode of the beam with open contacts
       integer :: mode = 1
-      !> A table: x/L, ascending, displacements and velocities there
+      !> Table of `start_table`: x/L, ascending, and the displacements and velocities there
       real(wp), allocatable :: position(:), displacements(:), velocities(:)
    end type start_settings_t
 
 contains
 
-   !> Does a motion begin in a mode of the beam, displaced or moving?
+   !> Are the initial displacements or velocities those of a mode of the beam?
    pure function is_in_mode(start) result(is)
       type(start_settings_t), intent(in) :: start
       logical :: is

@@ -1,26 +1,27 @@
-!> What is measured of a run: one entry a measure. Rows of sweeps, groups of files and lines on the console follow from
-!> it; `row_of` in run_measures gives the values.
+!> Measures of a run: one table entry for each measure. The columns of sweeps, the datasets of results files and the
+!> lines on the console follow from this table; `row_of` in `run_measures` gives the values.
 module measure_list
    implicit none (type, external)
    private
    public :: measure_table, measure_count, measure_named, measure_status, measure_settling, peak_count, first_statistic
 
    type :: measure_t
-      !> Its column in a sweep
+      !> Name of the column in a sweep
       character(24) :: name
-      !> Its dataset in the file of one run or of several cases; empty: it has none there
+      !> Name of the dataset in the file of one run or of several cases; empty: there is no dataset
       character(24) :: run_name
-      !> Of {this~that} this without units, that in units
+      !> Meaning; of each {this~that}, `this` is printed in dimensionless results and `that` in results with units
       character(160) :: meaning
-      !> One of `quantity_table`
+      !> Name of a quantity in `quantity_table`
       character(24) :: quantity
+      !> The values are whole numbers
       logical :: is_whole
-      !> Its line on the console, and what stands there before the number; empty: it is not printed
+      !> Label of the line on the console, empty: the measure is not printed; and the text before the number
       character(24) :: label = ''
       character(16) :: lead = ''
-      !> Each of several surfaces has its own
+      !> Each of several contacts has a value of its own
       logical :: is_of_contact = .false.
-      !> Only a scene with this group has it; empty: each has
+      !> Group that a scene must have for this measure; empty: every scene has the measure
       character(12) :: group = ''
    end type measure_t
 
@@ -116,17 +117,17 @@ module measure_list
       measure_t('maximum_tip', '', 'its greatest', 'displacement', .false., group='statistics')]
 
    integer, parameter :: measure_count = size(measure_table)
-   !> Those that the program itself asks for by name
+   !> Indices of measures that the program itself uses
    integer, parameter :: measure_status = findloc(measure_table%name, 'status', dim=1)
    integer, parameter :: measure_settling = findloc(measure_table%name, 'quiet_tau', dim=1)
-   !> After it all are statistics
+   !> Index of the first statistical measure; all measures after it are statistical too
    integer, parameter :: first_statistic = findloc(measure_table%group, 'statistics', dim=1)
-   !> Rebounds whose peaks are measures
+   !> Number of rebounds whose peak displacements are measures
    integer, parameter :: peak_count = count(index(measure_table%name, 'peak_') == 1)
 
 contains
 
-   !> Place of a measure in the table; 0: there is none of that name.
+   !> Index of a measure in the table; 0: no measure has this name.
    pure integer function measure_named(name)
       character(*), intent(in) :: name
 

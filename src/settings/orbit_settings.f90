@@ -1,10 +1,11 @@
-!> What is asked about periodic motions.
+!> Settings of the search for periodic motions and of their branches: &orbit of a scene file.
 module orbit_settings
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: orbit_settings_t, vary_nothing, vary_amplitude, vary_frequency, varied_names
 
+   !> What varies along a branch of periodic motions: nothing (no branch), the amplitude or the frequency of a load
    integer, parameter :: vary_nothing = 1
    integer, parameter :: vary_amplitude = 2
    integer, parameter :: vary_frequency = 3
@@ -12,24 +13,26 @@ module orbit_settings
 
    !> &orbit
    type :: orbit_settings_t
-      !> Periods of the load after which the motion returns; 0: those that are found
+      !> Period of the motion in periods of the load; 0: the period is found from the motion
       integer :: periods = 0
-      !> Periods that run before
+      !> Periods of the load that are computed before the search
       integer :: skip = 100
-      !> How near it must return, in units of its size, and in how many steps
+      !> Maximum distance between the states at start and end of the period, relative to the size of the motion, and
+      !> maximum number of Newton steps
       real(wp) :: tolerance = 1.0e-10_wp
       integer :: most_steps = 30
-      !> One of the `vary_` constants: what a branch goes over, and of which harmonic load, forces first
+      !> One of the `vary_` constants, and the number of the harmonic load that varies; &force counts before &base
       integer :: varied = vary_nothing
       integer :: load = 1
-      !> From and to what share of its value in the scene
+      !> Minimum and maximum of the varied amplitude or frequency over its value in the scene
       real(wp) :: lowest_ratio = 0.5_wp
       real(wp) :: greatest_ratio = 2.0_wp
-      !> First and greatest step along a branch, as shares of the range, and the most points of one
+      !> First and maximum step along a branch, as fractions of the range and of the size of the motion, and maximum
+      !> number of points of a branch to either side
       real(wp) :: step = 0.005_wp
       real(wp) :: greatest_step = 0.02_wp
       integer :: most_points = 500
-      !> How often branches leave from where the period doubles
+      !> Maximum number of successive period doublings whose branches are followed
       integer :: doublings = 1
       !> Common period of all loads, tau
       real(wp) :: period = 0.0_wp

@@ -1,5 +1,5 @@
-!> Kinds of quantities: one entry a kind, which says what its unit is and how a dimensionless value becomes one in it.
-!> Datasets, tables, names of scenes that take units, and sweeps of these follow from it.
+!> Physical quantities: one table entry for each, with its units and the factor between dimensionless values and values
+!> in units. Datasets, tables, names in scene files that take units, and sweeps over these follow from this table.
 module quantities
    use kinds, only: lambda1_power4, pi, wp
    use scene_types, only: scales_t
@@ -8,11 +8,12 @@ module quantities
    public :: quantity_table, quantity_named, system_names, system_none
    public :: units_t, units_of, ratio_of, is_of_displacement, unit_of, name_in, words_in
 
-   !> Systems of units, as scenes name them; the last: the scene's, of which only the dimensions are known.
+   !> Systems of units, as named in scene files; the last stands for any consistent units, of which only the dimensions
+   !> are known.
    character(*), parameter :: system_names(3) = [character(8) :: 'SI', 'mm_t_s', 'none']
    integer, parameter :: system_none = size(system_names)
 
-   ! Scales, of whose powers all others are made
+   ! Scales; the unit of each quantity is a product of powers of one or two scales
    integer, parameter :: none = 1
    integer, parameter :: length = 2
    integer, parameter :: omega1 = 3
@@ -20,9 +21,9 @@ module quantities
    integer, parameter :: velocity = 5
    integer, parameter :: slope = 6
    integer, parameter :: mass = 7
-   !> Of Pbar
+   !> Scale of the contact force Pbar
    integer, parameter :: force = 8
-   !> 3 E Ibar / L^3, and 3 E Ibar D / L^3
+   !> Scales 3 E Ibar / L^3 of stiffness, and 3 E Ibar D / L^3 of loads
    integer, parameter :: stiffness = 9
    integer, parameter :: load = 10
    integer, parameter :: bending_stiffness = 11
@@ -30,11 +31,11 @@ module quantities
 
    type :: quantity_t
       character(24) :: name
-      !> How a dimensionless value is written
+      !> Symbol of the dimensionless value
       character(8) :: symbol
       !> Its unit in each of the systems
       character(18) :: unit(size(system_names))
-      !> One dimensionless unit is two scales to these powers over the constant
+      !> One dimensionless unit is `first**power*second**second_power/constant`, where `first` and `second` are scales
       integer :: first = none
       integer :: power = 1
       integer :: second = none
@@ -74,30 +75,31 @@ module quantities
       quantity_t('damper', 'c*', [character(18) :: 'N s/m', 'N s/mm', 'force time/length'], stiffness, 1, omega1, -1)]
    integer, parameter :: quantity_count = size(quantity_table)
 
-   !> What results are in.
+   !> Units of results.
    type :: units_t
-      !> In the units of the scene; else dimensionless
+      !> Results are in the units of the scene, otherwise dimensionless
       logical :: are_of_scene = .false.
-      !> Which these are
+      !> Units of the scene: index in `system_names`
       integer :: system = system_none
-      !> One dimensionless unit of each quantity in them; 0: not known
+      !> One dimensionless unit of each quantity, in the units of the scene; 0: not known
       real(wp) :: factor(quantity_count) = 0.0_wp
    end type units_t
 
 contains
 
-   !> Place of a quantity in the table; 0: there is none of that name.
+   !> Index of a quantity in the table; 0: no quantity has this name.
    elemental integer function quantity_named(name)
       character(*), intent(in) :: name
 
       quantity_named = findloc(quantity_table%name, name, dim=1)
    end function quantity_named
 
+   !> The units of the results of a scene.
    pure function units_of(scales, system, are_of_scene) result(units)
       type(scales_t), intent(in) :: scales
-      !> Place in `system_names`; 0: none
+      !> Index in `system_names`; 0: not given
       integer, intent(in) :: system
-      !> Results are to be in the units of the scene
+      !> Results are in the units of the scene, otherwise dimensionless
       logical, intent(in) :: are_of_scene
       type(units_t) :: units
 
@@ -110,32 +112,32 @@ contains
 
    !> One dimensionless unit of a quantity in the units of the scene; 0: not known.
    pure function factor_of(quantity, scales) result(factor)
-      !> Its place in the table
+      !> Index of the quantity in the table
       integer, intent(in) :: quantity
       type(scales_t), intent(in) :: scales
       real(wp) :: factor
 
       associate (entry => quantity_table(quantity))
-         factor = above(entry, scales)/below(entry, scales)
+         factor = numerator(entry, scales)/denominator(entry, scales)
       end associate
    end function factor_of
 
-   !> What a quantity in the units of the scene is without.
+   !> The dimensionless value of a quantity that is given in the units of the scene.
    elemental function ratio_of(quantity, value, scales) result(ratio)
-      !> Its place in the table
+      !> Index of the quantity in the table
       integer, intent(in) :: quantity
       real(wp), intent(in) :: value
       type(scales_t), intent(in) :: scales
       real(wp) :: ratio
 
       associate (entry => quantity_table(quantity))
-         ratio = value*below(entry, scales)/above(entry, scales)
+         ratio = value*denominator(entry, scales)/numerator(entry, scales)
       end associate
    end function ratio_of
 
-   !> Does it take the unit of displacement to make a ratio of a quantity?
+   !> Does the dimensionless value of a quantity depend on the unit of displacement?
    pure function is_of_displacement(quantity) result(is)
-      !> Its place in the table
+      !> Index of the quantity in the table
       integer, intent(in) :: quantity
       logical :: is
 
@@ -145,28 +147,29 @@ contains
          any(scales_of_displacement == quantity_table(quantity)%second)
    end function is_of_displacement
 
-   !> The scales with a positive power.
-   pure function above(entry, scales) result(product)
+   !> Numerator of one dimensionless unit: the scales with positive powers.
+   pure function numerator(entry, scales) result(product)
       type(quantity_t), intent(in) :: entry
       type(scales_t), intent(in) :: scales
       real(wp) :: product
 
       product = scale_of(entry%first, scales)**max(entry%power, 0) &
          *scale_of(entry%second, scales)**max(entry%second_power, 0)
-   end function above
+   end function numerator
 
-   !> Those with a negative one, and the constant.
-   pure function below(entry, scales) result(product)
+   !> Denominator of one dimensionless unit: the constant times the scales with negative powers.
+   pure function denominator(entry, scales) result(product)
       type(quantity_t), intent(in) :: entry
       type(scales_t), intent(in) :: scales
       real(wp) :: product
 
       product = entry%constant*scale_of(entry%first, scales)**max(-entry%power, 0) &
          *scale_of(entry%second, scales)**max(-entry%second_power, 0)
-   end function below
+   end function denominator
 
-   !> One of the scales; 0: not known.
+   !> Value of a scale in the units of the scene; 0: not known.
    pure function scale_of(which, scales) result(scale)
+      !> One of the scales above
       integer, intent(in) :: which
       type(scales_t), intent(in) :: scales
       real(wp) :: scale
@@ -201,7 +204,7 @@ contains
 
    !> The unit of a quantity in results.
    pure function unit_of(quantity, units) result(unit)
-      !> Its place in the table
+      !> Index of the quantity in the table
       integer, intent(in) :: quantity
       type(units_t), intent(in) :: units
       character(:), allocatable :: unit
@@ -209,10 +212,11 @@ contains
       unit = trim(quantity_table(quantity)%unit(units%system))
    end function unit_of
 
-   !> The name of something in results: in units tau, eta and omega are called what they are of.
+   !> The name of a dataset or a column: in results with units, the words tau, eta and omega of a name become time,
+   !> displacement and frequency.
    pure function name_in(units, name) result(named)
       type(units_t), intent(in) :: units
-      !> Without units, its words joined by underscores
+      !> Name in dimensionless results; underscores join its words
       character(*), intent(in) :: name
       character(:), allocatable :: named
 
@@ -228,7 +232,8 @@ contains
       end do
    end function name_in
 
-   !> A text about results, in which stands {this~that}: this without units, that in units.
+   !> A text for results: of each {this~that} in the text, `this` remains in dimensionless results, `that` in results
+   !> with units.
    pure function words_in(units, text) result(words)
       type(units_t), intent(in) :: units
       character(*), intent(in) :: text

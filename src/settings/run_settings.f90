@@ -1,7 +1,7 @@
-!> What a run through time is made of besides its beam: the stop, the method, what to keep.
+!> Settings of one run besides its beam: stops, loads, initial conditions, method of integration, requested results.
 !>
-!> Scales: lengths along the beam in L, displacements in y_c(0) - d, times tau = omega1 t with omega1 of the uniform
-!> beam of mean section without tip mass.
+!> Scales: lengths along the beam in L, displacements in D = y_c(0) - d, times tau = omega1 t, where omega1 is the first
+!> natural circular frequency of the uniform cantilever of mean section without tip mass.
 module run_settings
    use history_list, only: history_count
    use kinds, only: wp
@@ -17,32 +17,32 @@ module run_settings
    public :: method_exact, method_newmark, method_names
    public :: name_length, strict_mode_tolerance
 
-   !> Longest name of a scene, solver, history.
+   !> Maximum length of the name of a scene, a solver or a history.
    integer, parameter :: name_length = 64
 
    !> Model A: coefficient of restitution.
    integer, parameter :: law_restitution = 1
-   !> Model B: spring parallel to a Maxwell branch.
+   !> Model B: spring in parallel with a Maxwell branch.
    integer, parameter :: law_three_element = 2
-   !> A spring and a damper side by side, which push and never pull.
+   !> Spring in parallel with a damper; the contact force is never tensile.
    integer, parameter :: law_spring_damper = 3
 
-   !> The stop is below the beam, as the paper's, above it, or on both sides.
+   !> The stop is below the beam, as in the paper, above the beam, or on both sides.
    integer, parameter :: side_below = 1
    integer, parameter :: side_above = 2
    integer, parameter :: side_both = 3
 
-   !> The impulse acts on the whole beam.
+   !> The impulse of an impact changes the velocities of the whole beam.
    integer, parameter :: impulse_momentum = 1
-   !> Only the velocity of the stop point is replaced.
+   !> An impact replaces only the velocity of the node at the stop.
    integer, parameter :: impulse_nodal = 2
 
-   !> Closed form between events.
+   !> Exact solution in closed form between events.
    integer, parameter :: method_exact = 1
-   !> Newmark steps, halved at an event.
+   !> Newmark's method; the step is halved at an event.
    integer, parameter :: method_newmark = 2
 
-   !> The constants above as users write them.
+   !> Names of the constants above in scene files.
    character(*), parameter :: law_names(3) = [character(name_length) :: 'restitution', 'three_element', &
       'spring_damper']
    character(*), parameter :: side_names(3) = [character(name_length) :: 'below', 'above', 'both']
@@ -55,8 +55,8 @@ module run_settings
       real(wp) :: position = 1.0_wp
       !> One of the `side_` constants
       integer :: side = side_below
-      !> delta = d / (y_c(0) - d), of a stop above with both signs turned; on both sides it is minus the clearance.
-      !> y_c(0) is that of the stop from which the beam is released
+      !> delta = d / (y_c(0) - d); for a stop above the beam both signs are reversed; for a stop on both sides delta is
+      !> minus the clearance. y_c(0) is the initial displacement at the stop from which the beam is released
       real(wp) :: preload = 0.0_wp
       !> One of the `law_` constants
       integer :: law = law_restitution
@@ -66,20 +66,20 @@ module run_settings
       integer :: impulse = impulse_momentum
       !> kappa = k / (3 E Ibar / L^3)
       real(wp) :: stiffness_ratio = 1.0e4_wp
-      !> beta, the second spring in units of the first
+      !> beta, stiffness of the spring in the Maxwell branch over k
       real(wp) :: branch_ratio = 20.0_wp
-      !> c* = c omega1 / (3 E Ibar / L^3), in the branch or beside the spring
+      !> c* = c omega1 / (3 E Ibar / L^3) of the damper, which is in the Maxwell branch or in parallel with the spring
       real(wp) :: damper_ratio = 0.3_wp
    end type stop_settings_t
 
-   !> Tolerance of modes, in eta, of runs by which others are judged.
+   !> Tolerance of modal truncation, in eta, for reference runs with which other runs are compared.
    real(wp), parameter :: strict_mode_tolerance = 1.0e-9_wp
 
    !> &response
    type :: response_settings_t
       !> Length of the run, tau
       real(wp) :: duration = 20.0_wp
-      !> Distance of the samples and Newmark's step, d tau
+      !> Interval between samples, and Newmark's time step, d tau
       real(wp) :: step = 0.01_wp
       !> `method_exact` or `method_newmark`
       integer :: method = method_exact
@@ -89,132 +89,136 @@ module run_settings
       real(wp) :: newmark_gamma = 0.5_wp
       !> Newmark: divide a step that is too long for the scheme instead of refusing it
       logical :: substep = .false.
-      !> Newmark: |eta_c| within which an approach is a contact
+      !> Newmark: |eta_c| below which an approaching beam is in contact
       real(wp) :: contact_tolerance = 1.0e-4_wp
-      !> Newmark: Pbar below which, at a sign change, the beam separates
+      !> Newmark: Pbar below which a change of its sign opens the contact
       real(wp) :: release_tolerance = 1.0e-2_wp
-      !> A flight that never rises above this (in eta) is captured
+      !> A flight that never rises above this value (in eta) is replaced by a closed contact
       real(wp) :: hop_tolerance = 1.0e-8_wp
-      !> Events after which the run fails
+      !> Maximum number of events; with more the run fails
       integer :: event_limit = 10000000
-      !> `exact`: by which share of the greatest displacement leaving out modes may change those of stops and tip
+      !> `exact`: maximum change of the displacements of stops and tip by modal truncation, relative to the maximum
+      !> displacement
       real(wp) :: accuracy = 1.0e-4_wp
-      !> `exact`: and by how much of eta; huge: as much as `accuracy` allows
+      !> `exact`: maximum change of the displacements of stops and tip by modal truncation, in eta; huge: only
+      !> `accuracy` limits it
       real(wp) :: mode_tolerance = huge(1.0_wp)
-      !> `exact`: keep all modes, whatever they contribute
+      !> `exact`: use all modes, whatever they contribute
       logical :: keep_all_modes = .false.
-      !> `exact`: keep so many of the lowest modes; 0: as many as `accuracy` asks for
+      !> `exact`: number of the lowest modes that are used; 0: as many as `accuracy` requires
       integer :: mode_count = 0
    end type response_settings_t
 
-   !> &output: what goes into the file beyond the events
+   !> &output: contents of the results file besides the events
    type :: output_settings_t
-      !> Those of `history_table` at the sample times
+      !> Which of the histories in `history_table` are recorded at the sample times
       logical :: history(history_count) = .true.
       !> Instants (tau) at which the shape and the velocity of the whole beam are stored
       real(wp), allocatable :: shape_times(:)
-      !> Distance of further such instants, from 0 to the end, tau; 0: none
+      !> Interval of further instants from 0 to the end, tau, at which shape and velocity are stored; 0: none
       real(wp) :: shape_step = 0.0_wp
       !> Number of mode shapes to store
       integer :: mode_shapes = 0
-      !> The energy ledger
+      !> Store the energy balance: energies and energy losses
       logical :: energy = .false.
-      !> Measures, and the highest points of so many rebounds among them; no name asks for it, runs and sweeps do
+      !> Compute measures, among them the peaks of at most `most_peaks` rebounds; runs and sweeps set both, scene files
+      !> cannot
       logical :: measures = .false.
       integer :: most_peaks = huge(1)
    end type output_settings_t
 
-   !> &stress: where the bending moment and the stress at the outer fibre are asked for
+   !> &stress: points at which the bending moment and the stress at the outer fibre are computed
    type :: stress_settings_t
-      !> x/L
+      !> x/L of the points
       real(wp), allocatable :: position(:)
-      !> Their histories are kept, besides their extremes
+      !> Record the histories of moments and stresses, besides their extremes
       logical :: history = .true.
    end type stress_settings_t
 
    !> &statistics
    type :: statistics_settings_t
-      !> What of the run counts, tau; no end: that of the run
+      !> Interval of the run that is evaluated, tau; huge: to the end of the run
       real(wp) :: start = 0.0_wp
       real(wp) :: end = huge(1.0_wp)
-      !> Blocks of equal length, from whose differences error bars follow
+      !> Number of blocks of equal length, from whose differences error bars follow
       integer :: blocks = 10
-      !> Meetings not later than this after the end of the one before are one impact with it, tau
+      !> Two contacts belong to one impact if at most this time, tau, separates the end of the first from the second
       real(wp) :: rest = 0.0_wp
-      !> Pbar below which a meeting with a stop that yields is no impact
+      !> Pbar that a contact with a compliant stop must reach to count as an impact
       real(wp) :: threshold = 0.0_wp
-      !> Of the histogram of impacts
+      !> Number of classes of the histogram of impacts
       integer :: classes = 20
    end type statistics_settings_t
 
-   !> &poincare: the state once a period of the load
+   !> &poincare: Poincare sections, the state at one phase of each period of the load
    type :: poincare_settings_t
-      !> Where in the period, as a share of it, from tau = 0
+      !> Phase of the sections, as a fraction of the period, from tau = 0
       real(wp) :: phase = 0.0_wp
-      !> Sections that are passed over, and kept after them
+      !> Number of sections that are discarded at the start, and number of sections recorded after them
       integer :: skip = 100
       integer :: keep = 100
-      !> Whose period among all harmonic loads, forces first; 0: that of all together
+      !> Number of the harmonic load whose period is used, &force counts before &base; 0: the common period of all loads
       integer :: load = 0
-      !> Longest period of the motion that is looked for, in those of the load, and how near a state must return, as a
-      !> share of the greatest
+      !> Longest period of the motion that is tested, in periods of the load, and maximum distance of a returned state,
+      !> relative to the largest state
       integer :: most_periods = 16
       real(wp) :: tolerance = 1.0e-6_wp
-      !> The whole state in the modes is kept too
+      !> Record the states of all modes too
       logical :: keeps_modes = .false.
-      !> The greatest Lyapunov exponent is asked for
+      !> Compute the largest Lyapunov exponent
       logical :: wants_exponent = .true.
-      !> Nothing else says how long the run is: the periods passed over and kept
+      !> The duration of the run is skip + keep periods of the load, because the scene gives no duration
       logical :: sets_duration = .false.
-      !> That of the load, tau, as `period_of` tells
+      !> Period of the load, tau, from `period_of`
       real(wp) :: period = 0.0_wp
    end type poincare_settings_t
 
    type :: run_settings_t
-      !> zeta = gamma omega1 / 2
+   !> Stiffness-proportional damping C = gamma K: zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
       type(stop_settings_t) :: stop
       type(response_settings_t) :: response
       type(output_settings_t) :: output
-      !> hbar/L, which makes Pbar of a force
+      !> hbar/L, mean height over length; the scale of Pbar contains it
       real(wp) :: height_ratio = 0.075_wp
-      !> Stops that the scene gives besides; unallocated: it has one
+      !> Stops besides `stop`; unallocated: none
       type(stop_settings_t), allocatable :: more_stops(:)
-      !> From which of all the beam is released
+      !> Number of the stop from which the beam is released; `stop` is number 1
       integer :: release_stop = 1
-      !> Without a stop nothing is in the beam's way; `stop` then tells where histories are taken
+      !> The run has stops; if not, `stop%position` is the point whose histories are recorded
       logical :: has_stop = .true.
-      !> What acts on the beam; unallocated: nothing does
+      !> Loads on the beam and motions of its base; unallocated: none
       type(force_settings_t), allocatable :: forces(:)
       type(base_settings_t), allocatable :: bases(:)
-      !> How it begins
+      !> Initial conditions
       type(start_settings_t) :: start
-      !> C = gamma K + alpha M: alpha/(2 omega1)
+      !> Mass-proportional damping C = alpha M: alpha/(2 omega1)
       real(wp) :: zeta_mass = 0.0_wp
-      !> Damping ratios of the modes instead, the last for all that follow; unallocated: C = gamma K + alpha M
+      !> Damping ratios of the modes instead of `zeta` and `zeta_mass`, the last for all higher modes; unallocated: not
+      !> given
       real(wp), allocatable :: mode_ratios(:)
-      !> Unallocated: nowhere
+      !> Unallocated: no stresses are computed
       type(stress_settings_t), allocatable :: stress
-      !> What is asked of a part of the run; unallocated: nothing
+      !> Unallocated: no statistics are computed
       type(statistics_settings_t), allocatable :: statistics
-      !> Unallocated: no sections are asked for
+      !> Unallocated: no sections are recorded
       type(poincare_settings_t), allocatable :: poincare
    end type run_settings_t
 
 contains
 
-   !> Samples after the start: whole steps within the duration, rounding forgiven.
+   !> Number of samples after the start: whole steps within the duration, with an allowance for rounding.
    pure function count_samples(duration, step) result(samples)
       !> Length of the run
       real(wp), intent(in) :: duration
-      !> Distance of the samples
+      !> Interval between samples
       real(wp), intent(in) :: step
       integer :: samples
 
       samples = int(duration/step*(1.0_wp + 8.0_wp*epsilon(1.0_wp)))
    end function count_samples
 
-   !> Newmark's steps end with the last sample.
+   !> The end of a run, tau; with Newmark's method the run ends at the last sample.
    pure function end_of_run(response) result(tau)
       type(response_settings_t), intent(in) :: response
       real(wp) :: tau
@@ -223,12 +227,13 @@ contains
       if (response%method == method_newmark) tau = min(tau, real(count_samples(tau, response%step), wp)*response%step)
    end function end_of_run
 
-   !> From which of several stops the beam is released: where the scene leaves that open, the one nearest the tip; of
-   !> those below before above before on both sides; of those the highest. Never by their order: of stops that are alike
-   !> in all that any serves.
+   !> Number of the stop from which the beam is released. If the scene does not choose it: the stop nearest the tip; of
+   !> several at one position, below goes before above and above before both sides, then the highest surface, then the
+   !> other settings. The order of the stops in the file has no effect, because stops with equal settings are
+   !> interchangeable.
    pure function stop_released_from(stops, chosen) result(place)
       type(stop_settings_t), intent(in) :: stops(:)
-      !> By the scene; 0: it leaves that open
+      !> Number that the scene chooses; 0: none
       integer, intent(in) :: chosen
       integer :: place
 
@@ -247,7 +252,7 @@ contains
       end do
    end function stop_released_from
 
-   !> What that goes by, the least first.
+   !> Sort keys of a stop for `stop_released_from`, in order of priority; the minimum is chosen.
    pure function keys(stop) result(values)
       type(stop_settings_t), intent(in) :: stop
       real(wp) :: values(9)

@@ -1,8 +1,8 @@
-!> What the user asked for, checked and made dimensionless. The reader fills these types; everything
-!> else takes their components and never sees a namelist.
+!> The contents of a scene file, checked and dimensionless. `scene_reader` fills these types; all other code takes their
+!> components and knows nothing of namelists.
 !>
-!> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in y_c(0) - d, times
-!> tau = omega1 t with omega1 of the uniform beam of mean section without tip mass.
+!> Scales (docs/theory.md, section 2): lengths along the beam in L, displacements in D = y_c(0) - d, times tau = omega1
+!> t, where omega1 is the first natural circular frequency of the uniform cantilever of mean section without tip mass.
 module scene_types
    use body_settings, only: mass_settings_t, root_settings_t
    use kinds, only: wp
@@ -31,46 +31,47 @@ module scene_types
    integer, parameter :: shape_height_table = 2
    !> Area and second moment of area given at stations, linear between them.
    integer, parameter :: shape_section_table = 3
-   !> What &section says.
+   !> Section of &section.
    integer, parameter :: shape_section = 4
 
-   !> LAPACK DSYGV on (K, M), the paper's.
+   !> LAPACK DSYGV on (K, M), the solver of the paper.
    integer, parameter :: solver_dsygv = 1
-   !> Element curvatures: singular values of the mass-weighted flexibility.
+   !> Element curvatures as coordinates: singular values of the mass-weighted flexibility.
    integer, parameter :: solver_natural = 2
    !> Lanczos iteration on K^-1 M by the O(n) flexibility recursion.
    integer, parameter :: solver_lanczos = 3
    !> `natural` or `lanczos`, whichever is faster.
    integer, parameter :: solver_auto = 4
 
-   !> What moves the inertia of the stop's node: all its motion, that of its neighbours, whichever errs less.
+   !> Mass matrix of the motion: consistent, with the mass of the stop's node redistributed to its neighbours, or the
+   !> more accurate of both.
    integer, parameter :: mass_consistent = 1
    integer, parameter :: mass_redistributed = 2
    integer, parameter :: mass_auto = 3
 
-   !> What a support holds.
+   !> Motion that a support constrains.
    integer, parameter :: support_displacement = 1
    integer, parameter :: support_rotation = 2
 
-   !> No reference values.
+   !> Reference values of a table of frequencies: none.
    integer, parameter :: reference_none = 1
-   !> The exact frequencies from the determinants.
+   !> Reference values of a table of frequencies: the exact frequencies from the zeros of determinants.
    integer, parameter :: reference_exact = 2
 
-   !> Modes of a table of frequencies whose scene gives no number.
+   !> Number of modes in a table of frequencies if the scene gives none.
    integer, parameter :: default_mode_count = 12
 
    !> Results in the units of the scene, or dimensionless.
    integer, parameter :: output_scene = 1
    integer, parameter :: output_dimensionless = 2
 
-   !> What &precision compares: `exact`, and Newmark with beta = 1/4, 1/6 and 0.
+   !> Methods that &precision compares: `exact`, and Newmark with beta = 1/4, 1/6 and 0.
    integer, parameter :: contender_exact = 1
    integer, parameter :: contender_average = 2
    integer, parameter :: contender_linear = 3
    integer, parameter :: contender_explicit = 4
 
-   !> The constants above as users write them: solver_names(solver_dsygv) and so on.
+   !> Names of the constants above in scene files, such as `solver_names(solver_dsygv)`.
    character(*), parameter :: solver_names(4) = [character(name_length) :: 'dsygv', 'natural', 'lanczos', 'auto']
    character(*), parameter :: mass_names(3) = [character(name_length) :: 'consistent', 'redistributed', 'auto']
    character(*), parameter :: support_motion_names(2) = [character(name_length) :: 'displacement', 'rotation']
@@ -94,7 +95,7 @@ module scene_types
       !> Height at the clamp and at the tip, for `shape_taper`; a tip height of 0 is a full wedge
       real(wp) :: height_root = 0.075_wp
       real(wp) :: height_tip = 0.075_wp
-      !> What the file may give instead: (h0 - h1) / L and (h0 + h1) / (2 L)
+      !> Alternative to the two heights: (h0 - h1) / L and (h0 + h1) / (2 L)
       real(wp) :: taper = 0.0_wp
       real(wp) :: mean_height_ratio = 0.075_wp
       !> Stations from 0 to L, ascending, for the tables
@@ -103,7 +104,7 @@ module scene_types
       real(wp), allocatable :: height(:)
       !> Area and second moment of area at the stations, for `shape_section_table`
       real(wp), allocatable :: area(:), inertia(:)
-      !> &section is there; its shape, for `shape_section`
+      !> The file has &section; its settings, for `shape_section`
       logical :: has_section = .false.
       type(section_settings_t) :: section
    end type beam_settings_t
@@ -112,57 +113,61 @@ module scene_types
    type :: mesh_settings_t
       !> Number of elements n
       integer :: elements = 8
-      !> Ratio of neighbouring lengths l_i / l_(i+1); > 1 puts the long element at the clamp
+      !> Ratio of neighbouring element lengths l_i / l_(i+1); > 1: the longest element is at the clamp
       real(wp) :: ratio = 1.0_wp
-      !> Instead of these two: the nodes, ascending from 0 to L; unallocated: not given
+      !> Positions of the nodes, ascending from 0 to L, instead of `elements` and `ratio`; unallocated: not given
       real(wp), allocatable :: nodes(:)
       !> One of the `mass_` constants: the mass matrix of motion
       integer :: mass = mass_consistent
-      !> Instead of a number of elements: that of the coarsest mesh whose motion settles within this; 0: not asked for
+      !> Tolerance of the motion, which determines the number of elements: the coarsest mesh within it is chosen; 0: not
+      !> used
       real(wp) :: tolerance = 0.0_wp
-      !> Compare with two finer meshes
+      !> Estimate the errors of measures from two finer meshes
       logical :: estimate = .false.
    end type mesh_settings_t
 
    !> &support
    type :: support_settings_t
-      !> x / L
+      !> x / L of the support
       real(wp) :: position = 1.0_wp
       !> One of the `support_` constants
       integer :: motion = support_displacement
-      !> Of its spring: k / (3 E Ibar / L^3), or, against rotation, k / (3 E Ibar / L); 0: the support is rigid
+      !> Stiffness k / (3 E Ibar / L^3) of a translational or k / (3 E Ibar / L) of a rotational spring; 0: a rigid
+      !> support
       real(wp) :: stiffness_ratio = 0.0_wp
    end type support_settings_t
 
    !> &base
    type, extends(base_settings_t) :: base_group_t
-      !> A constant acceleration of the base besides
+      !> Gravity over D omega1^2, a constant acceleration in addition to the motion of the base
       real(wp) :: gravity_ratio = 0.0_wp
    end type base_group_t
 
    !> &start
    type, extends(start_settings_t) :: start_group_t
-      !> From which the base falls; 0: its velocity is given
+      !> Height over D from which the base falls; 0: the velocity of the fall is given
       real(wp) :: height_ratio = 0.0_wp
    end type start_group_t
 
-   !> &frequencies: a table of lambda for every solver and every mesh
+   !> &frequencies: a table of the eigenvalues lambda by each solver on each mesh
    type :: frequency_settings_t
       !> Number of modes; 0: as many as the mesh has, up to `default_mode_count`
       integer :: count = 0
-      !> `solver_` constants, one or more; the reader fills what the file does not give
+      !> One or more `solver_` constants; `scene_resolve` fills the lists that the file does not give
       integer, allocatable :: solver(:)
-      !> Meshes of the table: elements and ratios, pairwise
+      !> Meshes of the table: numbers of elements and ratios of lengths, pairwise
       integer, allocatable :: mesh_elements(:)
       real(wp), allocatable :: mesh_ratios(:)
       !> `reference_exact` or `reference_none`
       integer :: reference = reference_exact
    end type frequency_settings_t
 
-   !> &frequency_response: the beam with its stops open, under its harmonic loads at one frequency after the other
+   !> &frequency_response: steady response of the beam with open contacts to its harmonic loads over a range of
+   !> frequencies
    type :: frequency_response_settings_t
-      !> Least and greatest, over omega1
+      !> Minimum and maximum frequency, over omega1
       real(wp), allocatable :: range(:)
+      !> Number of frequencies, and whether they are evenly spaced in the logarithm
       integer :: points = 400
       logical :: is_logarithmic = .false.
    end type frequency_response_settings_t
@@ -171,38 +176,38 @@ module scene_types
    type :: precision_settings_t
       !> Length of the runs, tau
       real(wp) :: duration = 20.0_wp
-      !> `contender_` constants; all where the file names none
+      !> `contender_` constants; all of them if the file names none
       integer, allocatable :: methods(:)
       !> Newmark's steps, d tau
       real(wp), allocatable :: steps(:)
-      !> `exact`: tolerances, each varied by itself, and meshes
+      !> `exact`: tolerances, each varied separately, and numbers of elements
       real(wp), allocatable :: hop_tolerances(:)
       real(wp), allocatable :: mode_tolerances(:)
       integer, allocatable :: mesh_elements(:)
-      !> Compare all methods on these meshes with the beam itself
+      !> Compare all methods on these meshes with the limit of fine meshes
       logical :: against_beam = .false.
-      !> Meshes and lengths over which the growth of the cost is measured
+      !> Numbers of elements and durations of runs, tau, over which the growth of the cost is measured
       integer, allocatable :: scaling_elements(:)
       real(wp), allocatable :: scaling_durations(:)
-      !> Modes for which large meshes are solved
+      !> Number of modes that are computed on large meshes
       integer :: scaling_modes = 6
-      !> Measure what skipping saves
+      !> Measure the time that is saved by omitting unnecessary computations
       logical :: skips = .false.
-      !> Timings of each entry, and the seconds that one of them lasts at least
+      !> Number of timings of each entry, and minimum length of one timing in seconds
       integer :: repetitions = 7
       real(wp) :: shortest_timing = 0.02_wp
    end type precision_settings_t
 
-   !> &statements: the paper's statements, judged
+   !> &statements: check of the statements of the paper
    type :: statements_settings_t
-      !> Elements of equal length: of the paper's mesh, and of one where the mesh no longer matters
+      !> Numbers of elements of equal length: of the paper's mesh, and of a mesh whose error is negligible
       integer :: elements = 8
       integer :: fine_elements = 32
       !> Length of the runs, tau
       real(wp) :: duration = 150.0_wp
    end type statements_settings_t
 
-   !> What turns the dimensionless results into the user's units.
+   !> Scales by which dimensionless results are converted to the user's units.
    type :: scales_t
       !> L
       real(wp) :: length = 1.0_wp
@@ -215,111 +220,112 @@ module scene_types
       real(wp) :: beam_mass = 1.0_wp
       !> hbar / L
       real(wp) :: height_ratio = 0.075_wp
-      !> D, the unit of displacement: y_c(0) - d of a beam pulled away; 0 when the scene gives only ratios
+      !> D, the unit of displacement: y_c(0) - d of a beam released above a stop; 0: unknown, the scene gives only
+      !> ratios
       real(wp) :: displacement = 0.0_wp
    end type scales_t
 
-   !> One name and its value: a number, a list of numbers, or words.
+   !> One name of a scene and its resolved value: a number, a list of numbers, or words.
    type :: echo_t
-      !> As users write them, such as 'stop' and 'preload'
+      !> Group and name in scene files, such as 'stop' and 'preload'
       character(:), allocatable :: group
       character(:), allocatable :: name
-      !> Words; unallocated: the value is made of numbers
+      !> Value in words; unallocated: the value is numeric
       character(:), allocatable :: text
-      !> One element, or a list
+      !> Numeric value: one element, or a list
       real(wp), allocatable :: number(:)
       !> The value is a list, even if of one element
       logical :: is_list = .false.
    end type echo_t
 
-   !> One scene. A group that the file does not have is not asked for.
+   !> One scene. The components `has_...` and `wants_...` tell which groups the file has.
    type :: scene_t
-      !> File it was read from
+      !> File from which the scene was read
       character(:), allocatable :: file
       !> Name of the results file, without ending
       character(:), allocatable :: name
       !> Heading of tables and pictures
       character(:), allocatable :: title
-      !> The input as read
+      !> Text of the file
       character(:), allocatable :: text
-      !> Its names and resolved values, group by group; the last group is `scales`
+      !> Names and resolved values, group by group; the last group is `scales`
       type(echo_t), allocatable :: echo(:)
       type(beam_settings_t) :: beam
       type(mesh_settings_t) :: mesh
-      !> zeta = gamma omega1 / 2
+      !> Stiffness-proportional damping: zeta = gamma omega1 / 2
       real(wp) :: zeta = 0.0_wp
-      !> alpha / (2 omega1)
+      !> Mass-proportional damping: alpha / (2 omega1)
       real(wp) :: zeta_mass = 0.0_wp
-      !> Damping ratios of the modes; unallocated: zeta and zeta_mass have them
+      !> Damping ratios of the modes, instead of `zeta` and `zeta_mass`; unallocated: not given
       real(wp), allocatable :: mode_ratios(:)
-      !> mu = m / (rho Abar L)
+      !> Tip mass over mass of the beam: mu = m / (rho Abar L)
       real(wp) :: tip_mass_ratio = 0.0_wp
-      !> &stop is there; a response has one
+      !> The file has &stop
       logical :: has_stop = .false.
       type(stop_settings_t) :: stop
       !> Further &stop groups; unallocated: there are none
       type(stop_settings_t), allocatable :: more_stops(:)
-      !> The stop from which the beam is released; 0: `stop_released_from` tells
+      !> Number of the stop from which the beam is released; 0: `stop_released_from` chooses it
       integer :: release_stop = 0
-      !> &root is there
+      !> The file has &root
       logical :: has_root = .false.
       type(root_settings_t) :: root
-      !> &mass is there; unallocated: it is not
+      !> The file has &mass; unallocated: it has none
       logical :: has_masses = .false.
       type(mass_settings_t), allocatable :: masses(:)
-      !> &support is there; unallocated: it is not
+      !> The file has &support; unallocated: it has none
       logical :: has_supports = .false.
       type(support_settings_t), allocatable :: supports(:)
-      !> &force and &base are there; unallocated: they are not
+      !> The file has &force, and &base; unallocated: it has none
       logical :: has_forces = .false.
       type(force_settings_t), allocatable :: forces(:)
       logical :: has_bases = .false.
       type(base_group_t), allocatable :: bases(:)
-      !> &start is there
+      !> The file has &start
       logical :: has_start = .false.
       type(start_group_t) :: start
-      !> &stress is there
+      !> The file has &stress
       logical :: wants_stress = .false.
       type(stress_settings_t) :: stress
-      !> &response is there
+      !> The file has &response
       logical :: wants_response = .false.
       type(response_settings_t) :: response
-      !> &statistics is there
+      !> The file has &statistics
       logical :: wants_statistics = .false.
       type(statistics_settings_t) :: statistics
-      !> &poincare is there
+      !> The file has &poincare
       logical :: wants_poincare = .false.
       type(poincare_settings_t) :: poincare
-      !> &orbit is there
+      !> The file has &orbit
       logical :: wants_orbit = .false.
       type(orbit_settings_t) :: orbit
-      !> &frequency_response is there
+      !> The file has &frequency_response
       logical :: wants_frequency_response = .false.
       type(frequency_response_settings_t) :: frequency_response
-      !> &frequencies is there
+      !> The file has &frequencies
       logical :: wants_frequencies = .false.
       type(frequency_settings_t) :: frequencies
-      !> &precision is there
+      !> The file has &precision
       logical :: wants_precision = .false.
       type(precision_settings_t) :: precision
-      !> &sweep is there, and &best
+      !> The file has &sweep, and &best
       logical :: wants_sweep = .false.
       type(sweep_settings_t) :: sweep
       logical :: wants_best = .false.
       type(best_settings_t) :: best
-      !> Some cases of the sweep have values that do not fit together; each is then read anew
+      !> Some cases of the sweep may have inconsistent values; each case is then read and checked anew
       logical :: has_misfits = .false.
-      !> &cases is there
+      !> The file has &cases
       logical :: wants_cases = .false.
       type(cases_settings_t) :: cases
-      !> &statements is there
+      !> The file has &statements
       logical :: wants_statements = .false.
       type(statements_settings_t) :: statements
       type(output_settings_t) :: output
       type(scales_t) :: scales
-      !> Place in `system_names` of the units that the file's values are in; 0: it does not say
+      !> Units of the values in the file, as index in `system_names`; 0: not given
       integer :: unit_system = 0
-      !> One of the `output_` constants: what results are in; 0: the file does not say
+      !> Units of the results, one of the `output_` constants; 0: not given
       integer :: output_units = 0
    contains
       procedure :: has_group
@@ -327,10 +333,10 @@ module scene_types
 
 contains
 
-   !> Is a group there of which measures or analyses are?
+   !> Does the scene have the group on which a measure or an analysis depends?
    elemental function has_group(scene, group) result(has)
       class(scene_t), intent(in) :: scene
-      !> Empty: all are there without any
+      !> Name of the group; empty, or any group not listed below: .true.
       character(*), intent(in) :: group
       logical :: has
 

@@ -9,20 +9,21 @@ module section_shapes
    public :: shape_rectangle, shape_round, shape_tube, shape_general, shape_names
    public :: profile_linear, profile_stepped, profile_cubic, profile_names
 
-   !> Dimensions: width and height
+   !> Rectangle; its two dimensions: width and height
    integer, parameter :: shape_rectangle = 1
-   !> Diameter
+   !> Solid circle; its dimension: the diameter, given twice
    integer, parameter :: shape_round = 2
-   !> Outer diameter and wall
+   !> Tube; its two dimensions: outer diameter and wall thickness
    integer, parameter :: shape_tube = 3
-   !> Area and second moment of area
+   !> General section; its two dimensions: area and second moment of area
    integer, parameter :: shape_general = 4
 
-   !> Dimensions are linear between stations, the same from one to the next, or a natural cubic spline.
+   !> Dimensions between stations are linear, constant up to the next station, or a natural cubic spline.
    integer, parameter :: profile_linear = 1
    integer, parameter :: profile_stepped = 2
    integer, parameter :: profile_cubic = 3
 
+   !> Names of the `shape_` and `profile_` constants in scene files
    character(*), parameter :: shape_names(4) = [character(name_length) :: 'rectangle', 'round', 'tube', 'general']
    character(*), parameter :: profile_names(3) = [character(name_length) :: 'linear', 'stepped', 'cubic']
 
@@ -31,24 +32,26 @@ module section_shapes
       !> One of the `shape_` and of the `profile_` constants
       integer :: shape = shape_rectangle
       integer :: profile = profile_linear
-      !> From 0 to L, ascending; of steps their beginnings. Unallocated: it is uniform
+      !> Stations from 0 to L, ascending; for a stepped profile, the beginnings of the steps. Unallocated: a uniform
+      !> section
       real(wp), allocatable :: station(:)
-      !> As they are given, at the stations, or one
+      !> Dimensions in the file, one value for each station, or one value
       real(wp), allocatable :: width(:), height(:), diameter(:), outer_diameter(:), wall(:), inner_diameter(:)
       real(wp), allocatable :: area(:), inertia(:)
-      !> The two dimensions of its shape, as many as stations, or one each
+      !> The two dimensions of the shape, one value for each station, or one value
       real(wp), allocatable :: first(:)
       real(wp), allocatable :: second(:)
-      !> Distance of the outer fibre from the axis, of a general section; unallocated: not known
+      !> Distance of the outer fibre from the neutral axis, for `shape_general`; unallocated: not known
       real(wp), allocatable :: outer_fibre(:)
    end type section_settings_t
 
 contains
 
+   !> Area of a section.
    elemental function area_of_shape(shape, first, second) result(area)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
-      !> Its dimensions
+      !> The two dimensions of the shape
       real(wp), intent(in) :: first
       real(wp), intent(in) :: second
       real(wp) :: area
@@ -65,10 +68,11 @@ contains
       end select
    end function area_of_shape
 
+   !> Second moment of area of a section.
    elemental function inertia_of_shape(shape, first, second) result(inertia)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
-      !> Its dimensions
+      !> The two dimensions of the shape
       real(wp), intent(in) :: first
       real(wp), intent(in) :: second
       real(wp) :: inertia
@@ -87,11 +91,11 @@ contains
       end select
    end function inertia_of_shape
 
-   !> Distance of the outer fibre from the axis; 0: not known.
+   !> Distance of the outer fibre from the neutral axis; 0: not known.
    elemental function fibre_of_shape(shape, first, second) result(fibre)
       !> One of the `shape_` constants
       integer, intent(in) :: shape
-      !> Its dimensions
+      !> The two dimensions of the shape
       real(wp), intent(in) :: first
       real(wp), intent(in) :: second
       real(wp) :: fibre
@@ -101,7 +105,7 @@ contains
       if (shape == shape_general) fibre = 0.0_wp
    end function fibre_of_shape
 
-   !> Is it the same all along?
+   !> Is the section constant along the beam?
    pure function is_uniform(section) result(uniform)
       type(section_settings_t), intent(in) :: section
       logical :: uniform
@@ -109,11 +113,11 @@ contains
       uniform = size(section%first) == 1 .and. size(section%second) == 1
    end function is_uniform
 
-   !> Mean over the length of a dimension.
+   !> Mean of a dimension over the length of the beam.
    pure function mean_of_profile(section, length, values) result(mean)
       type(section_settings_t), intent(in) :: section
       real(wp), intent(in) :: length
-      !> At the stations, or one
+      !> Values of the dimension at the stations, or one value
       real(wp), intent(in) :: values(:)
       real(wp) :: mean
 

@@ -1,4 +1,4 @@
-!> Stops and supports at one point of the beam that contradict each other.
+!> Checks for stops and supports at one point of the beam that are not compatible.
 module stop_pairs
    use failures, only: fail, failure_t, status_bad_input
    use kinds, only: wp
@@ -12,7 +12,7 @@ module stop_pairs
 
 contains
 
-   !> Do two positions differ by rounding at most?
+   !> Are two positions equal within rounding?
    elemental function are_at_one_point(one, other) result(answer)
       !> x / L
       real(wp), intent(in) :: one
@@ -51,12 +51,12 @@ contains
       end if
    end function conflict_of_stops
 
-   !> The same for all stops of a beam: those near the tip may have become stops at one point.
+   !> Check all pairs of stops at one node: on the mesh, stops near the tip can share the node at the tip.
    pure subroutine check_nodes_of_stops(stops, nodes, error)
       type(stop_settings_t), intent(in) :: stops(:)
-      !> Their nodes, or what else tells these apart, [stops]
+      !> Nodes of the stops, or other numbers that are equal for stops at one point, [stops]
       integer, intent(in) :: nodes(:)
-      !> Set where two contradict each other
+      !> Set if two stops are not compatible
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: conflict

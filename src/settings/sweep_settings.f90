@@ -1,4 +1,4 @@
-!> What a sweep varies: the parameters, and the settings of &sweep and &best.
+!> Settings of parameter studies: the parameters, and the groups &sweep, &best and &cases of a scene file.
 module sweep_settings
    use kinds, only: wp
    use measure_list, only: measure_settling
@@ -13,44 +13,47 @@ module sweep_settings
 
    !> A number that a sweep or &cases may vary.
    type :: parameter_t
-      !> In &sweep and &cases
+      !> Name and meaning in &sweep and &cases
       character(name_room) :: name = ''
       character(meaning_room) :: meaning = ''
-      !> Its own group, which of several of that name, and its name there
+      !> Group of the parameter, its number among several groups of that name, and the name of the parameter in the
+      !> group
       character(name_room) :: group = ''
       integer :: occurrence = 1
       character(name_room) :: name_in_group = ''
-      !> Its own number, from which its random numbers start
+      !> Number of the parameter, which selects its sequence of random numbers
       integer :: order = 0
-      !> Another value makes another beam or mesh
+      !> A change of the value changes the beam or the mesh
       logical :: is_of_beam = .false.
-      !> It may change in a motion under way
+      !> The value may change during a motion
       logical :: is_in_motion = .false.
+      !> The values are whole numbers
       logical :: is_whole = .false.
-      !> What it is, as in `quantity_table`, in the units of the scene; empty: a ratio, or a number
+      !> Quantity of values in the units of the scene, a name in `quantity_table`; empty: a dimensionless value
       character(name_room) :: quantity = ''
    end type parameter_t
 
-   !> Every combination of the values.
+   !> All combinations of the values.
    integer, parameter :: design_grid = 1
-   !> The first values of all lists, the second values, and so on.
+   !> The first values of all lists are the first case, the second values the second case, and so on.
    integer, parameter :: design_paired = 2
-   !> As many random cases as asked for, each range divided into as many strata with one case in each.
+   !> A given number of random cases: each range is divided into this number of strata, with one case in each.
    integer, parameter :: design_latin_hypercube = 3
    character(*), parameter :: design_names(3) = [character(name_room) :: 'grid', 'paired', 'latin_hypercube']
 
-   integer, parameter :: goal_least = 1
+   !> The best case has the minimum or the maximum of the measure.
+   integer, parameter :: goal_minimum = 1
    integer, parameter :: goal_most = 2
    character(*), parameter :: goal_names(2) = [character(name_room) :: 'least', 'most']
 
    !> A parameter and its values; it is not swept if none are given.
    type :: swept_t
       type(parameter_t) :: parameter
-      !> Values one by one
+      !> List of the values
       real(wp), allocatable :: list(:)
-      !> Least and greatest value
+      !> Minimum and maximum of evenly spaced values
       real(wp), allocatable :: range(:)
-      !> The same, to be divided evenly in the logarithm
+      !> Minimum and maximum of values that are evenly spaced in the logarithm
       real(wp), allocatable :: log_range(:)
       !> Number of values in the range; 0: not given
       integer :: points = 0
@@ -60,46 +63,47 @@ module sweep_settings
    type :: sweep_settings_t
       !> One of the `design_` constants
       integer :: design = design_grid
-      !> All parameters there are, in their order
+      !> All parameters that can be swept, in the order of the axes of a grid
       type(swept_t), allocatable :: swept(:)
-      !> Latin hypercube: number of cases, and what its random numbers start from
+      !> Latin hypercube: number of cases, and seed of the random numbers
       integer :: count = 0
       integer :: seed = 1
-      !> Cases to a part, the unit in which results reach the disk; 0: chosen by the number of cases
+      !> Number of cases in a chunk, the unit in which results are written to disk; 0: chosen from the number of cases
       integer :: part_cases = 0
-      !> Place of the parameter along which each case begins as the one before ended; 0: none
+      !> Index of the parameter along which each case starts from the final state of the preceding case; 0: none
       integer :: carry = 0
-      !> Its values are gone through to the end and back
+      !> The cases go through the values of the parameter `carry` forwards, and then backwards
       logical :: carries_back = .false.
    end type sweep_settings_t
 
    !> &best
    type :: best_settings_t
-      !> Place in the table of measures of the one by which cases are compared
+      !> Index in `measure_table` of the measure by which cases are compared
       integer :: measure = measure_settling
-      !> `goal_least` or `goal_most`
-      integer :: goal = goal_least
+      !> `goal_minimum` or `goal_most`
+      integer :: goal = goal_minimum
       !> Number of cases in the table
       integer :: count = 10
-      !> Refine from the best case, between the least and the greatest swept value of each parameter
+      !> Search for better cases, from the best case, between the minimum and the maximum of the values of each
+      !> parameter
       logical :: refine = .false.
-      !> Refinement: most cases to compute
+      !> Refinement: maximum number of cases that are computed
       integer :: evaluations = 2000
-      !> Refinement: it ends when the steps are shorter than this share of each range
+      !> Refinement: the search ends if its steps are shorter than this fraction of each range
       real(wp) :: precision = 1.0e-4_wp
    end type best_settings_t
 
-   !> &cases: one scene, run for several values of one parameter, histories kept
+   !> &cases: runs of one scene for several values of one parameter, with their histories
    type :: cases_settings_t
-      !> Without a name: not given
+      !> The parameter; an empty name: not given
       type(parameter_t) :: parameter
-      !> Its values, one case each
+      !> Values of the parameter, one for each case
       real(wp), allocatable :: values(:)
    end type cases_settings_t
 
 contains
 
-   !> Place of a parameter in a sweep; 0: there is none of that name.
+   !> Index of a parameter in a sweep; 0: no parameter has this name.
    pure function place_of(name, swept) result(place)
       character(*), intent(in) :: name
       type(swept_t), intent(in) :: swept(:)
@@ -118,10 +122,10 @@ contains
       is = allocated(swept%list) .or. allocated(swept%range) .or. allocated(swept%log_range)
    end function is_swept
 
-   !> What a sweep gives for a parameter: a list, or the least and the greatest.
+   !> Values of a parameter in a sweep: the list, or the minimum and the maximum of the range.
    pure function values_given(swept, otherwise) result(values)
       type(swept_t), intent(in) :: swept
-      !> Its value where it is not swept; absent: it has none then
+      !> Value of the result if the parameter is not swept; absent: the result is then empty
       real(wp), intent(in), optional :: otherwise
       real(wp), allocatable :: values(:)
 
