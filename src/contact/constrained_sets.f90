@@ -1,5 +1,6 @@
-!> The beam in its free modes, held at some of the surfaces that it can meet: what swings then, and what is at rest
-!> (docs/theory.md, section 17). Held at none it swings in its free modes.
+!> Constrained modes of the beam for a set of closed rigid contacts, which are bilateral constraints while they are
+!> closed, and the state of static equilibrium on them (docs/theory.md, section 17). Without closed rigid contacts the
+!> modes are the free modes.
 module constrained_sets
    use complementarity, only: solve_active
    use constrained_modes, only: constrain
@@ -13,66 +14,71 @@ module constrained_sets
    public :: free_beam_t, constrained_set_t, make_constrained_set, damp_constrained_set, find_static_state, &
       to_constrained_modes, to_free_modes
 
-   !> The beam in its free modes, and the surfaces.
+   !> The beam in its free modes, and its contacts.
    type :: free_beam_t
       type(oscillators_t) :: oscillators
-      !> Each mode has a damping ratio of its own: held modes swing together then
+      !> Each mode has a damping ratio of its own: the damping then couples the constrained modes
       logical :: has_own_rates = .false.
-      !> s b_i: mode i at each surface, with its sign, [modes, surfaces]
+      !> s b_i: value of mode i at each contact times its sign s, [modes, contacts]
       real(wp), allocatable :: value(:, :)
-      !> Mode i at the tip, [modes]
+      !> Value of mode i at the tip, [modes]
       real(wp), allocatable :: tip_value(:)
-      !> Heights of the surfaces, [surfaces]
+      !> Heights of the contact surfaces, [contacts]
       real(wp), allocatable :: height(:)
-      !> Change of each mode's velocity per unit of change at the one surface, where only its node changes its velocity
-      !> at impacts, [modes]; unallocated: impulses act on the whole beam
+      !> Change of each mode's velocity per unit velocity change at the only contact, if an impact changes the velocity
+      !> of the node there alone, [modes]; unallocated: impulses act on the whole beam
       real(wp), allocatable :: nodal_shape(:)
-      !> s where a surface is at the tip, else 0, [surfaces]
+      !> s for a contact at the tip, else 0, [contacts]
       real(wp), allocatable :: tip_sign(:)
    end type free_beam_t
 
    type :: constrained_set_t
-      !> The surfaces that hold it
+      !> Indices of the closed rigid contacts
       integer, allocatable :: closed(:)
-      !> Modes left
+      !> Number of constrained modes
       integer :: count = 0
       type(oscillators_t) :: oscillators
-      !> They in the free modes, orthonormal, [free, count]; unallocated: they are the free modes
+      !> Constrained modes as combinations of the free modes, orthonormal, [free, count]; unallocated: the constrained
+      !> modes are the free modes
       real(wp), allocatable :: mode(:, :)
-      !> A mode is so stiff that W^2 times the square of a rounding error is energy to speak of
+      !> A mode is so stiff that W^2 times the square of a rounding error is a significant energy
       logical :: has_stiff = .false.
-      !> The same and its transpose, with zeros up to whole vectors of free modes and of those of the set, [padded free,
-      !> count], [padded count, free]
-      real(wp), allocatable, private :: out(:, :), into(:, :)
-      !> Reaction of each surface that holds it per unit of mode (and of 2 zeta times its rate), [held, count]
+      !> `mode` and its transpose, padded with zeros to a whole number of SIMD vectors, [padded free, count], [padded
+      !> count, free]
+      real(wp), allocatable, private :: to_free(:, :), to_set(:, :)
+      !> Reaction of each closed rigid contact per unit of each mode; with damping it also acts on 2 zeta times the
+      !> modal velocity, [closed, count]
       real(wp), allocatable :: reaction(:, :)
-      !> At rest: displacement in the free modes, gaps, reactions, tip, energy, [free], [surfaces], [held]
+      !> In static equilibrium on the closed rigid contacts: displacement in the free modes, gaps, reactions, tip
+      !> displacement, energy, [free], [contacts], [closed]
       real(wp), allocatable :: static(:), static_gap(:), static_force(:)
       real(wp) :: static_tip = 0.0_wp
       real(wp) :: static_energy = 0.0_wp
-      !> Modes at the surfaces and at the tip, [count, surfaces], [count]
+      !> Values of the constrained modes at the contacts and at the tip, [count, contacts], [count]
       real(wp), allocatable :: value(:, :)
       real(wp), allocatable :: tip_value(:)
-      !> Of a force at a surface the parts that the surfaces which hold it take at once, [held, surfaces]
+      !> Reactions of the closed rigid contacts that balance a unit force at each contact instantaneously, [closed,
+      !> contacts]
       real(wp), allocatable :: share(:, :)
-      !> Gaps and reactions as signals, [surfaces], [held]; their state is set by who looks at them
+      !> Gaps and reactions as signals, [contacts], [closed]; each user sets the state of the signals before their
+      !> evaluation
       type(modal_signal_t), allocatable :: gap(:), force(:)
    end type constrained_set_t
 
-   !> Below this, W^2 times the square of a rounding error is no energy to speak of.
-   real(wp), parameter :: least_stiff = 1.0e12_wp
+   !> Below this W^2, its product with the square of a rounding error is no significant energy.
+   real(wp), parameter :: min_stiff = 1.0e12_wp
 
 contains
 
-   !> Hold the beam, at one surface after the other.
+   !> Constrain the beam at one closed rigid contact after the other.
    subroutine make_constrained_set(beam, closed, set)
       type(free_beam_t), intent(in) :: beam
-      !> Surfaces, no two at one point
+      !> Indices of the closed rigid contacts, no two at one point
       integer, intent(in) :: closed(:)
-      !> Must stay where it is: its signals point to its oscillators
+      !> Must not be moved in memory because its signals point to its oscillators
       type(constrained_set_t), target, intent(out) :: set
 
-      real(wp), allocatable :: square(:), change(:, :), row(:), new(:), fixed(:), reaction(:, :)
+      real(wp), allocatable :: square(:), change(:, :), row(:), new(:), shares_before(:), reaction(:, :)
       integer, allocatable :: order(:)
       integer :: i, k
 
@@ -84,17 +90,17 @@ contains
       allocate (set%share(size(closed), size(beam%height)), source=0.0_wp)
       do i = 1, size(closed)
          call constrain(square, set%value(:, closed(i)), 0.0_wp, new, change, row)
-         ! what of a force here the surfaces before take
-         fixed = set%share(:i - 1, closed(i))
+         ! shares of a force at this contact that the contacts before it take
+         shares_before = set%share(:i - 1, closed(i))
          allocate (reaction(i, size(new)))
          reaction(:i - 1, :) = matmul(set%reaction, change)
          do k = 1, i - 1
-            reaction(k, :) = reaction(k, :) - fixed(k)*row
+            reaction(k, :) = reaction(k, :) - shares_before(k)*row
          end do
          reaction(i, :) = row
          call move_alloc(reaction, set%reaction)
          do k = 1, size(beam%height)
-            call share_out(set%value(:, closed(i)), set%value(:, k), fixed, i, set%share(:, k))
+            call distribute_force(set%value(:, closed(i)), set%value(:, k), shares_before, i, set%share(:, k))
          end do
          set%value = matmul(transpose(change), set%value)
          set%tip_value = matmul(set%tip_value, change)
@@ -106,18 +112,19 @@ contains
          square = new
       end do
       set%count = size(square)
-      set%has_stiff = maxval(square) >= least_stiff
+      set%has_stiff = maxval(square) >= min_stiff
       associate (zeta => 0.5_wp*beam%oscillators%two_zeta, mass_rate => beam%oscillators%mass_rate(:set%count))
          if (size(closed) > 0) then
             order = damping_order(square, zeta, mass_rate)
             square = square(order)
             call order_columns(set%mode, order)
-            allocate (set%out(padded(size(set%mode, 1)), set%count), set%into(padded(set%count), size(set%mode, 1)), &
+            allocate (set%to_free(padded(size(set%mode, 1)), set%count), &
+               set%to_set(padded(set%count), size(set%mode, 1)), &
                source=0.0_wp)
-            set%out(:size(set%mode, 1), :) = set%mode
-            ! a transposed matrix would stand on the stack
+            set%to_free(:size(set%mode, 1), :) = set%mode
+            ! an explicit loop, because `transpose` would need a temporary on the stack
             do i = 1, size(set%mode, 1)
-               set%into(:set%count, i) = set%mode(i, :)
+               set%to_set(:set%count, i) = set%mode(i, :)
             end do
             set%reaction = set%reaction(:, order)
             set%value = set%value(order, :)
@@ -125,7 +132,7 @@ contains
          end if
          call make_oscillators(square, zeta, set%oscillators, mass_rate)
       end associate
-      ! held exactly, not to rounding
+      ! exact zeros at the closed contacts instead of rounding errors
       set%value(:, closed) = 0.0_wp
       do k = 1, size(closed)
          if (abs(beam%tip_sign(closed(k))) > 0.0_wp) set%tip_value = 0.0_wp
@@ -136,7 +143,7 @@ contains
       call find_static_state(beam, set)
    end subroutine make_constrained_set
 
-   !> Gaps and reactions of a set at the damping of its oscillators.
+   !> Signals of the gaps and reactions of a set, with the damping of its oscillators.
    subroutine make_signals(set)
       type(constrained_set_t), target, intent(inout) :: set
 
@@ -153,8 +160,8 @@ contains
       end do
    end subroutine make_signals
 
-   !> Give a set the damping of its beam, which is proportional to stiffness alone: it does not change the modes, nor
-   !> their order.
+   !> Give a set the damping of its beam. That damping is proportional to stiffness alone, so it changes neither the
+   !> modes nor their order.
    subroutine damp_constrained_set(beam, set)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), target, intent(inout) :: set
@@ -166,15 +173,16 @@ contains
       call make_signals(set)
    end subroutine damp_constrained_set
 
-   !> A force at a surface, as far as the surface held last takes it at once, and with it those before.
-   pure subroutine share_out(last, value, before, place, share)
-      !> Modes at the surface held last, and at that of the force
+   !> Share of a force that the contact closed last takes instantaneously, and the correction of the shares of the
+   !> contacts before it.
+   pure subroutine distribute_force(last, value, before, place, share)
+      !> Modal values at the contact closed last, and at the contact of the force
       real(wp), intent(in) :: last(:)
       real(wp), intent(in) :: value(:)
-      !> Share of a force at the surface held last, [place - 1]
+      !> Shares that the earlier contacts take of a force at the contact closed last, [place - 1]
       real(wp), intent(in) :: before(:)
       integer, intent(in) :: place
-      !> Share of the force, [held]
+      !> Shares of the force, [closed]
       real(wp), intent(inout) :: share(:)
 
       real(wp) :: part
@@ -182,14 +190,14 @@ contains
       part = sum(last*value)/sum(last**2)
       share(place) = part
       share(:place - 1) = share(:place - 1) - part*before
-   end subroutine share_out
+   end subroutine distribute_force
 
-   !> At rest on the surfaces that hold it, at their present heights, nothing else acting.
+   !> Static equilibrium on the closed rigid contacts at their present heights, without other loads.
    pure subroutine find_static_state(beam, set)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(inout) :: set
 
-      complex(wp), dimension(size(beam%tip_value)) :: nothing, shape
+      complex(wp), dimension(size(beam%tip_value)) :: no_load, shape
       complex(wp) :: force(size(set%closed))
       real(wp) :: flexibility(size(set%closed), size(set%closed)), stiffness
       integer :: j, k
@@ -202,14 +210,14 @@ contains
             end do
          end do
          if (size(h) == 1) then
-            ! as `make_support` has it, to the last digit
+            ! the same formula as in `make_support`, so that both agree to the last digit
             stiffness = 1.0_wp/flexibility(1, 1)
             set%static_force(:) = h*stiffness
             set%static(:) = h(1)*(b(:, 1)/square*stiffness)
             set%static_tip = h(1)*sum(beam%tip_value*(b(:, 1)/square*stiffness))
          else if (any(square < slow**2)) then
-            nothing = (0.0_wp, 0.0_wp)
-            call find_point_forces(cmplx(square, 0.0_wp, wp), b, nothing(:size(h)), nothing, cmplx(h, 0.0_wp, wp), &
+            no_load = (0.0_wp, 0.0_wp)
+            call find_point_forces(cmplx(square, 0.0_wp, wp), b, no_load(:size(h)), no_load, cmplx(h, 0.0_wp, wp), &
                force, shape)
             set%static_force(:) = real(force, wp)
             set%static(:) = real(shape, wp)
@@ -233,16 +241,16 @@ contains
       set%force%offset = set%static_force
    end subroutine find_static_state
 
-   !> Displacements that hold the surfaces, less those at rest, and velocities, from free modes to those of the set. In
-   !> a mode far stiffer than the others the rounding error of the sum is a great force, so where that is better the
-   !> forces are summed instead: w_j^2 p_j = sum psi_ij W_i^2 q_i.
+   !> Transform displacements relative to static equilibrium, and velocities, from the free modes to the constrained
+   !> modes. In a mode far stiffer than the others the rounding error of the sum of displacements means a large force,
+   !> so the forces are summed instead if that is more accurate: w_j^2 p_j = sum psi_ij W_i^2 q_i.
    pure subroutine to_constrained_modes(beam, set, q, v, p, rate)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set
       !> State in the free modes, [free]
       real(wp), contiguous, intent(in) :: q(:)
       real(wp), contiguous, intent(in) :: v(:)
-      !> In those of the set, [count]
+      !> State in the constrained modes, [count]
       real(wp), contiguous, intent(out) :: p(:)
       real(wp), contiguous, intent(out) :: rate(:)
 
@@ -256,7 +264,7 @@ contains
          return
       end if
       moved = q - set%static
-      call add_up(size(set%into, 1)/lanes, size(q), set%into, moved, v, lane_p, lane_rate)
+      call combine_columns(size(set%to_set, 1)/lanes, size(q), set%to_set, moved, v, lane_p, lane_rate)
       p = lane_p(:set%count)
       rate = lane_rate(:set%count)
       if (.not. set%has_stiff) return
@@ -268,14 +276,15 @@ contains
       end do
    end subroutine to_constrained_modes
 
-   !> And back: W_i^2 q_i = sum psi_ij w_j^2 p_j + b_i' (sum reaction_j p_j).
+   !> Transform the state from the constrained modes to the free modes; for stiff modes by W_i^2 q_i = sum psi_ij w_j^2
+   !> p_j + b_i' (sum reaction_j p_j).
    pure subroutine to_free_modes(beam, set, p, rate, q, v)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: set
-      !> [count]
+      !> State in the constrained modes, [count]
       real(wp), contiguous, intent(in) :: p(:)
       real(wp), contiguous, intent(in) :: rate(:)
-      !> [free]
+      !> State in the free modes, [free]
       real(wp), contiguous, intent(out) :: q(:)
       real(wp), contiguous, intent(out) :: v(:)
 
@@ -289,7 +298,7 @@ contains
          v = rate
          return
       end if
-      call add_up(size(set%out, 1)/lanes, size(p), set%out, p, rate, lane_q, lane_v)
+      call combine_columns(size(set%to_free, 1)/lanes, size(p), set%to_free, p, rate, lane_q, lane_v)
       q = lane_q(:size(q))
       v = lane_v(:size(v))
       if (set%has_stiff) then
@@ -306,13 +315,13 @@ contains
       q = set%static + q
    end subroutine to_free_modes
 
-   !> Two sums of columns, in whole vectors.
-   pure subroutine add_up(blocks, columns, matrix, first, second, first_sum, second_sum)
-      !> Vectors in each column
+   !> Two linear combinations of the columns of a matrix, in whole SIMD vectors.
+   pure subroutine combine_columns(blocks, columns, matrix, first, second, first_sum, second_sum)
+      !> SIMD vectors in each column
       integer, intent(in) :: blocks
       integer, intent(in) :: columns
       real(wp), intent(in) :: matrix(lanes*blocks, columns)
-      !> Factors of the columns
+      !> Coefficients of the columns
       real(wp), intent(in), dimension(columns) :: first, second
       real(wp), intent(out), dimension(lanes*blocks) :: first_sum, second_sum
 
@@ -327,6 +336,6 @@ contains
             second_sum(j) = second_sum(j) + matrix(j, i)*second(i)
          end do
       end do
-   end subroutine add_up
+   end subroutine combine_columns
 
 end module constrained_sets

@@ -1,15 +1,15 @@
-!> Contacts as rows of the degrees of freedom y: the gap of a contact is w . y - h, and its force f acts on the beam as
-!> f w. Newmark's steps take each row to be one degree of freedom with a sign.
+!> Contacts as rows w over the degrees of freedom y: the gap of a contact is w . y - h, and its force f acts on the beam
+!> as f w. Newmark's method assumes that each row has one entry only: a degree of freedom with a sign.
 module contact_rows
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: contact_row_t, along, put_along, band
 
-   !> Entries beside the diagonal of the beam's matrices: vectors are padded with as many zeros at both ends.
+   !> Half bandwidth of the beam's matrices: vectors are padded with as many zeros at both ends.
    integer, parameter :: band = 3
 
-   !> w
+   !> w: the degree of freedom of the contact, and its sign s
    type :: contact_row_t
       integer :: dof = 0
       real(wp) :: sign = 1.0_wp
@@ -17,7 +17,7 @@ module contact_rows
 
 contains
 
-   !> w . x
+   !> Normal component w . x of a vector of degrees of freedom.
    pure function along(row, vector) result(value)
       type(contact_row_t), intent(in) :: row
       !> x, padded, [-2 : order + 3]
@@ -27,7 +27,7 @@ contains
       value = row%sign*vector(row%dof)
    end function along
 
-   !> Make w . x what it must be but for rounding.
+   !> Set w . x to a value that it differs from by rounding errors only.
    pure subroutine put_along(row, value, vector)
       type(contact_row_t), intent(in) :: row
       real(wp), intent(in) :: value

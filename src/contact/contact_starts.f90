@@ -1,5 +1,6 @@
-!> How a beam starts on its contacts, in any coordinates (docs/theory.md, section 18): which carry it, whether one is in
-!> the way, and what lies beyond one by rounding is moved onto it. A way through time supplies rows and static shapes.
+!> Contacts at the start of a run, in any coordinates of the beam (docs/theory.md, section 18): static equilibrium on
+!> contacts, the refusal of starts with penetration, and the projection of penetrations by rounding onto the contact
+!> surfaces. Each integration method supplies its coordinates by extending `flexible_beam_t`.
 module contact_starts
    use complementarity, only: close_gaps, solve_complementarity
    use failures, only: fail, failure_t, status_bad_input
@@ -12,42 +13,43 @@ module contact_starts
    public :: flexible_beam_t, carry, find_carrying_forces, check_start, move_onto_contacts
 
    type, abstract :: flexible_beam_t
-      !> w of each contact, whose gap is w . q - h; zero where the beam is held, [coordinates, contacts]
+      !> w of each contact, whose gap is w . q - h; zero if a support fixes that point, [coordinates, contacts]
       real(wp), allocatable :: row(:, :)
    contains
       procedure(bend), deferred :: bend
    end type flexible_beam_t
 
    abstract interface
-      !> Static displacements under loads, on an elastic foundation of so many times the mass.
+      !> Static displacements under loads, of the beam with an elastic foundation whose stiffness is a multiple of the
+      !> mass matrix.
       pure subroutine bend(self, foundation, load, shape, error)
          import :: failure_t, flexible_beam_t, wp
          implicit none (type, external)
          class(flexible_beam_t), intent(in) :: self
-         !> 0: there is no foundation
+         !> That multiple; 0: there is no foundation
          real(wp), intent(in) :: foundation
          !> [coordinates, loads]
          real(wp), intent(in) :: load(:, :)
          !> [coordinates, loads]
          real(wp), intent(out) :: shape(:, :)
-         !> Set when they cannot be found
+         !> Set when the displacements cannot be found
          type(failure_t), allocatable, intent(inout) :: error
       end subroutine bend
    end interface
 
 contains
 
-   !> At rest on the contacts that carry the beam: they push and never pull, and yield in a row with it.
+   !> Static equilibrium on contacts: unilateral forces, from contacts whose static springs are in series with the beam.
    pure subroutine carry(beam, contacts, is_active, displacement, forces, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
-      !> Those that can carry it
+      !> Which contacts are active
       logical, intent(in) :: is_active(:)
-      !> Under the loads without contacts; with those that carry it on return, [coordinates]
+      !> Under the loads without contact forces; on return with them, [coordinates]
       real(wp), intent(inout) :: displacement(:)
-      !> P of each
+      !> P of each contact
       real(wp), intent(inout) :: forces(:)
-      !> Set when the shapes cannot be found
+      !> Set when the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: shape(size(displacement), count(is_active)), compliance(count(is_active), count(is_active)), &
@@ -64,15 +66,15 @@ contains
       forces(place) = push
    end subroutine carry
 
-   !> Forces that push and never pull, of contacts that yield in a row with the beam.
+   !> Unilateral static forces of contacts whose springs are in series with the beam.
    pure subroutine find_carrying_forces(contacts, gap, compliance, forces)
-      !> Those that can carry it
+      !> Which contacts are active
       type(contact_t), intent(in) :: contacts(:)
-      !> Without their forces
+      !> Gaps without contact forces
       real(wp), intent(in) :: gap(:)
-      !> Of the beam; of the contacts, too, on return, [surfaces, surfaces]
+      !> Compliance of the beam; on return with that of the contacts, [contacts, contacts]
       real(wp), intent(inout) :: compliance(:, :)
-      !> P of each
+      !> P of each contact
       real(wp), intent(out) :: forces(:)
 
       real(wp) :: stiffness
@@ -86,15 +88,15 @@ contains
       call solve_complementarity(compliance, gap, forces, carries)
    end subroutine find_carrying_forces
 
-   !> Is a contact in the way that does not carry the beam?
+   !> Refuse a start with penetration of a contact that bears no static force.
    pure subroutine check_start(beam, contacts, forces, displacement, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
-      !> P of each
+      !> P of each contact
       real(wp), intent(in) :: forces(:)
       !> [coordinates]
       real(wp), intent(in) :: displacement(:)
-      !> Set when there is one
+      !> Set when there is such a contact
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: gap(size(contacts))
@@ -106,18 +108,18 @@ contains
          to_text(contacts(k)%settings%position)//', by '//to_text(-gap(k))//' of the unit of displacement')
    end subroutine check_start
 
-   !> Move what lies beyond contacts, by their tolerance at most, onto them: along shapes that a force there gives a
-   !> beam on an elastic foundation, so that one that turns freely has them, too.
+   !> Project penetrations within the tolerance onto the contact surfaces. The displacements are those of forces at the
+   !> contacts on a beam with an elastic foundation, so that they also exist for a beam with a rigid-body rotation.
    pure subroutine move_onto_contacts(beam, contacts, is_active, forces, displacement, error)
       class(flexible_beam_t), intent(in) :: beam
       type(contact_t), intent(in) :: contacts(:)
-      !> Those that can be met
+      !> Which contacts are active
       logical, intent(in) :: is_active(:)
-      !> P of each; those that carry the beam may be entered
+      !> P of each contact; a contact with a static force may be penetrated
       real(wp), intent(in) :: forces(:)
       !> [coordinates]
       real(wp), intent(inout) :: displacement(:)
-      !> Set when the shapes cannot be found
+      !> Set when the static shapes cannot be found
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp), dimension(size(is_active)) :: gap, noise, shift

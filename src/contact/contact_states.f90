@@ -1,4 +1,4 @@
-!> Surfaces during a run: whether the beam is on them, and what they keep of what was.
+!> State of the contacts during a run: open or closed, and the deformation of compliant stops.
 module contact_states
    use kinds, only: wp
    use run_settings, only: law_spring_damper
@@ -14,55 +14,56 @@ module contact_states
    type :: contact_state_t
       type(contact_t) :: contact
       logical :: is_rigid = .true.
-      !> It yields; unallocated: it is rigid
+      !> Law of a compliant stop; unallocated: the stop is rigid
       class(yielding_stop_t), allocatable :: spring
-      !> The stop is rigid, and what yields is a node of the beam without mass before it: to users it is rigid, and the
-      !> energy of the node is the beam's
+      !> The stop is rigid, and the compliance is that of a massless node of the beam in front of it. The results show a
+      !> rigid stop, and the energy of the node counts as energy of the beam
       logical :: is_node = .false.
-      !> The surface goes with the beam once the force has vanished
+      !> Spring and damper: after the force has vanished the contact surface moves with the beam until it is undeformed
       logical :: relaxes = .false.
-      !> It can be met: no other at its place is before it, and the energy of the start may bring the beam there
+      !> The contact is not shadowed by another contact at its point, and the energy at the start is enough to close it
       logical :: is_active = .true.
       logical :: is_closed = .false.
-      !> Open, but the spring of one that follows is not yet home
+      !> The contact is open and its surface moves with the beam, but the spring is not yet undeformed
       logical :: is_deformed = .false.
-      !> It yields, and the beam touches it without a force and without leaving it
+      !> The stop is compliant, and the beam touches it without force and without separation
       logical :: is_touched = .false.
-      !> Open: order of the first derivative of the gap that does not vanish as the coming phase starts; 0: the gap is
-      !> open. Closed: the same of the force
+      !> Open contact: order of the first nonzero derivative of the gap at the start of the next phase; 0: the gap
+      !> itself is nonzero. Closed contact: the same for the force
       integer :: start_order = 0
-      !> u and P2 as the coming phase starts
+      !> Indentation u and branch force P2 at the start of the next phase
       real(wp) :: depth = 0.0_wp
       real(wp) :: branch_force = 0.0_wp
-      !> The flight under way is a capture if it never rises above this; 0: it is not asked. It began with this phase,
-      !> and did not rise so far
+      !> The present flight is a capture if the gap always stays below this tolerance; 0: no capture is possible.
+      !> `is_new_flight`: the flight began with the present phase. `is_low`: the gap has stayed below the tolerance so
+      !> far
       real(wp) :: hop_tolerance = 0.0_wp
       logical :: is_new_flight = .true.
       logical :: is_low = .true.
-      !> How often the beam has left it since the start of the run
+      !> Number of flights since the start of the run
       integer :: flights = 0
-      !> Dissipated so far in the stop, and at impacts on it
+      !> Energy dissipated so far in the stop, and lost at impacts on it
       real(wp) :: dissipated = 0.0_wp
       real(wp) :: lost_at_impacts = 0.0_wp
    end type contact_state_t
 
-   !> Rigid surfaces on which the beam rests at an instant.
+   !> Reactions of the closed rigid contacts at one instant.
    type :: reactions_t
-      !> These surfaces
+      !> Indices of these contacts
       integer, allocatable :: place(:)
-      !> Acceleration of each gap by a force at another, [place, place]
+      !> Acceleration of each gap per unit force at another contact, [place, place]
       real(wp), allocatable :: mobility(:, :)
-      !> Acceleration of each gap without them, and its rounding error, [place]
+      !> Acceleration of each gap without the reactions, and its rounding error, [place]
       real(wp), allocatable :: free(:), noise(:)
-      !> Away from the surface, >= 0, [place]
+      !> Reactions, which push the beam away from the surface, >= 0, [place]
       real(wp), allocatable :: force(:)
-      !> Of the free modes with them
+      !> Accelerations of the free modes under these reactions
       real(wp), allocatable :: acceleration(:)
    end type reactions_t
 
 contains
 
-   !> Open, as a run starts.
+   !> An open contact at the start of a run.
    subroutine make_contact_state(contact, state)
       type(contact_t), intent(in) :: contact
       type(contact_state_t), intent(out) :: state
@@ -73,10 +74,10 @@ contains
       state%relaxes = contact%settings%law == law_spring_damper
    end subroutine make_contact_state
 
-   !> A node of the beam without mass comes to this rigid stop.
+   !> Put a massless node of the beam in front of this rigid stop.
    subroutine put_node_before(state, flexibility, two_zeta)
       type(contact_state_t), intent(inout) :: state
-      !> As `make_node_pad` has them
+      !> Flexibility and damping as in `make_node_pad`
       real(wp), intent(in) :: flexibility
       real(wp), intent(in) :: two_zeta
 
@@ -85,7 +86,7 @@ contains
       allocate (state%spring, source=make_node_pad(flexibility, two_zeta))
    end subroutine put_node_before
 
-   !> What it answers to an exponential.
+   !> Impedance of the stop for a motion exp(s tau).
    pure function impedance_of(state) result(impedance)
       type(contact_state_t), intent(in) :: state
       type(impedance_t) :: impedance
@@ -93,7 +94,7 @@ contains
       if (allocated(state%spring)) impedance = state%spring%impedance_t
    end function impedance_of
 
-   !> Is the stop rigid, with or without a node before it that yields?
+   !> Is the stop rigid, with or without a compliant massless node in front of it?
    elemental function of_rigid_stop(state) result(answer)
       type(contact_state_t), intent(in) :: state
       logical :: answer
@@ -101,12 +102,12 @@ contains
       answer = state%is_rigid .or. state%is_node
    end function of_rigid_stop
 
-   !> Displacement and velocity of a node without mass, besides those of the modes, some time after a rigid stop has let
-   !> it go.
+   !> Displacement and velocity of a massless node relative to the sum of the modes, some time after its release by a
+   !> rigid stop.
    pure function node_at(state, time) result(node)
-      !> As the flight, or a part of it, starts
+      !> State at the start of the flight or of a part of it
       type(contact_state_t), intent(in) :: state
-      !> Since then
+      !> Time since that start
       real(wp), intent(in) :: time
       real(wp) :: node(2)
 
@@ -116,7 +117,7 @@ contains
          *exp(-state%spring%surface_rate*time)
    end function node_at
 
-   !> An open surface comes back for some time, without force; what that dissipates.
+   !> Viscoelastic recovery of an open contact without force, and the energy that it dissipates.
    subroutine recover(state, time)
       type(contact_state_t), intent(inout) :: state
       real(wp), intent(in) :: time
@@ -130,10 +131,10 @@ contains
       state%dissipated = state%dissipated + (before - energy_in(state))
    end subroutine recover
 
-   !> The surface of an open stop is there, without force: P = k u + P2 = 0.
+   !> Set the indentation of an open contact, which bears no force: P = k u + P2 = 0.
    elemental subroutine indent(state, depth)
       type(contact_state_t), intent(inout) :: state
-      !> u
+      !> Indentation u
       real(wp), intent(in) :: depth
 
       associate (has_branch => state%spring%branch_stiffness > 0.0_wp)
@@ -143,20 +144,20 @@ contains
       end associate
    end subroutine indent
 
-   !> Force of one that yields, if the beam is on it.
+   !> Force of a closed compliant contact.
    elemental function force_in(state, velocity) result(force)
       type(contact_state_t), intent(in) :: state
-      !> Of the beam, away from the surface
+      !> Velocity of the beam away from the surface
       real(wp), intent(in) :: velocity
       real(wp) :: force
 
       force = state%spring%stiffness*state%depth + state%branch_force - state%spring%viscosity*velocity
    end function force_in
 
-   !> Keep what the course of a phase changes of surfaces as it starts.
+   !> Record the components of the contact states that a phase changes, at its start.
    subroutine keep_start(states, at_start)
       type(contact_state_t), intent(in) :: states(:)
-      !> Of the phase before, or of none yet
+      !> Record at the start of the phase before; unallocated before the first phase
       type(contact_state_t), allocatable, intent(inout) :: at_start(:)
 
       if (.not. allocated(at_start)) at_start = states
@@ -166,7 +167,7 @@ contains
       at_start%is_deformed = states%is_deformed
    end subroutine keep_start
 
-   !> Energy in its springs.
+   !> Energy in the springs of the stop.
    elemental function energy_in(state) result(energy)
       type(contact_state_t), intent(in) :: state
       real(wp) :: energy

@@ -1,9 +1,9 @@
-!> Stops whose branches relax at one rate, where the beam cannot move them apart: at one point, or more of them than
-!> modes.
+!> Compliant stops of one relaxation rate whose columns of modal values are linearly dependent, because they stand at
+!> one point or are more than the modes. Fewer equivalent stops replace them.
 !>
-!> Their indentations are u = S' v, v those of fewer stops that the beam does move apart; their forces P move the modes
-!> as S P of these. What their branches keep besides, P2 with S P2 = 0, moves no mode and relaxes alone (docs/theory.md,
-!> section 17).
+!> The indentations of the stops are u = S' v, with v the indentations of the equivalent stops, and their forces P act
+!> on the modes as the forces S P of the equivalent stops. The remaining branch forces P2 with S P2 = 0 act on no mode
+!> and relax independently (docs/theory.md, section 17).
 module dependent_stops
    use kinds, only: wp
    use lapack_interfaces, only: dsygv
@@ -12,54 +12,55 @@ module dependent_stops
    private
    public :: stop_parts_t, part_stops
 
-   !> Stops that stand for others.
+   !> Equivalent stops for a set of stops.
    type :: stop_parts_t
-      !> They do: there are stops that the beam cannot move apart
+      !> Some columns of modal values are linearly dependent
       logical :: is_needed = .false.
-      !> Those that stand for all, and modes there, [parts], [modes, parts]
+      !> Impedances of the equivalent stops, and the modal values at them, [equivalent], [modes, equivalent]
       type(impedance_t), allocatable :: spring(:)
       real(wp), allocatable :: value(:, :)
-      !> S: of their indentations those of the stops are sums, [parts, stops]
+      !> S: the indentations of the stops are S' times those of the equivalent stops, [equivalent, stops]
       real(wp), allocatable :: share(:, :)
-      !> A stop stands for itself, [stops]
+      !> The stop is its own equivalent stop, [stops]
       logical, allocatable :: is_itself(:)
-      !> What relaxes alone: P2 of the stops, how much there is of it in their P2, and how fast, [stops, alone], [alone]
+      !> Independently relaxing branch forces: P2 of the stops per unit of each, the coefficients that give the amount
+      !> of each in a given P2, and the relaxation rates, [stops, independent], [stops, independent], [independent]
       real(wp), allocatable :: alone(:, :), of_memory(:, :), rate(:)
    end type stop_parts_t
 
-   !> Rates are the same, and directions dependent, within these shares.
+   !> Relative tolerances for equal rates and for linear dependence.
    real(wp), parameter :: same_rate = 1.0e-10_wp, dependent = 1.0e-12_wp
 
 contains
 
-   !> Find them.
-   subroutine part_stops(value, spring, parts)
-      !> [modes, stops]
+   !> Find the equivalent stops.
+   subroutine part_stops(value, spring, equivalent)
+      !> Modal values at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> [stops]
+      !> Impedances, [stops]
       type(impedance_t), intent(in) :: spring(:)
-      type(stop_parts_t), intent(out) :: parts
+      type(stop_parts_t), intent(out) :: equivalent
 
       integer, allocatable :: group(:)
       logical :: is_done(size(spring))
       integer :: j
 
-      allocate (parts%spring(0), parts%value(size(value, 1), 0), parts%share(0, size(spring)), &
-         parts%is_itself(size(spring)))
-      allocate (parts%alone(size(spring), 0), parts%of_memory(size(spring), 0), parts%rate(0))
+      allocate (equivalent%spring(0), equivalent%value(size(value, 1), 0), equivalent%share(0, size(spring)), &
+         equivalent%is_itself(size(spring)))
+      allocate (equivalent%alone(size(spring), 0), equivalent%of_memory(size(spring), 0), equivalent%rate(0))
       is_done = .false.
       do j = 1, size(spring)
          if (is_done(j)) cycle
          allocate (group, source=members(j))
          is_done(group) = .true.
-         call part_group(value(:, group), spring(group), group, parts)
+         call find_group_equivalents(value(:, group), spring(group), group, equivalent)
          deallocate (group)
       end do
-      parts%is_needed = size(parts%rate) > 0
+      equivalent%is_needed = size(equivalent%rate) > 0
 
    contains
 
-      !> All stops with the rate of one; without a branch it is alone.
+      !> Indices of all stops that have the relaxation rate of stop j; a stop without a branch forms a group of one.
       pure function members(j) result(places)
          integer, intent(in) :: j
          integer, allocatable :: places(:)
@@ -73,17 +74,17 @@ contains
       end function members
    end subroutine part_stops
 
-   !> Stops of one rate.
-   subroutine part_group(value, spring, places, parts)
-      !> Of the group, [modes, group]
+   !> Equivalent stops of a group with one relaxation rate.
+   subroutine find_group_equivalents(value, spring, places, equivalent)
+      !> Modal values at the stops of the group, [modes, group]
       real(wp), intent(in) :: value(:, :)
       type(impedance_t), intent(in) :: spring(:)
-      !> Which stops they are
+      !> Indices of the group among all stops
       integer, intent(in) :: places(:)
-      type(stop_parts_t), intent(inout) :: parts
+      type(stop_parts_t), intent(inout) :: equivalent
 
-      real(wp), allocatable :: basis(:, :), elastic(:, :), kept(:, :), share(:, :), strength(:)
-      type(impedance_t), allocatable :: made(:)
+      real(wp), allocatable :: basis(:, :), elastic(:, :), branch(:, :), share(:, :), eigenvalue(:)
+      type(impedance_t), allocatable :: impedance(:)
       real(wp) :: length
       integer :: i, n, rank
 
@@ -92,107 +93,108 @@ contains
       rank = size(basis, 2)
       if (rank == n .or. spring(1)%branch_stiffness <= 0.0_wp) then
          share = reshape([(merge(1.0_wp, 0.0_wp, modulo(i, n + 1) == 1), i=1, n*n)], [n, n])
-         call add_parts(value, spring, share, places, parts)
-         parts%is_itself(places) = .true.
+         call add_equivalents(value, spring, share, places, equivalent)
+         equivalent%is_itself(places) = .true.
          return
       end if
-      parts%is_itself(places) = .false.
+      equivalent%is_itself(places) = .false.
       elastic = matmul(share*spread(spring%stiffness, 1, rank), transpose(share))
-      kept = matmul(share*spread(spring%branch_stiffness, 1, rank), transpose(share))
-      call make_diagonal(elastic, kept, strength)
-      ! kept is X with X' K X = 1 now
-      basis = matmul(basis, matmul(elastic, kept))
-      share = matmul(transpose(kept), share)
-      allocate (made(rank))
+      branch = matmul(share*spread(spring%branch_stiffness, 1, rank), transpose(share))
+      call diagonalise(elastic, branch, eigenvalue)
+      ! `branch` now contains X, with X' K X = 1
+      basis = matmul(basis, matmul(elastic, branch))
+      share = matmul(transpose(branch), share)
+      allocate (impedance(rank))
       do i = 1, rank
          length = norm2(share(i, :))
          share(i, :) = share(i, :)/length
          basis(:, i) = basis(:, i)*length
-         made(i) = impedance_t(stiffness=length**(-2), branch_stiffness=strength(i)*length**(-2), &
+         impedance(i) = impedance_t(stiffness=length**(-2), branch_stiffness=eigenvalue(i)*length**(-2), &
             relaxation_rate=spring(1)%relaxation_rate)
       end do
-      call add_parts(basis, made, share, places, parts)
-      call add_alone(share, made, spring, places, parts)
-   end subroutine part_group
+      call add_equivalents(basis, impedance, share, places, equivalent)
+      call add_independent(share, impedance, spring, places, equivalent)
+   end subroutine find_group_equivalents
 
-   !> value = basis share, the columns of the basis orthonormal: as many as are independent.
+   !> Factorise value = basis share, with as many orthonormal columns in the basis as `value` has independent ones.
    pure subroutine factorise(value, basis, share)
       real(wp), intent(in) :: value(:, :)
       real(wp), allocatable, intent(out) :: basis(:, :)
       real(wp), allocatable, intent(out) :: share(:, :)
 
-      real(wp) :: own(size(value, 1)), part(size(value, 2)), parts(size(value, 2), size(value, 2))
-      integer :: j, rank, turn
+      real(wp) :: residual(size(value, 1)), projection(size(value, 2)), coefficients(size(value, 2), size(value, 2))
+      integer :: j, rank, pass
 
       allocate (basis(size(value, 1), 0))
-      parts = 0.0_wp
+      coefficients = 0.0_wp
       do j = 1, size(value, 2)
-         own = value(:, j)
+         residual = value(:, j)
          rank = size(basis, 2)
-         ! once more for what rounding left
-         do turn = 1, 2
-            part(:rank) = matmul(own, basis)
-            own = own - matmul(basis, part(:rank))
-            parts(:rank, j) = parts(:rank, j) + part(:rank)
+         ! the second pass removes the rounding errors of the first
+         do pass = 1, 2
+            projection(:rank) = matmul(residual, basis)
+            residual = residual - matmul(basis, projection(:rank))
+            coefficients(:rank, j) = coefficients(:rank, j) + projection(:rank)
          end do
-         if (norm2(own) <= dependent*norm2(value(:, j))) cycle
-         basis = reshape([basis, own/norm2(own)], [size(own), rank + 1])
-         parts(rank + 1, j) = norm2(own)
+         if (norm2(residual) <= dependent*norm2(value(:, j))) cycle
+         basis = reshape([basis, residual/norm2(residual)], [size(residual), rank + 1])
+         coefficients(rank + 1, j) = norm2(residual)
       end do
-      allocate (share, source=parts(:size(basis, 2), :))
+      allocate (share, source=coefficients(:size(basis, 2), :))
    end subroutine factorise
 
-   !> Of two symmetric matrices X with X' K X = 1 and X' A X diagonal.
-   subroutine make_diagonal(elastic, kept, strength)
+   !> Solve the generalised symmetric eigenproblem: find X with X' K X = 1 and X' A X diagonal.
+   subroutine diagonalise(elastic, branch, eigenvalue)
       !> K, positive definite
       real(wp), intent(in) :: elastic(:, :)
-      !> A, then X
-      real(wp), intent(inout) :: kept(:, :)
-      !> The diagonal
-      real(wp), allocatable, intent(out) :: strength(:)
+      !> A on entry, X on return
+      real(wp), intent(inout) :: branch(:, :)
+      !> Diagonal of X' A X
+      real(wp), allocatable, intent(out) :: eigenvalue(:)
 
       real(wp) :: factor(size(elastic, 1), size(elastic, 1)), work(8*size(elastic, 1) + 8)
       integer :: info, n
 
       n = size(elastic, 1)
-      allocate (strength(n))
+      allocate (eigenvalue(n))
       factor = elastic
-      if (n > 0) call dsygv(1, 'V', 'U', n, kept, n, factor, n, strength, work, size(work), info)
-   end subroutine make_diagonal
+      if (n > 0) call dsygv(1, 'V', 'U', n, branch, n, factor, n, eigenvalue, work, size(work), info)
+   end subroutine diagonalise
 
-   !> Stops that stand for some.
-   pure subroutine add_parts(value, spring, share, places, parts)
+   !> Append equivalent stops of a group.
+   pure subroutine add_equivalents(value, spring, share, places, equivalent)
       real(wp), intent(in) :: value(:, :)
       type(impedance_t), intent(in) :: spring(:)
-      !> [of these, places]
+      !> Rows of S for the group, [equivalent of the group, places]
       real(wp), intent(in) :: share(:, :)
       integer, intent(in) :: places(:)
-      type(stop_parts_t), intent(inout) :: parts
+      type(stop_parts_t), intent(inout) :: equivalent
 
       real(wp), allocatable :: larger(:, :)
       integer :: before
 
-      before = size(parts%spring)
-      allocate (larger(before + size(spring), size(parts%share, 2)), source=0.0_wp)
-      larger(:before, :) = parts%share
+      before = size(equivalent%spring)
+      allocate (larger(before + size(spring), size(equivalent%share, 2)), source=0.0_wp)
+      larger(:before, :) = equivalent%share
       larger(before + 1:, places) = share
-      call move_alloc(larger, parts%share)
-      parts%spring = [parts%spring, spring]
-      parts%value = reshape([parts%value, value], [size(value, 1), size(parts%spring)])
-   end subroutine add_parts
+      call move_alloc(larger, equivalent%share)
+      equivalent%spring = [equivalent%spring, spring]
+      equivalent%value = reshape([equivalent%value, value], [size(value, 1), size(equivalent%spring)])
+   end subroutine add_equivalents
 
-   !> What is in no P2 = A S' y: the projection 1 - A S' (S A S')^-1 S as products of a column and a row.
-   pure subroutine add_alone(share, made, spring, places, parts)
+   !> Append the independently relaxing branch forces, the complement of P2 = A S' y: the projection 1 - A S' (S A
+   !> S')^-1 S as a sum of products of a column and a row.
+   pure subroutine add_independent(share, impedance, spring, places, equivalent)
       real(wp), intent(in) :: share(:, :)
-      !> With S A S'
-      type(impedance_t), intent(in) :: made(:)
-      !> With A
+      !> Equivalent stops, whose branch stiffnesses are S A S'
+      type(impedance_t), intent(in) :: impedance(:)
+      !> Stops of the group, whose branch stiffnesses are A
       type(impedance_t), intent(in) :: spring(:)
       integer, intent(in) :: places(:)
-      type(stop_parts_t), intent(inout) :: parts
+      type(stop_parts_t), intent(inout) :: equivalent
 
       real(wp), dimension(size(places), size(places)) :: projection, rest
-      real(wp), dimension(size(parts%is_itself)) :: column, row
+      real(wp), dimension(size(equivalent%is_itself)) :: column, row
       integer :: i, j
 
       projection = 0.0_wp
@@ -200,21 +202,21 @@ contains
          projection(i, i) = 1.0_wp
          do j = 1, size(places)
             projection(j, i) = projection(j, i) - spring(j)%branch_stiffness*sum(share(:, j)*share(:, i) &
-               /made%branch_stiffness)
+               /impedance%branch_stiffness)
          end do
       end do
       rest = projection
-      do i = 1, size(places) - size(made)
+      do i = 1, size(places) - size(impedance)
          j = maxloc(norm2(rest, 1), dim=1)
          column = 0.0_wp
          row = 0.0_wp
          column(places) = rest(:, j)/norm2(rest(:, j))
          row(places) = matmul(column(places), projection)
          rest = rest - spread(column(places), 2, size(places))*spread(matmul(column(places), rest), 1, size(places))
-         parts%alone = reshape([parts%alone, column], [size(column), size(parts%rate) + 1])
-         parts%of_memory = reshape([parts%of_memory, row], [size(row), size(parts%rate) + 1])
-         parts%rate = [parts%rate, spring(1)%relaxation_rate]
+         equivalent%alone = reshape([equivalent%alone, column], [size(column), size(equivalent%rate) + 1])
+         equivalent%of_memory = reshape([equivalent%of_memory, row], [size(row), size(equivalent%rate) + 1])
+         equivalent%rate = [equivalent%rate, spring(1)%relaxation_rate]
       end do
-   end subroutine add_alone
+   end subroutine add_independent
 
 end module dependent_stops

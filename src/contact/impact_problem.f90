@@ -1,8 +1,8 @@
-!> Impacts at one instant, for any way through time: Newton's law with coefficients of restitution as one
-!> complementarity problem over the rigid contacts that take part (docs/theory.md, sections 7, 10 and 17).
+!> Impacts at one instant, for every integration method: Newton's impact law with coefficients of restitution as one
+!> linear complementarity problem over the rigid contacts that take part (docs/theory.md, sections 7, 10 and 17).
 !>
-!> A way through time supplies velocities and the mobility matrix, applies the impulses, and asks again as long as the
-!> impulses turn a contact back that had left.
+!> The integration method supplies velocities and the mobility matrix, applies the impulses, and poses the next problem
+!> as long as impulses turn a separating contact back.
 module impact_problem
    use complementarity, only: solve_complementarity
    use kinds, only: wp
@@ -11,51 +11,52 @@ module impact_problem
    public :: struck_t, rebounds, comes_to_rest, holds, unchanged, is_hit, is_arrested, is_pushed, is_thrown_off
    public :: most_rounds, take_part, find_impulses, find_nodal_impulse, outcome_of
 
-   !> So many problems at one instant; in the last one every contact that the beam touches comes to rest.
+   !> Maximum number of problems at one instant; in the last one every contact that the beam touches comes to rest.
    integer, parameter :: most_rounds = 100
 
-   !> How a contact takes part: by its coefficient of restitution; without one, also where the beam leaves it; or it
-   !> holds the beam already.
+   !> Role of a contact in the problem: it rebounds by its coefficient of restitution and enters only if the beam
+   !> approaches it; it comes to rest without restitution, also if the beam separates from it; or it is closed already
+   !> and holds the beam.
    integer, parameter :: rebounds = 1
    integer, parameter :: comes_to_rest = 2
    integer, parameter :: holds = 3
 
-   !> What the impulses make of it: nothing; an impact; a capture; an impulse on a contact that holds the beam; or, with
-   !> no impulse of its own, the beam leaves it.
+   !> Outcome for a contact: unchanged; an impact; a capture; an impulse on a closed contact; or a release, without an
+   !> impulse of its own.
    integer, parameter :: unchanged = 0
    integer, parameter :: is_hit = rebounds
    integer, parameter :: is_arrested = comes_to_rest
    integer, parameter :: is_pushed = holds
    integer, parameter :: is_thrown_off = 4
 
-   !> A contact that takes part.
+   !> A rigid contact in the impact problem.
    type :: struck_t
-      !> Its place among all
+      !> Index among all contacts
       integer :: contact = 0
-      !> How it takes part, one of the constants above
+      !> Role in the problem, one of the constants above
       integer :: part = rebounds
       real(wp) :: restitution = 0.0_wp
-      !> Velocity of the stop point away from the contact
+      !> Velocity of the stop point away from the contact, before and after the impulse
       real(wp) :: before = 0.0_wp
       real(wp) :: after = 0.0_wp
-      !> What it gives the beam, and the energy that the beam gets by it
+      !> Impulse on the beam, and the energy change of the beam by it
       real(wp) :: impulse = 0.0_wp
       real(wp) :: energy_change = 0.0_wp
    end type struck_t
 
 contains
 
-   !> A contact that the beam touches enters the problem, unless it can rebound and the beam leaves it.
+   !> Add a contact that the beam touches to the problem, unless it can rebound and the beam separates from it.
    pure subroutine take_part(contact, part, velocity, restitution, struck, count)
-      !> Its place among all
+      !> Index among all contacts
       integer, intent(in) :: contact
-      !> One of the constants above
+      !> Role in the problem, one of the constants above
       integer, intent(in) :: part
-      !> Away from it
+      !> Velocity away from the contact
       real(wp), intent(in) :: velocity
       real(wp), intent(in) :: restitution
       type(struck_t), intent(inout) :: struck(:)
-      !> So many have entered
+      !> Number of contacts in the problem
       integer, intent(inout) :: count
 
       if (part == rebounds .and. velocity > 0.0_wp) return
@@ -64,11 +65,12 @@ contains
          merge(0.0_wp, velocity, part == holds))
    end subroutine take_part
 
-   !> Impulses that push, w+ = w- + W Lambda >= -eps w-, complementary. No energy is won.
+   !> Solve for impulses Lambda >= 0 complementary to w+ = w- + W Lambda >= -eps w-. The energy of the beam does not
+   !> increase.
    pure subroutine find_impulses(mobility, struck)
-      !> W, velocity at one contact under a unit impulse at another, symmetric, [struck, struck]
+      !> W, velocity at one contact per unit impulse at another, symmetric, [struck, struck]
       real(wp), intent(in) :: mobility(:, :)
-      !> Get impulses and velocities after
+      !> Contacts of the problem, which receive impulses and velocities after them
       type(struck_t), intent(inout) :: struck(:)
 
       real(wp) :: impulse(size(struck))
@@ -80,9 +82,10 @@ contains
       struck%energy_change = 0.5_wp*impulse*(struck%before + struck%after)
    end subroutine find_impulses
 
-   !> The nodal reading of an impulse: one node gets the velocity after, and all others keep theirs. Energy may be won.
+   !> Replacement of the nodal velocity: one node gets the velocity after the impact, all other nodes keep theirs. The
+   !> energy may increase.
    pure subroutine find_nodal_impulse(mass, momentum, struck)
-      !> Of the node: M_cc, and (M v)_c before
+      !> Entries of the node c: mass M_cc, and momentum (M v)_c before the impact
       real(wp), intent(in) :: mass
       real(wp), intent(in) :: momentum
       type(struck_t), intent(inout) :: struck
@@ -94,10 +97,10 @@ contains
       end associate
    end subroutine find_nodal_impulse
 
-   !> What the impulses made of a contact.
+   !> Outcome of the impulses for a contact.
    elemental function outcome_of(struck, noise) result(outcome)
       type(struck_t), intent(in) :: struck
-      !> Rounding error of its velocity
+      !> Rounding error of the velocity
       real(wp), intent(in) :: noise
       integer :: outcome
 

@@ -1,7 +1,7 @@
-!> A beam that presses on several stops, in closed form (docs/theory.md, sections 17 and 18).
+!> A beam on several closed compliant contacts, in closed form (docs/theory.md, sections 17 and 18).
 !>
-!> Everything that moves is a sum of exp(s t) over the roots s of `joint_secular`, its amplitudes the residues of the
-!> Laplace transform. The beam is given in any modes of it, free or held elsewhere.
+!> Every displacement and force is a sum of exp(s t) over the roots s of `joint_secular`, with the residues of the
+!> Laplace transform as amplitudes. The beam is given in any modes, free or constrained elsewhere.
 module joint_modes
    use damped_oscillators, only: oscillators_t
    use dependent_stops, only: part_stops, stop_parts_t
@@ -18,43 +18,45 @@ module joint_modes
    private
    public :: joint_modes_t, make_joint_modes, joint_amplitudes, terms_at
 
-   !> Modes whose values at the stops are below this share of the greatest do not feel them.
-   real(wp), parameter :: least_coupling = 1.0e-100_wp
+   !> Modes whose values at the stops are below this share of the maximum do not interact with the stops.
+   real(wp), parameter :: min_coupling = 1.0e-100_wp
 
-   !> Above this condition two exponents are taken together, by so many points of a circle around both.
-   real(wp), parameter :: greatest_condition = 10.0_wp
+   !> Above this condition number two exponents are treated as nearly coalescing, with this number of points on a circle
+   !> around both.
+   real(wp), parameter :: max_condition = 10.0_wp
    integer, parameter :: circle_points = 48
 
 contains
 
-   !> Find all exponents.
+   !> Find all exponents, their shapes and amplitude factors.
    subroutine make_joint_modes(oscillators, value, spring, modes, error)
-      !> The modes of the beam
+      !> Modes of the beam
       type(oscillators_t), intent(in) :: oscillators
-      !> They at the stops, [modes, stops]
+      !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> [stops]
+      !> Impedances of the stops, [stops]
       type(impedance_t), intent(in) :: spring(:)
       type(joint_modes_t), intent(out) :: modes
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
-      type(joint_modes_t) :: of_parts
-      type(stop_parts_t) :: parts
-      real(wp) :: greatest
+      type(joint_modes_t) :: of_equivalents
+      type(stop_parts_t) :: equivalent
+      real(wp) :: max_value
       integer :: i
 
-      greatest = maxval(abs(value))
-      modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= least_coupling*greatest)
-      call part_stops(value, spring, parts)
-      if (parts%is_needed) then
-         of_parts%inactive = modes%inactive
+      max_value = maxval(abs(value))
+      modes%inactive = pack([(i, i=1, oscillators%count)], maxval(abs(value), dim=2) <= min_coupling*max_value)
+      call part_stops(value, spring, equivalent)
+      if (equivalent%is_needed) then
+         of_equivalents%inactive = modes%inactive
          if (size(modes%inactive) < oscillators%count) then
-            call find_terms(oscillators, parts%value, parts%spring, of_parts, error)
+            call find_terms(oscillators, equivalent%value, equivalent%spring, of_equivalents, error)
          else
-            call make_room(of_parts, oscillators%count, size(parts%spring), 0)
+            call make_room(of_equivalents, oscillators%count, size(equivalent%spring), 0)
          end if
-         if (.not. allocated(error)) call join_parts(of_parts, parts, spring, oscillators%two_zeta, modes)
+         if (.not. allocated(error)) call expand_equivalents(of_equivalents, equivalent, spring, &
+            oscillators%two_zeta, modes)
       else if (size(modes%inactive) < oscillators%count) then
          call find_terms(oscillators, value, spring, modes, error)
       else
@@ -69,20 +71,20 @@ contains
       call find_rest(oscillators%square, value, spring, modes)
    end subroutine make_joint_modes
 
-   !> All terms, for stops that the beam can move apart.
+   !> Find all terms for stops with linearly independent columns of modal values.
    subroutine find_terms(oscillators, value, spring, modes, error)
       type(oscillators_t), intent(in) :: oscillators
-      !> [modes, stops]
+      !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
-      !> [stops]
+      !> Impedances of the stops, [stops]
       type(impedance_t), intent(in) :: spring(:)
-      !> Knows which modes are inactive
+      !> Contains the list of inactive modes; receives the terms
       type(joint_modes_t), intent(inout) :: modes
       !> Set when the iteration does not converge
       type(failure_t), allocatable, intent(inout) :: error
 
       type(joint_secular_t) :: problem
-      integer, allocatable :: active(:), near(:), keep(:)
+      integer, allocatable :: active(:), near(:), upper(:)
       complex(wp), allocatable :: offset(:), s(:)
       integer :: i, n
       logical :: converged
@@ -99,165 +101,165 @@ contains
          return
       end if
       allocate (s, source=problem%pole(near) + offset)
-      allocate (keep, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
-      call make_room(modes, oscillators%count, size(spring), size(keep))
-      call add_terms(problem, active, near, offset, s, keep, modes)
+      allocate (upper, source=pack([(i, i=1, n)], aimag(s) >= 0.0_wp))
+      call make_room(modes, oscillators%count, size(spring), size(upper))
+      call add_terms(problem, active, near, offset, s, upper, modes)
    end subroutine find_terms
 
-   !> From the terms of stops that stand for others those of all, and what relaxes alone.
-   pure subroutine join_parts(of_parts, parts, spring, two_zeta, modes)
-      type(joint_modes_t), intent(in) :: of_parts
-      type(stop_parts_t), intent(in) :: parts
-      !> [stops]
+   !> Find the terms of all stops from those of the equivalent stops, and add the independently relaxing branch forces.
+   pure subroutine expand_equivalents(of_equivalents, equivalent, spring, two_zeta, modes)
+      type(joint_modes_t), intent(in) :: of_equivalents
+      type(stop_parts_t), intent(in) :: equivalent
+      !> Impedances of the stops, [stops]
       type(impedance_t), intent(in) :: spring(:)
       real(wp), intent(in) :: two_zeta
-      !> Gets them
+      !> Receives the terms
       type(joint_modes_t), intent(inout) :: modes
 
-      complex(wp), dimension(size(parts%spring)) :: free, kept
+      complex(wp), dimension(size(equivalent%spring)) :: elastic, branch
       integer :: i, j, m, n
 
-      n = of_parts%count
-      call make_room(modes, size(of_parts%shape, 1), size(spring), n + size(parts%rate))
-      modes%exponent(:n) = of_parts%exponent(:n)
-      modes%weight(:n) = of_parts%weight(:n)
-      modes%viscous(:n) = of_parts%viscous(:n)
-      modes%shape(:, :n) = of_parts%shape(:, :n)
-      modes%of_mode(:, :n) = of_parts%of_mode(:, :n)
+      n = of_equivalents%count
+      call make_room(modes, size(of_equivalents%shape, 1), size(spring), n + size(equivalent%rate))
+      modes%exponent(:n) = of_equivalents%exponent(:n)
+      modes%weight(:n) = of_equivalents%weight(:n)
+      modes%viscous(:n) = of_equivalents%viscous(:n)
+      modes%shape(:, :n) = of_equivalents%shape(:, :n)
+      modes%of_mode(:, :n) = of_equivalents%of_mode(:, :n)
       do m = 1, n
-         ! of the equation (s + nu) P = M u, M = k (s + nu) + beta k s, what goes with k and with beta k
-         kept = of_parts%exponent(m)*of_parts%of_memory(:, m)
-         free = 0.0_wp
-         where (parts%spring%stiffness > 0.0_wp) free = (of_parts%of_height(:, m) &
-            - parts%spring%branch_stiffness*kept)/parts%spring%stiffness
+         ! split M u = (s + nu) P, with M = k (s + nu) + beta k s, into the factors of k and of beta k
+         branch = of_equivalents%exponent(m)*of_equivalents%of_memory(:, m)
+         elastic = 0.0_wp
+         where (equivalent%spring%stiffness > 0.0_wp) elastic = (of_equivalents%of_height(:, m) &
+            - equivalent%spring%branch_stiffness*branch)/equivalent%spring%stiffness
          do j = 1, size(spring)
-            associate (share => parts%share(:, j))
-               modes%of_memory(j, m) = sum(share*of_parts%of_memory(:, m))
-               if (parts%is_itself(j)) then
+            associate (share => equivalent%share(:, j))
+               modes%of_memory(j, m) = sum(share*of_equivalents%of_memory(:, m))
+               if (equivalent%is_itself(j)) then
                   i = maxloc(share, dim=1)
-                  modes%force(j, m) = of_parts%force(i, m)
-                  modes%indentation(j, m) = of_parts%indentation(i, m)
-                  modes%branch(j, m) = of_parts%branch(i, m)
-                  modes%of_height(j, m) = of_parts%of_height(i, m)
+                  modes%force(j, m) = of_equivalents%force(i, m)
+                  modes%indentation(j, m) = of_equivalents%indentation(i, m)
+                  modes%branch(j, m) = of_equivalents%branch(i, m)
+                  modes%of_height(j, m) = of_equivalents%of_height(i, m)
                else
-                  modes%indentation(j, m) = sum(share*of_parts%indentation(:, m))
-                  modes%branch(j, m) = spring(j)%branch_stiffness*sum(share*of_parts%branch(:, m) &
-                     /parts%spring%branch_stiffness, mask=abs(share) > 0.0_wp)
+                  modes%indentation(j, m) = sum(share*of_equivalents%indentation(:, m))
+                  modes%branch(j, m) = spring(j)%branch_stiffness*sum(share*of_equivalents%branch(:, m) &
+                     /equivalent%spring%branch_stiffness, mask=abs(share) > 0.0_wp)
                   modes%force(j, m) = spring(j)%stiffness*modes%indentation(j, m) + modes%branch(j, m)
-                  modes%of_height(j, m) = spring(j)%stiffness*sum(share*free, mask=abs(share) > 0.0_wp) &
-                     + spring(j)%branch_stiffness*sum(share*kept)
+                  modes%of_height(j, m) = spring(j)%stiffness*sum(share*elastic, mask=abs(share) > 0.0_wp) &
+                     + spring(j)%branch_stiffness*sum(share*branch)
                end if
             end associate
          end do
       end do
-      do i = 1, size(parts%rate)
+      do i = 1, size(equivalent%rate)
          m = n + i
-         modes%exponent(m) = -parts%rate(i)
-         modes%viscous(m) = 1.0_wp - two_zeta*parts%rate(i)
+         modes%exponent(m) = -equivalent%rate(i)
+         modes%viscous(m) = 1.0_wp - two_zeta*equivalent%rate(i)
          modes%weight(m) = 1.0_wp
-         modes%force(:, m) = parts%alone(:, i)
-         modes%branch(:, m) = parts%alone(:, i)
-         modes%of_memory(:, m) = parts%of_memory(:, i)
-         modes%of_height(:, m) = -parts%rate(i)*spring%branch_stiffness*parts%of_memory(:, i)
+         modes%force(:, m) = equivalent%alone(:, i)
+         modes%branch(:, m) = equivalent%alone(:, i)
+         modes%of_memory(:, m) = equivalent%of_memory(:, i)
+         modes%of_height(:, m) = -equivalent%rate(i)*spring%branch_stiffness*equivalent%of_memory(:, i)
       end do
-      modes%count = n + size(parts%rate)
-   end subroutine join_parts
+      modes%count = n + size(equivalent%rate)
+   end subroutine expand_equivalents
 
-   !> The state of rest under heights of the stops: the same forces in beam and springs.
+   !> Static equilibrium under unit heights of the stops: equal forces in the beam and in the springs.
    subroutine find_rest(square, value, spring, modes)
-      !> W_i^2
+      !> W_i^2, [modes]
       real(wp), intent(in) :: square(:)
-      !> [modes, stops]
+      !> Values of the modes at the stops, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       type(impedance_t), intent(in) :: spring(:)
       type(joint_modes_t), intent(inout) :: modes
 
       complex(wp), dimension(size(spring)) :: flexibility, force, heights
-      complex(wp), dimension(size(square)) :: nothing, shape
+      complex(wp), dimension(size(square)) :: no_load, shape
       integer :: k
 
-      nothing = (0.0_wp, 0.0_wp)
+      no_load = (0.0_wp, 0.0_wp)
       flexibility = (0.0_wp, 0.0_wp)
       where (.not. holds(spring)) flexibility = 1.0_wp/spring%stiffness
       allocate (modes%static_force(size(spring), size(spring)), modes%static_shape(size(square), size(spring)))
       do k = 1, size(spring)
          heights = (0.0_wp, 0.0_wp)
          heights(k) = 1.0_wp
-         call find_point_forces(cmplx(square, 0.0_wp, wp), value, flexibility, nothing, heights, force, shape)
+         call find_point_forces(cmplx(square, 0.0_wp, wp), value, flexibility, no_load, heights, force, shape)
          modes%static_force(:, k) = real(force, wp)
          modes%static_shape(:, k) = real(shape, wp)
       end do
    end subroutine find_rest
 
-   !> A term for each root, circles for those that nearly coalesce.
+   !> Add one term for each root, and circles around pairs of nearly coalescing roots.
    !>
-   !> Two of them have large amplitudes that cancel. Their sum is the integral of the Laplace transform over a circle
-   !> around both, where nothing is large: the points of the trapezoidal rule take their place (Trefethen and Weideman,
-   !> SIAM Rev. 56 (2014) 385).
-   subroutine add_terms(problem, active, near, offset, s, keep, modes)
+   !> Two nearly coalescing roots have large amplitudes that cancel. Their sum is the integral of the Laplace transform
+   !> over a circle around both, on which no value is large. The points of the trapezoidal rule on the circle replace
+   !> the two roots (Trefethen and Weideman, SIAM Rev. 56 (2014) 385).
+   subroutine add_terms(problem, active, near, offset, s, upper, modes)
       type(joint_secular_t), intent(in) :: problem
-      !> Modes that move a stop point
+      !> Modes with nonzero values at stops
       integer, intent(in) :: active(:)
-      !> All roots, by the nearest pole and as they are, and those with a term
+      !> All roots as the nearest pole and the offset from it, their values, and the indices of the roots with Im s >= 0
       integer, intent(in) :: near(:)
       complex(wp), intent(in) :: offset(:)
       complex(wp), intent(in) :: s(:)
-      integer, intent(in) :: keep(:)
-      !> Gets them
+      integer, intent(in) :: upper(:)
+      !> Receives the terms
       type(joint_modes_t), intent(inout) :: modes
 
       type(joint_vectors_t) :: vectors
       complex(wp) :: distance(problem%poles), center, direction
-      real(wp) :: apart, room, radius, angle
+      real(wp) :: separation, clearance, radius, angle
       integer :: i, k, m, partner
-      logical :: gone(size(s)), on_axis
+      logical :: merged(size(s)), on_axis
 
-      gone = .false.
-      do m = 1, size(keep)
-         if (gone(keep(m))) cycle
-         call distances(problem%secular_t, near(keep(m)), offset(keep(m)), distance)
-         call vectors_at(problem, s(keep(m)), 0, distance, vectors)
-         if (vectors%condition > greatest_condition .and. size(s) > 1) then
-            partner = minloc(abs(s - s(keep(m))), dim=1, mask=[(i, i=1, size(s))] /= keep(m))
-            center = 0.5_wp*(s(keep(m)) + s(partner))
-            apart = abs(s(keep(m)) - s(partner))
-            on_axis = abs(aimag(center)) <= apart
+      merged = .false.
+      do m = 1, size(upper)
+         if (merged(upper(m))) cycle
+         call distances(problem%secular_t, near(upper(m)), offset(upper(m)), distance)
+         call vectors_at(problem, s(upper(m)), 0, distance, vectors)
+         if (vectors%condition > max_condition .and. size(s) > 1) then
+            partner = minloc(abs(s - s(upper(m))), dim=1, mask=[(i, i=1, size(s))] /= upper(m))
+            center = 0.5_wp*(s(upper(m)) + s(partner))
+            separation = abs(s(upper(m)) - s(partner))
+            on_axis = abs(aimag(center)) <= separation
             if (on_axis) center = real(center, wp)
-            room = minval([huge(1.0_wp), abs(s - center)], mask=[.true., [(i, i=1, size(s))] /= keep(m) .and. &
+            clearance = minval([huge(1.0_wp), abs(s - center)], mask=[.true., [(i, i=1, size(s))] /= upper(m) .and. &
                [(i, i=1, size(s))] /= partner])
-            room = min(room, minval(abs(problem%pole - center)))
-            ! inside the half plane of decay, far from everything else
-            radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*room)
-            if (radius >= 2.5_wp*apart) then
-               gone(partner) = .true.
+            clearance = min(clearance, minval(abs(problem%pole - center)))
+            ! inside the left half-plane, far from all other roots and poles
+            radius = min(0.3_wp*abs(real(center, wp)), 0.3_wp*clearance)
+            if (radius >= 2.5_wp*separation) then
+               merged(partner) = .true.
                call add_room(modes, circle_points*size(problem%spring))
                do k = 1, circle_points
                   angle = 2.0_wp*acos(-1.0_wp)*(real(k, wp) - 0.5_wp)/real(circle_points, wp)
-                  ! around the real axis the lower half is the conjugate of the upper one
+                  ! for a circle around a real centre the lower half is the conjugate of the upper half
                   if (on_axis .and. k > circle_points/2) exit
                   direction = cmplx(cos(angle), sin(angle), wp)
-                  call add_point(problem, active, center, radius*direction, modes)
+                  call add_circle_point(problem, active, center, radius*direction, modes)
                end do
                cycle
             end if
          end if
-         call add_root(problem, active, s(keep(m)), problem%relative(near(keep(m))) &
-            + problem%two_zeta*offset(keep(m)), distance, vectors, modes)
+         call add_root(problem, active, s(upper(m)), problem%relative(near(upper(m))) &
+            + problem%two_zeta*offset(upper(m)), distance, vectors, modes)
       end do
    end subroutine add_terms
 
-   !> The term of a root.
+   !> Add the term of a root.
    subroutine add_root(problem, active, s, viscous, distance, vectors, modes)
       type(joint_secular_t), intent(in) :: problem
       integer, intent(in) :: active(:)
-      !> The root, 1 + 2 zeta s, and its distances from the poles
+      !> The root, 1 + 2 zeta s, and the distances of the root from the poles
       complex(wp), intent(in) :: s
       complex(wp), intent(in) :: viscous
       complex(wp), intent(in) :: distance(:)
       type(joint_vectors_t), intent(in) :: vectors
       type(joint_modes_t), intent(inout) :: modes
 
-      complex(wp) :: apart
+      complex(wp) :: scaled_slope
       real(wp) :: size_right, size_left
       integer :: i
 
@@ -268,7 +270,7 @@ contains
          modes%weight(place) = merge(2.0_wp, 1.0_wp, aimag(s) > 0.0_wp)
          size_right = max(1.0_wp, maxval(size_of(vectors%right)))
          size_left = max(1.0_wp, maxval(size_of(vectors%left)))
-         apart = vectors%slope/(size_right*size_left)
+         scaled_slope = vectors%slope/(size_right*size_left)
          modes%force(:, place) = -vectors%right/size_right
          do i = 1, size(active)
             if (i == vectors%mode) then
@@ -278,25 +280,25 @@ contains
                   /(distance(2*i - 1)*distance(2*i))
             end if
          end do
-         ! l M = -P and l' T' y, with both vectors made smaller
+         ! the left vector l has l M = -P, and the slope is l' T' y; both vectors are scaled to magnitudes of at most 1
          call find_stop_values(problem, s, distance, place, .true., active, modes)
-         modes%of_height(:, place) = -modes%force(:, place)*(size_right/size_left)/apart
-         modes%of_mode(:, place) = -modes%shape(:, place)*(size_right/size_left)/apart
-         modes%of_memory(:, place) = vectors%left/size_left/apart
+         modes%of_height(:, place) = -modes%force(:, place)*(size_right/size_left)/scaled_slope
+         modes%of_mode(:, place) = -modes%shape(:, place)*(size_right/size_left)/scaled_slope
+         modes%of_memory(:, place) = vectors%left/size_left/scaled_slope
       end associate
    end subroutine add_root
 
-   !> A point of a circle, with a term for each stop that gives something there.
-   subroutine add_point(problem, active, center, arm, modes)
+   !> Add the terms of a point of a circle, one for each stop.
+   subroutine add_circle_point(problem, active, center, arm, modes)
       type(joint_secular_t), intent(in) :: problem
       integer, intent(in) :: active(:)
-      !> The center, and the point less the center
+      !> The centre, and the point minus the centre
       complex(wp), intent(in) :: center
       complex(wp), intent(in) :: arm
       type(joint_modes_t), intent(inout) :: modes
 
       complex(wp) :: distance(problem%poles), s, h
-      complex(wp), dimension(size(problem%spring), size(problem%spring)) :: matrix, unit, columns
+      complex(wp), dimension(size(problem%spring), size(problem%spring)) :: matrix, identity, columns
       complex(wp), dimension(size(problem%spring)) :: n, m, n_slope, m_slope
       integer :: i, j, near
 
@@ -305,9 +307,9 @@ contains
       call distances(problem%secular_t, near, s - problem%pole(near), distance)
       call numerators(problem, s, distance, n, m, n_slope, m_slope)
       matrix = 0.0_wp
-      unit = 0.0_wp
+      identity = 0.0_wp
       do j = 1, size(n)
-         unit(j, j) = 1.0_wp
+         identity(j, j) = 1.0_wp
          matrix(j, j) = n(j)
          do i = 1, size(n)
             h = sum(problem%value(:, i)*problem%value(:, j)/(distance(1:2*problem%modes:2) &
@@ -315,7 +317,7 @@ contains
             matrix(i, j) = matrix(i, j) + m(i)*h
          end do
       end do
-      columns = solve_small(matrix, unit)
+      columns = solve_small(matrix, identity)
       do j = 1, size(n)
          modes%count = modes%count + 1
          associate (place => modes%count)
@@ -333,25 +335,25 @@ contains
             call find_stop_values(problem, s, distance, place, .false., active, modes)
          end associate
       end do
-   end subroutine add_point
+   end subroutine add_circle_point
 
-   !> Indentation and branch of each stop in a term. At a root the stop's own equation holds, which is used where less
-   !> cancels.
+   !> Indentation and branch force of each stop in a term. At a root the force-indentation law of the stop also holds;
+   !> it is used if it cancels less.
    subroutine find_stop_values(problem, s, distance, place, is_root, active, modes)
       type(joint_secular_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       complex(wp), intent(in) :: distance(:)
-      !> The term
+      !> Index of the term
       integer, intent(in) :: place
       logical, intent(in) :: is_root
       integer, intent(in) :: active(:)
       type(joint_modes_t), intent(inout) :: modes
 
       complex(wp) :: terms(size(active)), relaxed, total
-      real(wp) :: greatest
+      real(wp) :: max_value
       integer :: j
 
-      greatest = maxval(size_of(modes%force(:, place)))
+      max_value = maxval(size_of(modes%force(:, place)))
       do j = 1, size(problem%spring)
          associate (spring => problem%spring(j), force => modes%force(j, place), u => modes%indentation(j, place), &
             branch => modes%branch(j, place))
@@ -362,9 +364,9 @@ contains
             if (problem%branch_pole(j) > 0) relaxed = distance(problem%branch_pole(j))
             total = (spring%stiffness + spring%viscosity*s)*relaxed + spring%branch_stiffness*s
             if (is_root) then
-               ! the force is known within the rounding of that of the hardest stop, the indentation within that of the
-               ! sum
-               if (size_of(total)*sum(size_of(terms)) > size_of(relaxed)*greatest) then
+               ! the rounding error of the force is relative to that of the stiffest stop, the rounding error of the
+               ! indentation relative to that of the sum
+               if (size_of(total)*sum(size_of(terms)) > size_of(relaxed)*max_value) then
                   u = force*relaxed/total
                else
                   force = total/relaxed*u

@@ -1,5 +1,5 @@
-!> The exponents of a beam that presses on several stops: the roots of `joint_vectors`, all found at once by
-!> the Ehrlich-Aberth iteration (docs/theory.md, section 17).
+!> Exponents of a beam on several closed compliant contacts: the roots of the equation in `joint_vectors`, all found
+!> simultaneously by the Ehrlich-Aberth iteration (docs/theory.md, section 17).
 module joint_secular
    use constrained_modes, only: constrain
    use joint_vectors, only: joint_secular_t, joint_vectors_t, vectors_at
@@ -10,27 +10,27 @@ module joint_secular
    private
    public :: find_joint_roots
 
-   !> Roots on their way.
+   !> Iterates of the roots.
    type :: search_t
-      !> The nearest pole of each, and the offset from it, [roots]
+      !> Nearest pole of each root, and the offset of the root from it, [roots]
       integer, allocatable :: near(:)
       complex(wp), allocatable :: offset(:)
-      !> Length of its last step, `huge` before the first; whether it is found
+      !> Length of the last step of each root, `huge` before the first; whether the root has converged
       real(wp), allocatable :: last_step(:)
       logical, allocatable :: done(:)
-      !> Room: distances of one from all poles and from all roots, and what belongs to it
+      !> Workspace: distances of one root from all poles and from all other roots, and the vectors at that root
       complex(wp), allocatable :: distance(:), apart(:)
       type(joint_vectors_t) :: vectors
    end type search_t
 
-   !> Roots that nearly coalesce are known within this share of them.
+   !> Relative accuracy of nearly coalescing roots.
    real(wp), parameter :: coalescing = 1.0e-7_wp
 
 contains
 
-   !> All roots, each as the nearest pole and the offset from it. Of those that begin as a pair one is sought, as long
-   !> as it keeps off the real axis. A root that has no partner may then come to where the other one of a pair goes: if
-   !> so, each is sought.
+   !> Find all roots, each as the nearest pole and the offset from it. Of each pair that starts as complex conjugates
+   !> only one root is iterated, as long as it stays away from the real axis. A root without a conjugate partner may
+   !> then converge to the same value as the other root of a pair; in that case all roots are iterated separately.
    subroutine find_joint_roots(problem, near, offset, converged)
       type(joint_secular_t), intent(in) :: problem
       !> [roots]
@@ -42,10 +42,10 @@ contains
       if (.not. converged) call iterate(problem, .false., near, offset, converged)
    end subroutine find_joint_roots
 
-   !> The iteration on all at once.
+   !> The simultaneous iteration of all roots.
    subroutine iterate(problem, in_pairs, near, offset, converged)
       type(joint_secular_t), intent(in) :: problem
-      !> Seek one root of each pair
+      !> Iterate one root of each conjugate pair
       logical, intent(in) :: in_pairs
       !> [roots]
       integer, intent(out) :: near(:)
@@ -54,7 +54,7 @@ contains
 
       integer, parameter :: iteration_cap = 500
       type(search_t) :: search
-      logical :: leads(size(near)), relaxes(size(near))
+      logical :: has_conjugate(size(near)), is_conjugate(size(near))
       complex(wp) :: s
       integer :: iteration, m
 
@@ -63,23 +63,23 @@ contains
       call guess_roots(problem, search%near, search%offset)
       allocate (search%done(size(near)), source=.false.)
       allocate (search%last_step(size(near)), source=huge(1.0_wp))
-      leads = .false.
+      has_conjugate = .false.
       do m = 1, size(near) - count(problem%branch_pole > 0) - 1, 2
          s = problem%pole(m) + search%offset(m)
-         leads(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
+         has_conjugate(m) = in_pairs .and. abs(aimag(problem%pole(m))) > 0.0_wp .and. stays_apart(s) .and. &
             size_of(conjg(search%offset(m)) - search%offset(m + 1)) <= 0.0_wp
       end do
-      relaxes = [.false., leads(:size(near) - 1)]
+      is_conjugate = [.false., has_conjugate(:size(near) - 1)]
       do iteration = 1, iteration_cap
          do m = 1, size(near)
-            if (search%done(m) .or. relaxes(m)) cycle
-            call improve_root(problem, m, iteration, search)
-            if (.not. leads(m)) cycle
-            leads(m) = stays_apart(problem%pole(search%near(m)) + search%offset(m))
+            if (search%done(m) .or. is_conjugate(m)) cycle
+            call step_root(problem, m, iteration, search)
+            if (.not. has_conjugate(m)) cycle
+            has_conjugate(m) = stays_apart(problem%pole(search%near(m)) + search%offset(m))
             search%near(m + 1) = partner_of(problem, search%near(m))
             search%offset(m + 1) = conjg(search%offset(m))
-            relaxes(m + 1) = leads(m)
-            search%done(m:m + 1) = search%done(m) .and. leads(m)
+            is_conjugate(m + 1) = has_conjugate(m)
+            search%done(m:m + 1) = search%done(m) .and. has_conjugate(m)
          end do
          if (all(search%done)) exit
       end do
@@ -90,7 +90,7 @@ contains
 
    contains
 
-      !> Does a root of the upper half plane keep off the real axis, where two may meet?
+      !> Does a root of the upper half-plane stay away from the real axis, where the roots of a pair may meet?
       pure function stays_apart(s) result(answer)
          complex(wp), intent(in) :: s
          logical :: answer
@@ -99,7 +99,7 @@ contains
       end function stays_apart
    end subroutine iterate
 
-   !> The conjugate of a pole.
+   !> Index of the complex conjugate of a pole.
    pure function partner_of(problem, pole) result(partner)
       type(joint_secular_t), intent(in) :: problem
       integer, intent(in) :: pole
@@ -109,18 +109,19 @@ contains
       if (abs(aimag(problem%pole(pole))) > 0.0_wp) partner = pole + merge(1, -1, modulo(pole, 2) == 1)
    end function partner_of
 
-   !> One step of the iteration on one root.
-   subroutine improve_root(problem, m, iteration, search)
+   !> One step of the iteration for one root.
+   subroutine step_root(problem, m, iteration, search)
       type(joint_secular_t), intent(in) :: problem
-      !> Which root, and the how-manieth step it is
+      !> Index of the root, and number of the iteration
       integer, intent(in) :: m
       integer, intent(in) :: iteration
       type(search_t), intent(inout) :: search
 
-      integer, parameter :: patient = 40
-      integer, parameter :: most_patient = 200
+      !> numbers of iterations after which the tolerance of convergence is raised, in two steps
+      integer, parameter :: strict_iterations = 40
+      integer, parameter :: normal_iterations = 200
       complex(wp) :: repulsion, step, s
-      real(wp) :: enough, length, far
+      real(wp) :: tolerance, length, magnitude
       integer :: j
 
       associate (near => search%near, offset => search%offset, vectors => search%vectors, done => search%done(m), &
@@ -141,38 +142,38 @@ contains
          step = -1.0_wp/(repulsion - sum_of_inverses(search%apart))
          if (.not. size_of(step) <= huge(1.0_wp)) step = 1.0e-3_wp*offset(m)
          offset(m) = offset(m) + step
-         far = size_of(offset(m))
+         magnitude = size_of(offset(m))
          length = size_of(step)
-         enough = 1.0e-12_wp*far
-         if (iteration > patient) enough = max(enough, 8.0_wp*epsilon(1.0_wp)*size_of(s))
-         ! two that coalesce are known within the root of rounding
-         if (iteration > most_patient) enough = coalescing*size_of(s)
-         done = length <= enough .or. far <= tiny(1.0_wp)
-         ! the next step would be c step^2, with the c of this one
-         if (last_step < huge(1.0_wp)) done = done .or. length*(length/last_step)**2 <= 1.0e-17_wp*far
+         tolerance = 1.0e-12_wp*magnitude
+         if (iteration > strict_iterations) tolerance = max(tolerance, 8.0_wp*epsilon(1.0_wp)*size_of(s))
+         ! coalescing roots are accurate to the square root of the rounding error only
+         if (iteration > normal_iterations) tolerance = coalescing*size_of(s)
+         done = length <= tolerance .or. magnitude <= tiny(1.0_wp)
+         ! the estimate of the next step is c step^2, with the c of this step
+         if (last_step < huge(1.0_wp)) done = done .or. length*(length/last_step)**2 <= 1.0e-17_wp*magnitude
          last_step = length
       end associate
-   end subroutine improve_root
+   end subroutine step_root
 
-   !> Which is the smallest?
+   !> Index of the smallest distance.
    pure function smallest_of(distance) result(place)
       complex(wp), contiguous, intent(in) :: distance(:)
       integer :: place
 
-      real(wp) :: least, length
+      real(wp) :: min_length, length
       integer :: j
 
       place = 1
-      least = huge(1.0_wp)
+      min_length = huge(1.0_wp)
       do j = 1, size(distance)
          length = abs(real(distance(j), wp)) + abs(aimag(distance(j)))
-         if (.not. length < least) cycle
-         least = length
+         if (.not. length < min_length) cycle
+         min_length = length
          place = j
       end do
    end function smallest_of
 
-   !> Real roots exactly real, the others in pairs.
+   !> Set nearly real roots to exactly real values, and check that the others are complex conjugate pairs.
    pure subroutine make_real(problem, near, offset, are_paired)
       type(joint_secular_t), intent(in) :: problem
       !> Roots, [roots]
@@ -194,7 +195,7 @@ contains
       are_paired = count(aimag(problem%pole(near) + offset) > 0.0_wp) == &
          count(aimag(problem%pole(near) + offset) < 0.0_wp)
       if (are_paired) return
-      ! two that coalesce on the axis
+      ! two roots that coalesce on the real axis
       do m = 1, size(near)
          s = problem%pole(near(m)) + offset(m)
          if (abs(aimag(s)) <= coalescing*abs(s)) offset(m) = real(s, wp) - problem%pole(near(m))
@@ -203,7 +204,7 @@ contains
          count(aimag(problem%pole(near) + offset) < 0.0_wp)
    end subroutine make_real
 
-   !> Where to begin: the modes with all springs attached, each with its share of the damping.
+   !> Initial values: the modes with all springs attached, each with an estimate of its damping ratio.
    subroutine guess_roots(problem, near, offset)
       type(joint_secular_t), intent(in) :: problem
       !> [roots]
@@ -221,7 +222,7 @@ contains
       fastest = sqrt(maxval([0.0_wp, square]))
       do k = 1, size(problem%spring)
          stiff = problem%spring(k)%stiffness
-         ! the branch is stiff for what is faster than it relaxes
+         ! the branch acts as a spring for motion faster than its relaxation
          if (fastest > problem%spring(k)%relaxation_rate) stiff = stiff + problem%spring(k)%branch_stiffness
          flexibility = 0.0_wp
          if (.not. holds(problem%spring(k))) flexibility = 1.0_wp/stiff
@@ -264,7 +265,7 @@ contains
          else if (abs(offset(j)) < 1.0e-3_wp*abs(problem%pole(near(j)))) then
             offset(j) = offset(j) + 1.0e-3_wp*abs(problem%pole(near(j)))
          end if
-         ! off the real axis, from where the iteration could not reach conjugate pairs
+         ! move off the real axis, because the iteration cannot reach complex conjugate pairs from there
          if (.not. abs(aimag(problem%pole(near(j)) + offset(j))) > 0.0_wp) then
             offset(j) = offset(j)*cmplx(1.0_wp, merge(0.3_wp, -0.3_wp, modulo(j, 2) == 0), wp)
          end if

@@ -1,4 +1,4 @@
-!> The terms of a contact with several stops (docs/theory.md, sections 17 and 18).
+!> Terms exp(s t) of the motion on several closed compliant contacts (docs/theory.md, sections 17 and 18).
 module joint_terms
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
@@ -10,55 +10,56 @@ module joint_terms
    public :: joint_modes_t, make_room, add_room, put_in_order, ready_terms, joint_amplitudes, terms_at
 
    type :: joint_modes_t
-      !> The stops
+      !> Impedances of the stops
       type(impedance_t), allocatable :: spring(:)
       real(wp) :: two_zeta = 0.0_wp
-      !> alpha, [modes of the beam]
+      !> alpha of each mode of the beam, [modes]
       real(wp), allocatable :: mass_rate(:)
-      !> Number of terms; of a conjugate pair only the one with Im s > 0 is kept
+      !> Number of terms; of a complex conjugate pair only the term with Im s > 0 is stored
       integer :: count = 0
-      !> Exponents s, and 1 for a real one, 2 for a pair, [count]
+      !> Exponents s, and weights: 1 for a real exponent, 2 for a pair, [count]
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: weight(:)
-      !> -Re s and Im s, filled up with zeros to whole vectors
+      !> -Re s and Im s, padded with zeros to whole SIMD vectors
       real(wp), allocatable :: decay(:), omega(:)
-      !> P of each stop, its indentation and its P2 per unit of amplitude, [stops, count]
+      !> P of each stop, its indentation and its branch force P2 per unit amplitude, [stops, count]
       complex(wp), allocatable :: force(:, :), indentation(:, :), branch(:, :)
-      !> Each mode of the beam per unit of amplitude, [modes, count], and 1 + 2 zeta s, [count]
+      !> Each mode of the beam per unit amplitude, [modes, count], and 1 + 2 zeta s, [count]
       complex(wp), allocatable :: shape(:, :), viscous(:)
-      !> Real and imaginary parts of the shapes, [modes, count, 2]
+      !> Real and imaginary parts of `shape`, [modes, count, 2]
       real(wp), allocatable :: moves(:, :, :)
-      !> What makes the amplitude of the state at the start: of heights, of what the stops keep, [stops, count], and of
-      !> the modes, [modes, count]
+      !> Weights of the initial state in the amplitudes: of the heights and of the internal variables of the stops,
+      !> [stops, count], and of the modes, [modes, count]
       complex(wp), allocatable :: of_height(:, :), of_memory(:, :), of_mode(:, :)
-      !> Real and imaginary parts of the last, and the sums of their magnitudes, in whole vectors, [padded, modes, 3]
+      !> Real and imaginary parts of `of_mode`, and the sums of their magnitudes, in whole SIMD vectors, [padded, modes,
+      !> 3]
       real(wp), allocatable :: parts(:, :, :)
-      !> Modes with nodes at all stops: they swing on as if alone
+      !> Modes with nodes at all stops, which oscillate independently
       integer, allocatable :: inactive(:)
-      !> Displacement and force of the state of rest per unit of height, [modes, stops], [stops, stops]
+      !> Displacement and force of static equilibrium per unit height, [modes, stops], [stops, stops]
       real(wp), allocatable :: static_shape(:, :), static_force(:, :)
    end type joint_modes_t
 
 contains
 
-   !> Room for some terms.
-   pure subroutine make_room(modes, beam, stops, most)
+   !> Allocate a number of terms.
+   pure subroutine make_room(modes, beam, stops, max_terms)
       type(joint_modes_t), intent(inout) :: modes
-      !> Modes of the beam
+      !> Number of modes of the beam
       integer, intent(in) :: beam
       integer, intent(in) :: stops
-      !> Terms at most
-      integer, intent(in) :: most
+      !> Maximum number of terms
+      integer, intent(in) :: max_terms
 
       if (allocated(modes%exponent)) deallocate (modes%exponent, modes%weight, modes%viscous, modes%force, &
          modes%indentation, modes%branch, modes%of_height, modes%of_memory, modes%shape, modes%of_mode)
-      allocate (modes%exponent(most), modes%weight(most), modes%viscous(most))
-      allocate (modes%force(stops, most), modes%indentation(stops, most), modes%branch(stops, most), &
-         modes%of_height(stops, most), modes%of_memory(stops, most), modes%shape(beam, most), &
-         modes%of_mode(beam, most), source=(0.0_wp, 0.0_wp))
+      allocate (modes%exponent(max_terms), modes%weight(max_terms), modes%viscous(max_terms))
+      allocate (modes%force(stops, max_terms), modes%indentation(stops, max_terms), modes%branch(stops, max_terms), &
+         modes%of_height(stops, max_terms), modes%of_memory(stops, max_terms), modes%shape(beam, max_terms), &
+         modes%of_mode(beam, max_terms), source=(0.0_wp, 0.0_wp))
    end subroutine make_room
 
-   !> Room for so many more.
+   !> Enlarge the arrays by a number of terms.
    pure subroutine add_room(modes, more)
       type(joint_modes_t), intent(inout) :: modes
       integer, intent(in) :: more
@@ -81,7 +82,8 @@ contains
       end associate
    end subroutine add_room
 
-   !> Keep the room that is used, the fastest terms last, which lets the steps of searches be long.
+   !> Trim the arrays to the number of terms, in order of increasing magnitude of the exponent, which permits longer
+   !> search steps.
    pure subroutine put_in_order(modes)
       type(joint_modes_t), intent(inout) :: modes
 
@@ -100,9 +102,9 @@ contains
       modes%of_mode = modes%of_mode(:, order)
    end subroutine put_in_order
 
-   !> What the amplitudes and powers of all terms need in whole vectors.
+   !> Store copies in whole SIMD vectors for the evaluation of amplitudes and exponentials of all terms.
    pure subroutine ready_terms(modes)
-      !> With its terms
+      !> All terms are stored
       type(joint_modes_t), intent(inout) :: modes
 
       associate (n => modes%count)
@@ -119,28 +121,29 @@ contains
       end associate
    end subroutine ready_terms
 
-   !> Amplitudes from the state at the start of a contact: what moves is rest + sum weight Re (amplitude value exp(s
-   !> t)).
+   !> Amplitudes from the state at the start of a contact: each quantity is its static value + sum weight Re (amplitude
+   !> value exp(s t)).
    pure subroutine joint_amplitudes(square, modes, height, indentation, branch_force, z, v, amplitude)
       !> W_i^2 of the beam's modes
       real(wp), intent(in) :: square(:)
       type(joint_modes_t), intent(in) :: modes
-      !> Of the stops, from where the beam's modes swing about, [stops]
+      !> Heights of the stops above the static position of the beam's modes, [stops]
       real(wp), intent(in) :: height(:)
-      !> u and P2 at the start: from displacements the indentation of a hard stop would be rounding error, [stops]
+      !> u and P2 at the start, because the indentation of a stiff stop computed from displacements would be a rounding
+      !> error, [stops]
       real(wp), intent(in) :: indentation(:)
       real(wp), intent(in) :: branch_force(:)
-      !> State of the modes, [modes]
+      !> Modal displacements and velocities relative to the static position, [modes]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
-      !> Without the weight, [count]
+      !> Amplitudes without the weight, [count]
       complex(wp), intent(out) :: amplitude(:)
 
-      ! W^2 z, z, v, alpha z
-      integer, parameter :: forces = 1, places = 2, rates = 3, arrests = 4
-      complex(wp) :: as_is, closed, inverse, other, sums(4)
-      real(wp) :: scale, speed, other_scale, sizes(4), state(size(z), 4)
-      ! sums over the modes for all terms: real and imaginary part, magnitude
+      ! columns of `state`: W^2 z, z, v, alpha z
+      integer, parameter :: forces = 1, displacements = 2, rates = 3, mass_damping = 4
+      complex(wp) :: direct, at_stop, inverse, alternative, sums(4)
+      real(wp) :: scale, magnitude, alternative_scale, sizes(4), state(size(z), 4)
+      ! sums over the modes for all terms: real part, imaginary part, magnitude
       real(wp) :: total(size(modes%decay), 3, 4)
       real(wp), dimension(size(height)) :: memory, viscous, elastic
       logical :: has_damper(size(height))
@@ -151,53 +154,53 @@ contains
       viscous = merge(modes%spring%viscosity*indentation, 0.0_wp, has_damper)
       elastic = modes%spring%stiffness*indentation
       state(:, forces) = square*z
-      state(:, places) = z
+      state(:, displacements) = z
       state(:, rates) = v
-      state(:, arrests) = modes%mass_rate*z
-      call add_up(size(modes%decay), size(z), modes%parts, state, total)
-      total(:, :, arrests) = 0.0_wp
+      state(:, mass_damping) = modes%mass_rate*z
+      call sum_over_modes(size(modes%decay), size(z), modes%parts, state, total)
+      total(:, :, mass_damping) = 0.0_wp
       if (any(modes%mass_rate > 0.0_wp)) then
-         total(:, 1, arrests) = matmul(modes%parts(:, :, 1), state(:, arrests))
-         total(:, 2, arrests) = matmul(modes%parts(:, :, 2), state(:, arrests))
-         total(:, 3, arrests) = matmul(modes%parts(:, :, 3), abs(state(:, arrests)))
+         total(:, 1, mass_damping) = matmul(modes%parts(:, :, 1), state(:, mass_damping))
+         total(:, 2, mass_damping) = matmul(modes%parts(:, :, 2), state(:, mass_damping))
+         total(:, 3, mass_damping) = matmul(modes%parts(:, :, 3), abs(state(:, mass_damping)))
       end if
       do m = 1, modes%count
          sums = cmplx(total(m, 1, :), total(m, 2, :), wp)
          sizes = total(m, 3, :)
          inverse = 1.0_wp/modes%exponent(m)
-         speed = abs(modes%decay(m)) + abs(modes%omega(m))
-         ! the heights less the free motion of the stop points, transformed, in two ways: as it stands, or with
-         ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, where what cancels for great s is the indentation, and with
-         ! (k + c s)/s - c = k/s
-         as_is = -(modes%exponent(m)*sums(places) + sums(arrests)) - modes%two_zeta*sums(forces)
-         scale = speed*sizes(places) + sizes(arrests) + modes%two_zeta*sizes(forces)
-         other = sums(forces)
-         other_scale = sizes(forces)
+         magnitude = abs(modes%decay(m)) + abs(modes%omega(m))
+         ! Laplace transform of the heights minus the free motion of the stop points, in two forms: as it stands, or by
+         ! s (s + 2 zeta W^2 + alpha)/D = 1 - W^2/D, in which the parts that cancel for large s sum to the indentation,
+         ! and by (k + c s)/s - c = k/s
+         direct = -(modes%exponent(m)*sums(displacements) + sums(mass_damping)) - modes%two_zeta*sums(forces)
+         scale = magnitude*sizes(displacements) + sizes(mass_damping) + modes%two_zeta*sizes(forces)
+         alternative = sums(forces)
+         alternative_scale = sizes(forces)
          amplitude(m) = -sums(rates)
          do j = 1, size(height)
             associate (of_height => modes%of_height(j, m), of_memory => modes%of_memory(j, m))
-               ! |Re| + |Im|
-               scale = scale + (abs(real(of_height, wp)) + abs(aimag(of_height)))*abs(height(j))/speed &
+               ! magnitudes as |Re| + |Im|
+               scale = scale + (abs(real(of_height, wp)) + abs(aimag(of_height)))*abs(height(j))/magnitude &
                   + (abs(real(of_memory, wp)) + abs(aimag(of_memory)))*abs(viscous(j))
-               closed = merge(of_memory*elastic(j), of_height*indentation(j), has_damper(j))
-               other_scale = other_scale + abs(real(closed, wp)) + abs(aimag(closed))
-               as_is = as_is + of_height*height(j)*inverse - of_memory*viscous(j)
-               other = other + closed
+               at_stop = merge(of_memory*elastic(j), of_height*indentation(j), has_damper(j))
+               alternative_scale = alternative_scale + abs(real(at_stop, wp)) + abs(aimag(at_stop))
+               direct = direct + of_height*height(j)*inverse - of_memory*viscous(j)
+               alternative = alternative + at_stop
                amplitude(m) = amplitude(m) + of_memory*memory(j)
             end associate
          end do
-         amplitude(m) = amplitude(m) + merge(other*inverse, as_is, other_scale < scale*speed)
+         amplitude(m) = amplitude(m) + merge(alternative*inverse, direct, alternative_scale < scale*magnitude)
       end do
    end subroutine joint_amplitudes
 
-   !> Sums over the modes for all terms at once.
-   pure subroutine add_up(terms, modes, parts, state, total)
-      !> In whole vectors
+   !> Sums over the modes for all terms.
+   pure subroutine sum_over_modes(terms, modes, parts, state, total)
+      !> Number of terms in whole SIMD vectors
       integer, intent(in) :: terms
       integer, intent(in) :: modes
       real(wp), intent(in) :: parts(terms, modes, 3)
       real(wp), intent(in) :: state(modes, 3)
-      !> Real and imaginary parts, magnitudes
+      !> Sums of real parts, imaginary parts, magnitudes
       real(wp), intent(out) :: total(terms, 3, 3)
 
       integer :: c, i, m
@@ -213,20 +216,20 @@ contains
             end do
          end do
       end do
-   end subroutine add_up
+   end subroutine sum_over_modes
 
-   !> The terms at a time.
+   !> Values of the terms at one time.
    pure function terms_at(modes, amplitude, time) result(term)
       type(joint_modes_t), intent(in) :: modes
-      !> With the weight, [count]
+      !> Amplitudes with the weight, [count]
       complex(wp), intent(in) :: amplitude(:)
-      !> Since the start
+      !> Time since the start of the phase
       real(wp), intent(in) :: time
       complex(wp) :: term(modes%count)
 
-      real(wp), dimension(size(modes%decay)) :: fall, imaginary_part, less_one
+      real(wp), dimension(size(modes%decay)) :: decay_factor, imaginary_part, less_one
 
-      call find_terms(amplitude, modes%decay, modes%omega, time, term, imaginary_part, less_one, fall)
+      call find_terms(amplitude, modes%decay, modes%omega, time, term, imaginary_part, less_one, decay_factor)
    end function terms_at
 
 end module joint_terms

@@ -1,10 +1,10 @@
-!> The equation of a beam that presses on several stops, at any s (docs/theory.md, sections 17 and 18).
+!> Characteristic equation of a beam on several closed compliant contacts, at any s (docs/theory.md, sections 17 and
+!> 18).
 !>
-!> With the modes b_i at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s), H(s) = sum b_i b_i'/D_i and, stop by stop,
-!> N = s + nu (1 where there is no branch) and M = N Z, Z the impedance (N = 0, M = 1: it holds), it is
-!> det (N + M H) prod D_i = 0. One mode is always taken apart:
-!> det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i), T_i without that mode, so that nothing cancels next to its
-!> pole.
+!> With the modal values b_i at the stops, D_i(s) = s^2 + W_i^2 (1 + 2 zeta s), H(s) = sum b_i b_i'/D_i and, for each
+!> stop, N = s + nu (1 without a branch) and M = N Z, with Z the impedance (a rigid stop has N = 0, M = 1), the equation
+!> is det (N + M H) prod D_i = 0. One mode is always separated: det (N + M H) D_i = det T_i (D_i + b_i' T_i^-1 M b_i),
+!> with T_i the matrix without that mode, so that nothing cancels next to its pole.
 module joint_vectors
    use kinds, only: wp
    use pole_offsets, only: find_mode_poles, secular_t, size_of
@@ -14,22 +14,22 @@ module joint_vectors
    private
    public :: joint_secular_t, make_joint_secular, joint_vectors_t, vectors_at, numerators
 
-   !> `secular_t` has the poles, those of the branches last.
+   !> Equation of the beam and the stops; `secular_t` contains the poles, those of the branches last.
    type, extends(secular_t) :: joint_secular_t
       !> b_i at the stops, [modes, stops]
       real(wp), allocatable :: value(:, :)
       !> alpha of each mode, [modes]
       real(wp), allocatable :: mass_rate(:)
-      !> The stops, [stops], and the pole of the branch of each; 0: it has none
+      !> Impedances of the stops, [stops], and index of the pole of each branch; 0: the stop has no branch
       type(impedance_t), allocatable :: spring(:)
       integer, allocatable :: branch_pole(:)
       !> b_ij b_ik of each pair of stops j <= k, [modes, pairs]
       real(wp), allocatable :: product(:, :)
    end type joint_secular_t
 
-   !> What belongs to a root, or to any s.
+   !> Values of the equation at one s, and its vectors.
    type :: joint_vectors_t
-      !> The mode taken apart; 0: there is no mode
+      !> The separated mode; 0: there is none
       integer :: mode = 0
       !> T_i^-1 M b_i, and T_i'^-1 b_i, [stops]
       complex(wp), allocatable :: right(:), left(:)
@@ -38,12 +38,12 @@ module joint_vectors
       complex(wp) :: slope = 0.0_wp
       !> Logarithmic derivative of det T_i
       complex(wp) :: trace = 0.0_wp
-      !> Sum of 1/distance over the poles of all modes but that one
+      !> Sum of 1/distance over the poles of all modes except the separated mode
       complex(wp) :: of_poles = 0.0_wp
-      !> How much the sum for the slope cancels, >= 1
+      !> Condition number of the sum for the slope, >= 1
       real(wp) :: condition = 1.0_wp
-      !> Room, kept from one s to the next: N, M and their derivatives, T_i and its derivative, what is solved, 1/D_i
-      !> and its derivative
+      !> Workspace, allocated once: N, M and their derivatives, T_i and its derivative, the right-hand sides and
+      !> solutions, 1/D_i and its derivative
       complex(wp), allocatable, private :: n(:), m(:), n_slope(:), m_slope(:), of_slope(:)
       complex(wp), allocatable, private :: matrix(:, :), slopes(:, :), solution(:, :), elimination(:, :)
       real(wp), allocatable, private :: term(:, :)
@@ -51,16 +51,16 @@ module joint_vectors
 
 contains
 
-   !> The poles.
+   !> Set up the equation and find its poles.
    subroutine make_joint_secular(square, value, zeta, mass_rate, spring, problem)
-      !> W_i^2 of the modes that move a stop point, ascending, [modes]
+      !> W_i^2 of the modes with nonzero values at stops, ascending, [modes]
       real(wp), intent(in) :: square(:)
       !> b_i, [modes, stops]
       real(wp), intent(in) :: value(:, :)
       real(wp), intent(in) :: zeta
       !> alpha, [modes]
       real(wp), intent(in) :: mass_rate(:)
-      !> [stops]
+      !> Impedances, [stops]
       type(impedance_t), intent(in) :: spring(:)
       type(joint_secular_t), intent(out) :: problem
 
@@ -69,7 +69,7 @@ contains
       problem%modes = size(square)
       problem%two_zeta = 2.0_wp*zeta
       problem%poles = 2*size(square) + count(spring%branch_stiffness > 0.0_wp)
-      ! what holds takes a mode away
+      ! each rigid stop removes one mode
       problem%roots = problem%poles - 2*count(holds(spring))
       problem%spring = spring
       allocate (problem%square, source=square)
@@ -87,7 +87,8 @@ contains
          problem%relative(problem%poles) = 1.0_wp - problem%two_zeta*spring(j)%relaxation_rate
       end do
       if (problem%poles > 2*size(square)) then
-         ! no pole, but a branch that creeps has a root so near to 0 that only its distance from there has the digits
+         ! s = 0 is no pole, but a branch with slow creep has a root so near to 0 that only its distance from 0 has
+         ! correct digits
          problem%poles = problem%poles + 1
          problem%pole(problem%poles) = 0.0_wp
          problem%relative(problem%poles) = 1.0_wp
@@ -103,19 +104,19 @@ contains
       problem%crowded = problem%two_zeta > 0.0_wp .and. abs(problem%relative) < 0.5_wp
    end subroutine make_joint_secular
 
-   !> What belongs to an s, with the mode taken apart that has the nearest pole, or else moves the stops most: a mode
-   !> that hardly moves them leaves a root of the others in T_i.
+   !> Evaluate the equation at one s. The separated mode is that with the nearest pole or, if none is given, that which
+   !> moves the stops most: a separated mode that hardly moves the stops would leave a root of the other modes in T_i.
    pure subroutine vectors_at(problem, s, near, distance, vectors)
       type(joint_secular_t), intent(in) :: problem
       complex(wp), intent(in) :: s
-      !> The nearest pole; 0: whatever it is
+      !> Index of the nearest pole; 0: unknown
       integer, intent(in) :: near
       !> s - pole, [poles]
       complex(wp), contiguous, intent(in) :: distance(:)
-      !> Its room is kept for the next call
+      !> Result; its workspace is reused in the next call
       type(joint_vectors_t), intent(inout) :: vectors
 
-      real(wp) :: strength, strongest
+      real(wp) :: strength, max_strength
       integer :: i, stops
 
       stops = size(problem%spring)
@@ -127,49 +128,49 @@ contains
       if (near > 0 .and. near <= 2*problem%modes) then
          vectors%mode = (near + 1)/2
       else
-         strongest = 0.0_wp
+         max_strength = 0.0_wp
          do i = 1, problem%modes
             strength = sum(problem%value(i, :)**2)/max(size_of(distance(2*i - 1)*distance(2*i)), sqrt(tiny(1.0_wp)))
-            if (strength > strongest) vectors%mode = i
-            strongest = max(strongest, strength)
+            if (strength > max_strength) vectors%mode = i
+            max_strength = max(max_strength, strength)
          end do
       end if
       call numerators(problem, s, distance, vectors%n, vectors%m, vectors%n_slope, vectors%m_slope)
       call add_modes(problem, distance, vectors)
-      call take_apart(problem, s, distance, vectors)
+      call separate_mode(problem, s, distance, vectors)
    end subroutine vectors_at
 
-   !> T_i = N + M H and its derivative, in H all modes but the one apart.
+   !> T_i = N + M H and its derivative, with all modes except the separated mode in H.
    pure subroutine add_modes(problem, distance, vectors)
       type(joint_secular_t), intent(in) :: problem
       complex(wp), contiguous, intent(in) :: distance(:)
       type(joint_vectors_t), intent(inout) :: vectors
 
-      complex(wp) :: both, h, h_slope
+      complex(wp) :: product, h, h_slope
       integer :: i, j, k, pair
 
-      ! 1/D_i, and its derivative less the sign
+      ! 1/D_i, and minus its derivative
       do i = 1, problem%modes
-         ! one after the other: the square of D_i would overflow on strongly graded meshes
-         both = inverse_of(distance(2*i - 1))*inverse_of(distance(2*i))
-         vectors%term(i, 1) = real(both, wp)
-         vectors%term(i, 2) = aimag(both)
-         both = both*(distance(2*i - 1) + distance(2*i))
-         vectors%term(i, 3) = real(both, wp)
-         vectors%term(i, 4) = aimag(both)
+         ! multiply two inverses, because the square of D_i would overflow on strongly graded meshes
+         product = inverse_of(distance(2*i - 1))*inverse_of(distance(2*i))
+         vectors%term(i, 1) = real(product, wp)
+         vectors%term(i, 2) = aimag(product)
+         product = product*(distance(2*i - 1) + distance(2*i))
+         vectors%term(i, 3) = real(product, wp)
+         vectors%term(i, 4) = aimag(product)
       end do
       if (vectors%mode > 0) vectors%term(vectors%mode, :) = 0.0_wp
       vectors%of_poles = cmplx(sum(vectors%term(:, 3)), sum(vectors%term(:, 4)), wp)
       do i = 1, problem%modes
-         both = cmplx(vectors%term(i, 1), vectors%term(i, 2), wp)*cmplx(vectors%term(i, 3), vectors%term(i, 4), wp)
-         vectors%term(i, 3) = real(both, wp)
-         vectors%term(i, 4) = aimag(both)
+         product = cmplx(vectors%term(i, 1), vectors%term(i, 2), wp)*cmplx(vectors%term(i, 3), vectors%term(i, 4), wp)
+         vectors%term(i, 3) = real(product, wp)
+         vectors%term(i, 4) = aimag(product)
       end do
       pair = 0
       do k = 1, size(problem%spring)
          do j = 1, k
             pair = pair + 1
-            call weigh_terms(problem%product(:, pair), vectors%term, h, h_slope)
+            call sum_terms(problem%product(:, pair), vectors%term, h, h_slope)
             vectors%matrix(j, k) = vectors%m(j)*h
             vectors%slopes(j, k) = vectors%m_slope(j)*h - vectors%m(j)*h_slope
             vectors%matrix(k, j) = vectors%m(k)*h
@@ -180,7 +181,7 @@ contains
       end do
    end subroutine add_modes
 
-   !> 1/z; that of the nearest pole, whose square may underflow, is not used.
+   !> 1/z. The result for the distance to the nearest pole, whose square may underflow, is not used.
    elemental function inverse_of(z) result(inverse)
       complex(wp), intent(in) :: z
       complex(wp) :: inverse
@@ -188,8 +189,8 @@ contains
       inverse = conjg(z)*(1.0_wp/max(real(z, wp)**2 + aimag(z)**2, tiny(1.0_wp)))
    end function inverse_of
 
-   !> Sums of a column over 1/D_i and over (1/D_i)' less the sign.
-   pure subroutine weigh_terms(weight, term, h, h_slope)
+   !> Sums of a column times 1/D_i and times minus the derivative of 1/D_i.
+   pure subroutine sum_terms(weight, term, h, h_slope)
       !> b_ij b_ik, [modes]
       real(wp), contiguous, intent(in) :: weight(:)
       !> [modes, 4]
@@ -213,18 +214,18 @@ contains
       end do
       h = cmplx(a, b, wp)
       h_slope = cmplx(c, d, wp)
-   end subroutine weigh_terms
+   end subroutine sum_terms
 
-   !> What T_i makes of the mode apart.
-   pure subroutine take_apart(problem, s, distance, vectors)
+   !> Solve with T_i for the vectors, the value and the slope of the separated mode.
+   pure subroutine separate_mode(problem, s, distance, vectors)
       type(joint_secular_t), intent(in) :: problem
       complex(wp), intent(in) :: s
       complex(wp), contiguous, intent(in) :: distance(:)
-      !> T_i and its derivative are there
+      !> Contains T_i and its derivative
       type(joint_vectors_t), intent(inout) :: vectors
 
       integer :: j, stops
-      logical :: is_lost
+      logical :: needs_transpose
 
       stops = size(problem%spring)
       associate (m => vectors%m, right => vectors%right, left => vectors%left, m_slope => vectors%m_slope, &
@@ -240,21 +241,22 @@ contains
          end do
          if (vectors%mode == 0) return
          right(:) = solution(:, stops + 1)
-         is_lost = .false.
-         ! T_i is symmetric but for the factors M of its rows, which differ by far among soft and hard stops
+         needs_transpose = .false.
+         ! T_i is symmetric except for the factors M of its rows, whose magnitudes differ strongly between soft and
+         ! stiff stops
          do j = 1, stops
-            if (is_great(j)) then
+            if (is_accurate(j)) then
                left(j) = right(j)/m(j)
             else
-               is_lost = .true.
+               needs_transpose = .true.
             end if
          end do
-         if (is_lost) then
+         if (needs_transpose) then
             vectors%elimination(:, :) = transpose(vectors%matrix)
             solution(:, 1) = problem%value(vectors%mode, :)
             call eliminate(vectors%elimination, solution(:, :1))
             do j = 1, stops
-               if (.not. is_great(j)) left(j) = solution(j, 1)
+               if (.not. is_accurate(j)) left(j) = solution(j, 1)
             end do
          end if
          associate (b => problem%value(vectors%mode, :), first => distance(2*vectors%mode - 1), &
@@ -269,8 +271,8 @@ contains
 
    contains
 
-      !> Is the factor of a row far from cancelling?
-      pure function is_great(j) result(answer)
+      !> Is the factor M of a row free of strong cancellation?
+      pure function is_accurate(j) result(answer)
          integer, intent(in) :: j
          logical :: answer
 
@@ -278,8 +280,8 @@ contains
             answer = size_of(vectors%m(j)) > 1.0e-6_wp*(spring%stiffness*size_of(vectors%n(j)) &
                + (spring%branch_stiffness + spring%viscosity)*size_of(s))
          end associate
-      end function is_great
-   end subroutine take_apart
+      end function is_accurate
+   end subroutine separate_mode
 
    !> N and M of each stop, and their derivatives.
    pure subroutine numerators(problem, s, distance, n, m, n_slope, m_slope)
@@ -287,7 +289,7 @@ contains
       complex(wp), intent(in) :: s
       !> s - pole, [poles]
       complex(wp), intent(in) :: distance(:)
-      !> [stops]
+      !> Impedances, [stops]
       complex(wp), intent(out), dimension(:) :: n, m, n_slope, m_slope
 
       integer :: j

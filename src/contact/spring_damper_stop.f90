@@ -1,7 +1,8 @@
-!> A spring k and a damper c side by side between the beam and the stop: P = max(0, k u + c u').
+!> A stop of a spring k and a damper c in parallel: P = max(0, k u + c u').
 !>
-!> No surface comes back on its own: P vanishes while the stop is still indented, and from then on the spring pushes the
-!> damper alone, at the pace of the beam. The force in the branch is that of the damper.
+!> The contact surface does not recover independently of the beam: P vanishes while the stop is still indented, and from
+!> then on the spring moves the damper without contact force, at the velocity of the beam. The branch force is that of
+!> the damper.
 module spring_damper_stop
    use kinds, only: lambda1_power4, wp
    use yielding_stop, only: stop_step_t, yielding_stop_t
@@ -18,7 +19,7 @@ module spring_damper_stop
 
 contains
 
-   !> The stop from the ratios of a scene.
+   !> Make the stop from the dimensionless ratios of a scene.
    elemental function make_spring_damper(stiffness_ratio, damper_ratio) result(stop)
       !> kappa
       real(wp), intent(in) :: stiffness_ratio
@@ -30,12 +31,13 @@ contains
       stop%viscosity = 3.0_wp*damper_ratio/lambda1_power4
    end function make_spring_damper
 
-   !> A node without mass between the beam and a rigid stop: the elements beside it are a spring, whose damping is
-   !> proportional to its stiffness. The node that a stop has let go comes back to where the beam's modes have it.
+   !> A massless node between the beam and a rigid stop as a spring with a damper: the spring is the beam elements next
+   !> to the node, whose damping is proportional to their stiffness. After its release the node returns to the
+   !> displacement that the modes give it.
    elemental function make_node_pad(flexibility, two_zeta) result(pad)
-      !> Displacement of the node per unit of force on it, all else held
+      !> Displacement of the node per unit force on it, with all other degrees of freedom fixed
       real(wp), intent(in) :: flexibility
-      !> 2 zeta of the beam; 0: the node comes back at once
+      !> 2 zeta of the beam; 0: the node returns instantly
       real(wp), intent(in) :: two_zeta
       type(spring_damper_t) :: pad
 
@@ -45,7 +47,7 @@ contains
       if (two_zeta > 0.0_wp) pad%surface_rate = 1.0_wp/two_zeta
    end function make_node_pad
 
-   !> What happens in a step of contact.
+   !> Coefficients of a time step in contact.
    pure function step(self, length)
       class(spring_damper_t), intent(in) :: self
       real(wp), intent(in) :: length
@@ -61,7 +63,7 @@ contains
       step%gain = per_step
    end function step
 
-   !> Without force the beam leaves; the indentation is where the beam is.
+   !> Set the branch force to that of a released stop; the indentation stays, because the surface moves with the beam.
    pure subroutine unload(self, indentation, branch_force)
       class(spring_damper_t), intent(in) :: self
       real(wp), intent(inout) :: indentation
@@ -77,7 +79,7 @@ contains
       real(wp), intent(in) :: branch_force
       real(wp) :: energy
 
-      ! the damper holds none
+      ! the damper stores no energy
       associate (unused => branch_force)
       end associate
       energy = 0.5_wp*self%stiffness*max(indentation, 0.0_wp)**2

@@ -1,6 +1,6 @@
-!> Beam and surfaces at rest: where a run starts, and where it ends at last.
+!> Static states of beam and stops: the start of a run by release from a stop, and the final state of rest.
 !>
-!> Scales: displacement eta, forces Pbar / (hbar/L), as of the laws of the stops.
+!> Scales: displacement eta, forces Pbar / (hbar/L), as in the laws of the stops.
 module static_states
    use beam_model, only: beam_model_t
    use contact_starts, only: find_carrying_forces
@@ -16,14 +16,14 @@ module static_states
 
 contains
 
-   !> At rest in the static shape of a force at the stop from which the beam is released, 1 away from its surface.
+   !> Static shape of a force at the stop from which the beam is released, with a gap of 1 at that contact.
    pure subroutine find_static_start(model, contacts, displacement, error)
       type(beam_model_t), intent(in) :: model
-      !> All surfaces
+      !> All contacts
       type(contact_t), intent(in) :: contacts(:)
       !> y and dy/dx of the nodes, [order]
       real(wp), allocatable, intent(out) :: displacement(:)
-      !> Set when no force at that stop moves it, or when the shape reaches beyond another surface
+      !> Set when no force at that stop moves the beam, or when the shape penetrates another contact
       type(failure_t), allocatable, intent(out) :: error
 
       type(supported_beam_t) :: beam
@@ -51,16 +51,17 @@ contains
       end do
    end subroutine find_static_start
 
-   !> At rest on the surfaces that carry it: forces that push only, their yielding ones in a row with the beam.
+   !> Static equilibrium on the active contacts: unilateral forces, with the springs of compliant stops in series with
+   !> the beam.
    pure subroutine find_static_rest(model, contacts, forces, energy, error)
       type(beam_model_t), intent(in) :: model
-      !> All surfaces
+      !> All contacts
       type(contact_t), intent(in) :: contacts(:)
-      !> P of each
+      !> P of each contact
       real(wp), intent(out) :: forces(:)
-      !> Of the beam and of all springs
+      !> Strain energy of the beam and of all springs
       real(wp), intent(out) :: energy
-      !> Set when nothing holds the beam
+      !> Set when the beam is a mechanism
       type(failure_t), allocatable, intent(out) :: error
 
       type(supported_beam_t) :: beam

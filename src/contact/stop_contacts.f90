@@ -1,7 +1,7 @@
-!> The surfaces that a beam can meet: one of a stop below or above it, two of a stop on both sides.
+!> Unilateral contacts of the beam: one of a stop below or above it, two of a stop on both sides.
 !>
-!> With the sign s = 1 below and -1 above all of them are alike: the gap of a surface at height d is s (y - d), and its
-!> force acts on the beam along s.
+!> The sign s is 1 for a contact below the beam and -1 for one above: the gap of a contact at height d is s (y - d), and
+!> its force acts on the beam along s.
 module stop_contacts
    use kinds, only: wp
    use load_settings, only: start_release
@@ -12,34 +12,35 @@ module stop_contacts
    public :: contact_t, contacts_of, stops_of, has_one_contact, active_contacts, touch_tolerance, is_beyond
 
    type :: contact_t
-      !> Which &stop of the scene it belongs to, and which surface of all in the scene's order, below before above
+      !> Index of its &stop in the scene, and index among all contacts in the order of the scene, below before above
       integer :: stop = 1
       integer :: number = 1
       !> s
       real(wp) :: sign = 1.0_wp
-      !> s d in units of displacement: the same as the `preload` of its stop
+      !> s d in units of displacement: the `preload` of its stop
       real(wp) :: height = 0.0_wp
-      !> The beam is released from it
+      !> The beam is released from this contact
       logical :: is_release_contact = .false.
-      !> Position, law and what that has
+      !> Position and law of the stop, and the parameters of the law
       type(stop_settings_t) :: settings
    end type contact_t
 
-   !> More than rounding, less than anything meant, in the unit of displacement.
-   real(wp), parameter :: most_beyond = 1.0e-9_wp
+   !> Tolerance of penetration at the start, in units of displacement: greater than rounding errors, less than any
+   !> intended penetration.
+   real(wp), parameter :: max_penetration = 1.0e-9_wp
 
 contains
 
-   !> A start that lies beyond a surface by this at most touches it, and is moved onto it; one that lies further beyond
-   !> is refused.
+   !> Maximum penetration at the start that counts as contact and is projected onto the contact surface; a start with a
+   !> larger penetration is refused.
    elemental function touch_tolerance(contact) result(tolerance)
       type(contact_t), intent(in) :: contact
       real(wp) :: tolerance
 
-      tolerance = most_beyond*max(1.0_wp, abs(contact%height))
+      tolerance = max_penetration*max(1.0_wp, abs(contact%height))
    end function touch_tolerance
 
-   !> Does a start with this gap lie beyond the surface, not on it?
+   !> Does a start with this gap penetrate the contact by more than the tolerance?
    elemental function is_beyond(contact, gap) result(answer)
       type(contact_t), intent(in) :: contact
       real(wp), intent(in) :: gap
@@ -48,13 +49,13 @@ contains
       answer = gap < -touch_tolerance(contact)
    end function is_beyond
 
-   !> Is a run about one contact and nothing else: a beam on no supports that one rigid stop or one of three elements
-   !> below it releases, damped in proportion to its stiffness and left alone, with neither stresses nor statistics? Its
-   !> histories are those of the contact, so its file has none of each contact, its modes can be chosen by comparing
-   !> runs, and a node without mass can come to the stop.
+   !> Has the run one contact and no further features: a beam without supports along it, released from one rigid or
+   !> three-element stop below it, with damping proportional to stiffness, without loads, stresses and statistics? The
+   !> contact then needs no histories of its own in the results file, the number of modes can be chosen by comparing
+   !> runs, and the stop may have a massless node in front of it.
    pure function has_one_contact(settings, supports) result(answer)
       type(run_settings_t), intent(in) :: settings
-      !> How many the beam has along it
+      !> Number of supports along the beam
       integer, intent(in) :: supports
       logical :: answer
 
@@ -65,7 +66,7 @@ contains
          allocated(settings%stress) .or. allocated(settings%statistics))
    end function has_one_contact
 
-   !> All stops of a run in the scene's order.
+   !> All stops of a run, in the order of the scene.
    pure function stops_of(settings) result(stops)
       type(run_settings_t), intent(in) :: settings
       type(stop_settings_t), allocatable :: stops(:)
@@ -83,8 +84,7 @@ contains
       if (further > 0) stops(2:) = settings%more_stops
    end function stops_of
 
-   !> All surfaces, in an order that does not depend on the scene's: along the beam, below before above, the highest
-   !> first.
+   !> All contacts, in an order independent of that of the scene: along the beam, below before above, the highest first.
    pure function contacts_of(settings) result(contacts)
       type(run_settings_t), intent(in) :: settings
       type(contact_t), allocatable :: contacts(:)
@@ -117,7 +117,7 @@ contains
          contact = contacts(i)
          place = i
          do while (place > 1)
-            if (.not. stands_before(contact, contacts(place - 1))) exit
+            if (.not. precedes(contact, contacts(place - 1))) exit
             contacts(place) = contacts(place - 1)
             place = place - 1
          end do
@@ -126,11 +126,11 @@ contains
       contacts = contacts(:total)
    end function contacts_of
 
-   !> Which of them act? Of rigid ones at one point and on one side the highest does alone, of equal ones the one with
-   !> the greatest restitution.
+   !> Which contacts are active? Of rigid contacts at one point and on one side only the highest is active; of equally
+   !> high ones only that with the maximum coefficient of restitution.
    pure function active_contacts(contacts, dofs) result(is_active)
       type(contact_t), intent(in) :: contacts(:)
-      !> Degree of freedom of each
+      !> Degree of freedom of each contact
       integer, intent(in) :: dofs(:)
       logical :: is_active(size(contacts))
 
@@ -151,8 +151,8 @@ contains
       end do
    end function active_contacts
 
-   !> Does one surface stand before another? Those that are alike in all keep the scene's order.
-   elemental function stands_before(one, other) result(answer)
+   !> Does one contact precede another in the order? Identical contacts remain in the order of the scene.
+   elemental function precedes(one, other) result(answer)
       type(contact_t), intent(in) :: one
       type(contact_t), intent(in) :: other
       logical :: answer
@@ -165,9 +165,9 @@ contains
       first = findloc(abs(a - b) > 0.0_wp, .true., dim=1)
       answer = .false.
       if (first > 0) answer = a(first) < b(first)
-   end function stands_before
+   end function precedes
 
-   !> What the order goes by, the first first.
+   !> Sort keys of a contact, the most significant first.
    pure function keys(contact) result(values)
       type(contact_t), intent(in) :: contact
       real(wp) :: values(9)

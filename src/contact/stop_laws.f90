@@ -1,4 +1,4 @@
-!> The stop that a run's settings ask for.
+!> Contact laws of the stops as the run settings select them.
 module stop_laws
    use kinds, only: lambda1_power4, wp
    use run_settings, only: law_restitution, law_spring_damper, law_three_element, stop_settings_t
@@ -11,7 +11,7 @@ module stop_laws
 
 contains
 
-   !> Do impulses act on the beam?
+   !> Is the stop rigid, so that impulses act on the beam?
    elemental function is_rigid(settings) result(answer)
       type(stop_settings_t), intent(in) :: settings
       logical :: answer
@@ -19,7 +19,7 @@ contains
       answer = settings%law == law_restitution
    end function is_rigid
 
-   !> k, what a stop at rest answers to an indentation of 1; 0: it is rigid.
+   !> Static stiffness k, the force per unit of constant indentation; 0: the stop is rigid.
    elemental function static_stiffness(settings) result(stiffness)
       type(stop_settings_t), intent(in) :: settings
       real(wp) :: stiffness
@@ -28,10 +28,10 @@ contains
       if (.not. is_rigid(settings)) stiffness = 3.0_wp*settings%stiffness_ratio/lambda1_power4
    end function static_stiffness
 
-   !> A stop that yields.
+   !> Make the law of a compliant stop.
    subroutine make_yielding_stop(settings, stop)
       type(stop_settings_t), intent(in) :: settings
-      !> Unallocated where the stop is rigid
+      !> Unallocated if the stop is rigid
       class(yielding_stop_t), allocatable, intent(out) :: stop
 
       select case (settings%law)

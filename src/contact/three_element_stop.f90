@@ -1,5 +1,5 @@
-!> Model B of the stop: a spring k parallel to a Maxwell branch, a spring beta k in series with a damper c
-!> (docs/theory.md, section 8).
+!> Model B of the stop (standard linear solid): a spring k parallel to a Maxwell branch, a spring beta k in series with
+!> a damper c (docs/theory.md, section 8).
 !>
 !> dP2/dtau + rate P2 = beta k du/dtau, rate = beta k / c.
 module three_element_stop
@@ -18,13 +18,13 @@ module three_element_stop
 
 contains
 
-   !> Model B from the ratios of the paper.
+   !> Make model B from the ratios of the paper.
    elemental function make_three_element(stiffness_ratio, branch_ratio, damper_ratio) result(stop)
       !> kappa
       real(wp), intent(in) :: stiffness_ratio
       !> beta
       real(wp), intent(in) :: branch_ratio
-      !> c*; 0: the branch bears nothing
+      !> c*; 0: the branch bears no force
       real(wp), intent(in) :: damper_ratio
       type(three_element_t) :: stop
 
@@ -34,7 +34,7 @@ contains
       stop%stiffness = 3.0_wp*stiffness_ratio/lambda1_power4
       if (branch <= 0.0_wp) return
       if (damper_ratio <= branch*tiny(1.0_wp)) then
-         ! a damper without resistance: the branch is absent, and without force the surface is at home
+         ! a damper without resistance: the branch is absent, and without force the surface is undeformed
          stop%relaxation_rate = huge(1.0_wp)
          stop%surface_rate = huge(1.0_wp)
       else
@@ -44,7 +44,7 @@ contains
       end if
    end function make_three_element
 
-   !> E in P2(tau + step) = E P2(tau) + beta k phi (u(tau + step) - u(tau)), exact where u is linear in tau.
+   !> E in P2(tau + step) = E P2(tau) + beta k phi (u(tau + step) - u(tau)), exact if u is linear in tau.
    elemental function branch_decay(stop, step) result(decay)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
@@ -54,8 +54,8 @@ contains
       decay = decay_over(stop%relaxation_rate, step)
    end function branch_decay
 
-   !> beta k phi of the same formula, phi = (1 - E)/(rate step): beta k if the damper does not yield, 0 if it does not
-   !> resist.
+   !> beta k phi in the formula of `branch_decay`, phi = (1 - E)/(rate step): beta k if the damper is rigid, 0 if the
+   !> damper has no resistance.
    elemental function branch_gain(stop, step) result(gain)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
@@ -77,8 +77,8 @@ contains
       end if
    end function branch_gain
 
-   !> beta k (1 - phi)/(rate step), phi as there: the mean of P2 over the step is phi P2(tau) + this (u(tau + step) -
-   !> u(tau)).
+   !> Coefficient g = beta k (1 - phi)/(rate step) in the mean of P2 over the step, phi P2(tau) + g (u(tau + step) -
+   !> u(tau)), with phi = (1 - exp(-rate step))/(rate step).
    elemental function branch_mean_gain(stop, step) result(gain)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
@@ -104,7 +104,7 @@ contains
       end if
    end function branch_mean_gain
 
-   !> Factor by which the indentation of the free surface shrinks over a step; there P2 = -k u.
+   !> Decay factor of the indentation of the free surface over a step, during which P2 = -k u.
    elemental function surface_decay(stop, step) result(decay)
       type(three_element_t), intent(in) :: stop
       !> Length of the step, tau
@@ -114,9 +114,9 @@ contains
       decay = decay_over(stop%surface_rate, step)
    end function surface_decay
 
-   !> exp(-rate step), both limits of the rate included.
+   !> exp(-rate step), including the limits of rate 0 and infinity.
    elemental function decay_over(rate, step) result(decay)
-      !> Rate; `huge` stands for infinity
+      !> Rate; `huge` means infinity
       real(wp), intent(in) :: rate
       !> Time
       real(wp), intent(in) :: step
@@ -128,8 +128,8 @@ contains
       if (rate < huge(1.0_wp)) decay = exp(-rate*step)
    end function decay_over
 
-   !> What happens in a step: then the springs keep and the damper takes the energy that the mean of P gives the stop,
-   !> no less.
+   !> Coefficients of a time step. The energy stored in the springs plus the energy dissipated in the damper equals the
+   !> work of the mean of P on the stop.
    pure function step(self, length)
       class(three_element_t), intent(in) :: self
       real(wp), intent(in) :: length
@@ -146,11 +146,11 @@ contains
       step%contact = surface_decay(self, length)
    end function step
 
-   !> Take what is left of the force off at once: both springs give, the damper does not move. The
-   !> surface is then free, P2 = -k u.
+   !> Release the remaining force instantaneously: both springs deform, the damper does not move. The surface is then
+   !> free, P2 = -k u.
    pure subroutine unload(self, indentation, branch_force)
       class(three_element_t), intent(in) :: self
-      !> u; that of the free surface on return
+      !> u; on return the indentation of the free surface
       real(wp), intent(inout) :: indentation
       !> P2; -k u on return
       real(wp), intent(inout) :: branch_force

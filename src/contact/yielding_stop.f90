@@ -1,29 +1,29 @@
-!> A stop that yields under the beam, as arithmetic on scalars for any way through time.
+!> Compliant stop as arithmetic on scalars, for every integration method.
 !>
-!> Scales: displacement eta, time tau, mass in rho Abar L; so forces are Pbar / (hbar/L) and stiffnesses
-!> k / (lambda1^4 E Ibar / L^3).
+!> Scales: displacement eta, time tau, mass in rho Abar L; so forces are Pbar / (hbar/L) and stiffnesses k / (lambda1^4
+!> E Ibar / L^3).
 !>
-!> With the indentation u its force is P = k u + P2, P2 the force in a branch beside the spring. Where the beam has left
-!> it P is zero, and the surface comes back.
+!> With the indentation u the force of the stop is P = k u + P2, P2 the force in a branch parallel to the spring. After
+!> separation from the beam P is zero, and the surface recovers.
 module yielding_stop
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: impedance_t, yielding_stop_t, stop_step_t, contact_force, rounding_of_force, mean_force_coefficients, holds
 
-   !> What the stop answers to exp(s tau): P = k u + c s u + beta k s/(s + nu) u.
+   !> Impedance of a stop: the force P = k u + c s u + beta k s/(s + nu) u for an indentation u exp(s tau).
    type :: impedance_t
-      !> k; 0: it does not yield at all
+      !> k; 0: the stop is rigid
       real(wp) :: stiffness = 0.0_wp
-      !> beta k, 0 where the branch is absent
+      !> beta k; 0: the branch is absent
       real(wp) :: branch_stiffness = 0.0_wp
-      !> nu = beta k / c; 0: the damper does not yield; `huge`: the branch bears nothing
+      !> nu = beta k / c; 0: the damper is rigid; `huge`: the branch bears no force
       real(wp) :: relaxation_rate = 0.0_wp
-      !> c of a damper beside the spring
+      !> c of a damper parallel to the spring
       real(wp) :: viscosity = 0.0_wp
    end type impedance_t
 
-   !> A step of fixed length in which u changes linearly.
+   !> Coefficients of a time step of fixed length in which u changes linearly from u to u+.
    type :: stop_step_t
       !> Mean of P = mean_slope u+ + mean_indentation u + mean_branch P2
       real(wp) :: mean_slope = 0.0_wp
@@ -32,12 +32,12 @@ module yielding_stop
       !> P2+ = decay P2 + gain (u+ - u)
       real(wp) :: decay = 1.0_wp
       real(wp) :: gain = 0.0_wp
-      !> Without force u+ = surface u
+      !> Factor of u in u+ of the free surface, which bears no force
       real(wp) :: contact = 1.0_wp
    end type stop_step_t
 
    type, abstract, extends(impedance_t) :: yielding_stop_t
-      !> Rate at which the surface comes back without force
+      !> Rate of the exponential recovery of the free surface
       real(wp) :: surface_rate = 0.0_wp
    contains
       procedure(step_interface), deferred :: step
@@ -46,7 +46,7 @@ module yielding_stop
    end type yielding_stop_t
 
    abstract interface
-      !> What happens in a step, exact where u is linear in tau.
+      !> Coefficients of a time step, exact if u is linear in tau.
       pure function step_interface(self, length) result(step)
          import :: stop_step_t, wp, yielding_stop_t
          implicit none (type, external)
@@ -68,12 +68,12 @@ module yielding_stop
          real(wp) :: energy
       end function energy_interface
 
-      !> Take what is left of the force off at once. The surface is then free.
+      !> Release the remaining force instantaneously. The surface is then free.
       pure subroutine unload_interface(self, indentation, branch_force)
          import :: wp, yielding_stop_t
          implicit none (type, external)
          class(yielding_stop_t), intent(in) :: self
-         !> u; that of the free surface on return
+         !> u; on return the indentation of the free surface
          real(wp), intent(inout) :: indentation
          !> P2; -k u on return
          real(wp), intent(inout) :: branch_force
@@ -82,7 +82,7 @@ module yielding_stop
 
 contains
 
-   !> Does it hold what touches it?
+   !> Is the stop rigid, so that it holds the beam?
    elemental function holds(impedance) result(answer)
       class(impedance_t), intent(in) :: impedance
       logical :: answer
@@ -102,10 +102,10 @@ contains
       force = stop%stiffness*indentation + branch_force
    end function contact_force
 
-   !> What rounding may leave of P where it should vanish: its parts are differences of what is far larger.
+   !> Rounding error of P at its zeros, at which P is the difference of much larger terms.
    elemental function rounding_of_force(stop, extent, speed) result(force)
       class(impedance_t), intent(in) :: stop
-      !> The largest that u is a difference of
+      !> Largest term in the difference u
       real(wp), intent(in) :: extent
       !> |u'|
       real(wp), intent(in) :: speed
@@ -117,11 +117,11 @@ contains
    !> Mean of P over a step = slope u+ + rest.
    elemental subroutine mean_force_coefficients(step, indentation, branch_force, slope, rest)
       type(stop_step_t), intent(in) :: step
-      !> u and P2 at its start
+      !> u and P2 at the start of the step
       real(wp), intent(in) :: indentation
       real(wp), intent(in) :: branch_force
       real(wp), intent(out) :: slope
-      !> What the past contributes
+      !> Contribution of the state at the start of the step
       real(wp), intent(out) :: rest
 
       slope = step%mean_slope
