@@ -1,8 +1,9 @@
-!> The beam and any number of surfaces through time by Newmark steps, halved at an event until the condition of each
-!> surface is met: a second way beside exact motion (docs/theory.md, section 10). Rigid supports are held exactly.
+!> Motion of a beam with any number of contacts by Newmark steps, which are halved at an event until the condition of
+!> each contact is met: a second method beside exact motion (docs/theory.md, section 10). Rigid supports are fixed
+!> exactly.
 !>
-!> Every state stands at a dyadic fraction of the step; after an event the steps grow again as fast as this grid allows,
-!> so that the samples are met exactly. A step is taken back by not changing to the state that it led to.
+!> Every state lies at a dyadic fraction of the step. After an event the steps grow again as fast as this grid allows,
+!> so that the samples are met exactly. A step is rejected by leaving the index of the present state as it is.
 module newmark_motion
    use applied_loads, only: has_loads
    use beam_model, only: beam_model_t, hold_supports, is_mechanism
@@ -45,48 +46,49 @@ module newmark_motion
 
 contains
 
-   !> The motion from rest in the static shape of a force at the pulled stop until the end of the run.
+   !> Compute the motion from the start, mostly rest in the static shape of a force at the release contact, to the end
+   !> of the run.
    subroutine newmark_response(model, settings, response, error, carried)
       type(beam_model_t), intent(in) :: model
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
-      !> Events and histories
+      !> Receives events and histories
       type(response_t), intent(out) :: response
-      !> Set when it cannot start, an event cannot be located, or rounding opens the ledger
+      !> Set if the run cannot start, an event cannot be located, or rounding violates the energy balance
       type(failure_t), allocatable, intent(out) :: error
-      !> The motion that the run takes over, if it has a state; then that at its end
+      !> The state from which the run continues, if it has one; on return the state at the end
       type(section_state_t), intent(inout), optional :: carried
 
-      ! at least so many samples, if there are, are held against the ledger where energies are no output
-      integer, parameter :: fewest_checks = 8
+      ! minimum number of samples at which the energy balance is checked, if energies are not recorded
+      integer, parameter :: min_checks = 8
       type(newmark_run_t) :: run
-      integer :: between_checks
-      logical :: goes_on
+      integer :: check_interval
+      logical :: is_continued
 
       call make_run(model, settings, run, error)
       if (allocated(error)) return
-      goes_on = .false.
-      if (present(carried)) goes_on = allocated(carried%q)
-      if (goes_on) call take_over(carried, run)
+      is_continued = .false.
+      if (present(carried)) is_continued = allocated(carried%q)
+      if (is_continued) call take_over(carried, run)
       call open_outputs(model, settings, run, response)
-      between_checks = max(1, run%samples/fewest_checks)
+      check_interval = max(1, run%samples/min_checks)
       run%keeps_shapes = allocated(response%shape_tau)
       run%root_dofs = model%root_dofs
       response%initial_energy = run%start_energy
       if (settings%output%measures) call start_measures(model, settings, run, error)
       if (allocated(error)) return
       if (run%keeps_shapes) call shapes_in_step(run, 0.0_wp, response)
-      call begin(goes_on, run, response)
+      call begin(is_continued, run, response)
       if (.not. allocated(run%error)) call take_sample(run, response)
       do while (run%sample < run%samples .and. .not. allocated(run%error))
          call advance(run, response)
          if (allocated(run%error)) exit
          call observe_events(run%observers, response)
          if (run%begins_flight) call keep_flight_start(run, response%event_count)
-         if (run%part > 0 .or. run%offset > 0_i8) cycle
+         if (run%step_in_sample > 0 .or. run%offset > 0_i8) cycle
          call take_sample(run, response)
          call tell_reach(real(run%sample, wp), real(run%samples, wp))
-         if (.not. run%keeps_ledger .or. modulo(run%samples - run%sample, between_checks) > 0) cycle
+         if (.not. run%keeps_ledger .or. modulo(run%samples - run%sample, check_interval) > 0) cycle
          call check_energy(run)
       end do
       if (.not. allocated(run%error) .and. allocated(response%energy)) then
@@ -101,15 +103,15 @@ contains
       if (present(carried)) call state_of(run, carried)
    end subroutine newmark_response
 
-   !> Room for what is asked for.
+   !> Allocate the requested output.
    subroutine open_outputs(model, settings, run, response)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> At its start
+      !> The run at its start
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
-      type(output_settings_t) :: kept
+      type(output_settings_t) :: output
       integer :: k, places, samples
 
       samples = count_samples(settings%response%duration, settings%response%step)
@@ -121,10 +123,10 @@ contains
       allocate (response%contacts(size(run%contacts)))
       do k = 1, size(run%contacts)
          associate (contact => run%contacts(k)%contact)
-            ! 7 % of the time of a long run goes into histories that its file does not have
-            kept = settings%output
-            kept%history = kept%history .and. .not. has_one_contact(settings, size(model%supports))
-            call open_contact_record(contact, kept, samples + 1, response%contacts(contact%number))
+            ! histories that the file does not need would take 7 % of the time of a long run
+            output = settings%output
+            output%history = output%history .and. .not. has_one_contact(settings, size(model%supports))
+            call open_contact_record(contact, output, samples + 1, response%contacts(contact%number))
          end associate
       end do
       run%keeps_ledger = allocated(response%energy) .or. settings%output%measures
@@ -137,14 +139,14 @@ contains
       call open_step_interval(size(run%contacts), places, run%interval)
    end subroutine open_outputs
 
-   !> What is asked of the motion from its start on, and that.
-   subroutine begin(goes_on, run, response)
-      !> It takes over a motion
-      logical, intent(in) :: goes_on
+   !> Close the contacts of the first instant, and pass its events to the observers.
+   subroutine begin(is_continued, run, response)
+      !> The run continues from the final state of another
+      logical, intent(in) :: is_continued
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
 
-      if (goes_on) then
+      if (is_continued) then
          call resume(run, response)
       else
          call begin_at_contacts(run, response)
@@ -153,7 +155,7 @@ contains
       if (run%begins_flight) call keep_flight_start(run, response%event_count)
    end subroutine begin
 
-   !> What is told at the end.
+   !> Store final values and measures in the response.
    subroutine finish(run, response)
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response
@@ -167,12 +169,12 @@ contains
       end associate
    end subroutine finish
 
-   !> Can a run start? What would keep it from that is known without running it.
+   !> Check whether a run can start, as far as is known without running it.
    subroutine check_newmark(model, settings, error)
       type(beam_model_t), intent(in) :: model
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
-      !> Set when it cannot
+      !> Set if the run cannot start
       type(failure_t), allocatable, intent(out) :: error
 
       type(newmark_run_t) :: run
@@ -180,17 +182,17 @@ contains
       call make_run(model, settings, run, error)
    end subroutine check_newmark
 
-   !> Check the step and the surfaces, make the stepper, the stops and the start.
+   !> Check the step and the contacts, and make the stepper, the stops and the initial state.
    subroutine make_run(model, settings, run, error)
       type(beam_model_t), intent(in) :: model
       !> Stops, damping, steps, tolerances, output
       type(run_settings_t), intent(in) :: settings
       !> The run at its start
       type(newmark_run_t), intent(out) :: run
-      !> Set when the step is too long for the scheme, or the surfaces do not allow a start
+      !> Set if the step is too long for the scheme, or the beam cannot start with these contacts
       type(failure_t), allocatable, intent(out) :: error
 
-      type(beam_model_t) :: held
+      type(beam_model_t) :: supported
       type(contact_t), allocatable :: contacts(:)
       type(skyline_t), allocatable :: damping
       real(wp), allocatable :: shape(:)
@@ -207,27 +209,27 @@ contains
       if (settings%start%kind == start_release) call find_static_start(model, contacts, shape, error)
       if (allocated(error)) return
       run%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
-      held = hold_supports(model)
+      supported = hold_supports(model)
       if (run%release_contact > 0) then
-         held%stop_dof = model%stop_dofs(contacts(run%release_contact)%stop)
+         supported%stop_dof = model%stop_dofs(contacts(run%release_contact)%stop)
          run%height = contacts(run%release_contact)%sign*contacts(run%release_contact)%height
       end if
-      call divide_step(held, settings%zeta, settings%response, run%parts, error)
+      call divide_step(supported, settings%zeta, settings%response, run%parts, error)
       if (allocated(error)) return
-      ! before matrices become full ones
-      call check_mesh(held, error)
+      ! checked before modal damping extends the matrices to the full profile
+      call check_mesh(supported, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call blame_mesh(error)
          return
       end if
-      call prepare_loads(held, settings, run)
-      call further_damping(settings, model, held, damping, error)
+      call prepare_loads(supported, settings, run)
+      call further_damping(settings, model, supported, damping, error)
       if (allocated(error)) return
       associate (scheme => settings%response)
-         call make_newmark_stepper(held, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
+         call make_newmark_stepper(supported, merge(0.0_wp, settings%zeta, allocated(settings%mode_ratios)), &
             scheme%newmark_beta, scheme%newmark_gamma, scheme%step/real(run%parts, wp), run%stepper, error, damping)
       end associate
-      if (.not. allocated(error)) call make_start(model, held, settings, contacts, shape, run, error)
+      if (.not. allocated(error)) call make_start(model, supported, settings, contacts, shape, run, error)
       if (allocated(error)) then
          if (error%status /= status_bad_input) call blame_mesh(error)
          return
@@ -241,13 +243,13 @@ contains
          size(contacts))])
    end subroutine make_run
 
-   !> The surfaces as the run sees them.
+   !> Prepare the contacts of the run.
    subroutine make_contacts(model, contacts, run, error)
       type(beam_model_t), intent(in) :: model
       type(contact_t), intent(in) :: contacts(:)
-      !> Gets them
+      !> Receives the contacts
       type(newmark_run_t), intent(inout) :: run
-      !> Set when the tolerance of contact is too wide for them, or a law is for one stop alone
+      !> Set if the contact tolerance is too wide for two opposite contacts
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: j, k, n
@@ -279,7 +281,7 @@ contains
          end do
          associate (contact => run%contacts(k))
             if (.not. allocated(contact%stop)) cycle
-            ! what the force needs to find its way
+            ! length of the first step, from the time in which the contact force develops
             if (contact%stop%viscosity > 0.0_wp) then
                contact%contact_level = level_of(run%stepper%step, 1.0_wp/(contact%stop%viscosity*run%mobility(k, k)))
             else if (contact%stop%branch_stiffness > 0.0_wp .and. contact%stop%relaxation_rate > 0.0_wp) then
@@ -289,13 +291,13 @@ contains
       end do
    end subroutine make_contacts
 
-   !> What one surface, or it and another at its point, cannot be.
+   !> Check a contact against an opposite contact at the same point.
    pure subroutine check_contact(run, k, error)
-      !> The surfaces up to this one are there
+      !> The run, with all contacts up to this one
       type(newmark_run_t), intent(in) :: run
       !> The contact
       integer, intent(in) :: k
-      !> Set when it cannot
+      !> Set if the contact tolerance is too wide for their clearance
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: j
@@ -316,15 +318,16 @@ contains
       end associate
    end subroutine check_contact
 
-   !> One accepted step and the events it may end with; or those that no step leads past.
+   !> Take one accepted step and process the events at its end, or process the events that even the shortest step cannot
+   !> pass.
    subroutine advance(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Events and counters
+      !> Receives events and counters
       type(response_t), intent(inout) :: response
 
       integer :: level
       integer(i8) :: span
-      logical :: has_passed, stands
+      logical :: has_passed, is_accepted
       real(wp) :: energy, from, moments(run%interval%places, 2), step
 
       from = instant_of(run)
@@ -341,8 +344,8 @@ contains
          span = shiftr(whole_step, level)
          call try_step(run, level)
          response%evaluations = response%evaluations + 1_i8
-         call find_refusals(run, level, stands)
-         if (stands) exit
+         call find_refusals(run, level, is_accepted)
+         if (is_accepted) exit
          response%rejected = response%rejected + 1_i8
          run%is_closing = .true.
          where (run%refuses) run%contacts%refused_end = run%offset + span
@@ -362,9 +365,9 @@ contains
       end if
       if (run%offset == whole_step) then
          run%offset = 0_i8
-         run%part = run%part + 1
-         if (run%part == run%parts) then
-            run%part = 0
+         run%step_in_sample = run%step_in_sample + 1
+         if (run%step_in_sample == run%parts) then
+            run%step_in_sample = 0
             run%sample = run%sample + 1
          end if
       end if
@@ -384,9 +387,9 @@ contains
       end if
    end subroutine advance
 
-   !> Refuse to go on where the energy of beam and surfaces is not what the ledger leaves them.
+   !> Fail if the energy of beam and stops differs from the energy by the ledger.
    pure subroutine check_energy(run)
-      !> The run, which keeps its ledger
+      !> The run, which records its ledger
       type(newmark_run_t), intent(inout) :: run
 
       real(wp) :: energy, kinetic, strain
@@ -404,12 +407,12 @@ contains
          + run%turnover, run%error)
    end subroutine check_energy
 
-   !> Begin to measure each surface.
+   !> Prepare the measures of each contact.
    subroutine start_measures(model, settings, run, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(newmark_run_t), intent(inout) :: run
-      !> Set when the state of rest is not found
+      !> Set if the static equilibrium is not found
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp) :: forces(size(run%contacts)), energy

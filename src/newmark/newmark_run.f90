@@ -1,5 +1,5 @@
-!> A Newmark run with any number of surfaces under way: the beam, the surfaces and how they stand with it, the present
-!> state, and where it stands on the grid of steps.
+!> State of a Newmark run with any number of contacts: the beam, the status of each contact, the present state, and its
+!> position on the time grid.
 module newmark_run
    use applied_loads, only: applied_loads_t
    use contact_measures, only: measurer_t
@@ -21,191 +21,210 @@ module newmark_run
    public :: whole_step, nowhere, level_of, begins_now, is_open, is_constrained, is_in_contact, is_lifted, is_inactive
    public :: instant_of, gap_at, gap_rate_at, depth_at, lifted_force, lets_go, rounding_at, contact_energy, energy_left
 
-   !> The undivided step in units of the shortest.
+   !> Length of the undivided step in units of the shortest step.
    integer(i8), parameter :: whole_step = 2_i8**deepest_level
-   !> No step was taken back that ends ahead of the present state.
+   !> No rejected step ends after the present state.
    integer(i8), parameter :: nowhere = -1_i8
 
-   !> The beam is away from the surface.
+   !> Status: the beam is away from the contact.
    integer, parameter :: is_open = 1
-   !> A rigid surface holds the beam.
+   !> Status: closed rigid contact.
    integer, parameter :: is_constrained = 2
-   !> The surface yields under the beam.
+   !> Status: closed compliant contact.
    integer, parameter :: is_in_contact = 3
-   !> Spring and damper: indented, but without force, as they would have to pull.
+   !> Status: a spring and damper is still deformed but carries no force, because the force would be tensile.
    integer, parameter :: is_lifted = 4
-   !> Another rigid surface lies before it.
+   !> Status: the contact is inactive, because another rigid contact lies in front of it.
    integer, parameter :: is_inactive = 5
 
-   !> No numbers of events: the flight begins at this instant; it cannot be taken back.
+   !> Values of `flight_events` that are not numbers of events: the flight begins at this instant, or it was interrupted
+   !> and cannot be cancelled.
    integer, parameter :: begins_now = -1
    integer, parameter :: is_interrupted = -2
 
-   !> The beam, and of each surface the force P, the indentation u and the branch force.
+   !> State of the beam, and force P, indentation u and branch force of each contact.
    type :: run_state_t
       type(newmark_state_t) :: beam
       real(wp), allocatable :: force(:)
       real(wp), allocatable :: indentation(:)
       real(wp), allocatable :: branch_force(:)
-      !> Instant whose loads act on it: where they jump, just before or after
+      !> Instant at which the load was evaluated; at a jump of the load, just before or just after the jump
       real(wp) :: load_tau = 0.0_wp
    end type run_state_t
 
-   !> How a surface stands with the beam; numbers only, so that it can be put back where a flight is taken back.
+   !> Status and history of a contact. Numbers only, so that a copy restores it when a flight is cancelled.
    type :: contact_progress_t
-      !> One of the constants above
+      !> One of the status constants `is_open` to `is_inactive`
       integer :: status = is_open
-      !> The flight is judged by its height, the highest point of it so far, it may touch, it is on the way out from
-      !> beyond the surface: after a separation with a rest of force the springs came back beyond the beam, or rounding
-      !> left it there
+      !> The flight counts as a capture if it stays low
       logical :: judged = .false.
+      !> Maximum gap of the flight so far
       real(wp) :: peak = 0.0_wp
+      !> The contact may close again
       logical :: armed = .true.
+      !> The beam moves out from behind the contact surface, where relaxation of the stop or rounding left it
       logical :: leaving = .false.
-      !> Number of events of the run when the flight began, or one of the constants above
+      !> Number of events of the run when the flight began, or one of `begins_now` and `is_interrupted`
       integer :: flight_events = is_interrupted
-      !> Rigid: the impact problem has brought it to rest, and whether that is in the list of events as a capture
+      !> Rigid contact: an impact brought the beam to rest on it
       logical :: is_stopped = .false.
+      !> The event list holds that impact as a capture
       logical :: is_captured = .false.
-      !> Captures since the beam was last higher above it than a flight that ends in capture, or thrown off by more than
-      !> another capture
+      !> Number of captures since the gap last exceeded the hop height, or an impact with restitution opened the contact
       integer :: captures = 0
-      !> Gap at which contact began; the surface is taken to be there
+      !> Gap at which contact began; the indentation is measured from there
       real(wp) :: shift = 0.0_wp
-      !> End of the last step taken back on its account, as an offset, as long as it is ahead
+      !> End of the last step that this contact rejected, as an offset; `nowhere` after that instant has passed
       integer(i8) :: refused_end = nowhere
-      !> What it has dissipated, at impacts too
+      !> Energy dissipated by the contact, impacts included
       real(wp) :: dissipated = 0.0_wp
-      !> How often the beam has left it since the start of the run
+      !> Number of flights since the start of the run
       integer :: flights = 0
    end type contact_progress_t
 
    type, extends(contact_progress_t) :: newmark_contact_t
       type(contact_t) :: contact
       type(contact_row_t) :: row
-      !> Unallocated: it is rigid
+      !> Unallocated: the contact is rigid
       class(yielding_stop_t), allocatable :: stop
-      !> Spring and damper: the surface does not come back on its own
+      !> A spring and damper, which does not recover without the beam
       logical :: is_viscous = .false.
-      !> How often the first step of a contact is halved
+      !> Number of halvings of the first step of a contact
       integer :: contact_level = 0
-      !> What the beam gave it over the last step tried
+      !> Work of the beam on the stop over the last trial step
       real(wp) :: work = 0.0_wp
    end type newmark_contact_t
 
-   !> What a step of one length needs besides the stepper's factors.
+   !> Coefficients of a step of given length, besides the factors of the stepper.
    type :: contact_factors_t
       logical :: made = .false.
-      !> A^-1 w of each row, padded, [-2 : order + 3, surfaces]
+      !> A^-1 w_j of each contact row, padded, [-2 : order + 3, contacts]
       real(wp), allocatable :: columns(:, :)
-      !> w_j . A^-1 w_l, [surfaces, surfaces]
+      !> Contact flexibility over the step, w_j . A^-1 w_l, [contacts, contacts]
       real(wp), allocatable :: gains(:, :)
-      !> Surfaces that yield, over this step, [surfaces]
+      !> Coefficients of compliant contacts over the step, [contacts]
       type(stop_step_t), allocatable :: stops(:)
    end type contact_factors_t
 
-   !> Where a run stands on the grid of steps, and what has gathered until then; numbers only.
+   !> Position of a run on the time grid, and sums accumulated up to there. Numbers only, so that a copy restores it.
    type :: run_progress_t
-      !> Samples passed, whole steps since the last one, the part of the present one in shortest steps, the next shape
+      !> Number of samples passed
       integer :: sample = 0
-      integer :: part = 0
+      !> Number of whole steps since the last sample
+      integer :: step_in_sample = 0
+      !> Position within the present whole step, in units of the shortest step
       integer(i8) :: offset = 0_i8
+      !> Index of the next shape to record
       integer :: next_shape = 1
-      !> How often the next step is halved at least
+      !> Minimum number of halvings of the next step
       integer :: next_level = 0
-      !> The next instant at which loads jump
+      !> Index of the next instant at which a load jumps
       integer :: next_jump = 1
-      !> All work of loads so far, won and lost
+      !> Sum of the magnitudes of the work of loads over all steps
       real(wp) :: turnover = 0.0_wp
       type(ledger_t) :: ledger
    end type run_progress_t
 
-   !> Where the last flight after a rebound began.
+   !> State of the run at which the last flight after a rebound began.
    type :: flight_start_t
       type(run_state_t) :: state
       type(run_progress_t) :: progress
       type(contact_progress_t), allocatable :: contacts(:)
       type(measurer_t), allocatable :: measurers(:)
-      !> Least and greatest moments, and when, [4, places]
+      !> Minimum moment, its instant, maximum moment, its instant, [4, places]
       real(wp), allocatable :: moments(:, :)
-      !> Sections that had come
+      !> Number of sections recorded
       integer :: sections = 0
-      !> Sums of the block under way, of each surface and of the tip, [sum_count, 0:surfaces], its number, and of each
-      !> surface the last impact and whether the beam has been away from it since
+      !> Number of the block in progress
       integer :: block = 0
+      !> Sums of that block, of the tip and of each contact, [sum_count, 0:contacts]
       real(wp), allocatable :: sums(:, :)
+      !> Last impact at each contact
       type(impact_t), allocatable :: impacts(:)
+      !> The gap exceeded the hop tolerance since the last impact
       logical, allocatable :: has_flown(:)
    end type flight_start_t
 
    type, extends(run_progress_t) :: newmark_run_t
       type(newmark_stepper_t) :: stepper
       type(newmark_contact_t), allocatable :: contacts(:)
-      !> Place of the surface at which histories are taken, from which a beam is released, and d there; 0: there are no
-      !> surfaces
+      !> Index of the contact from which the beam is released, whose histories are recorded; 0: there are no contacts
       integer :: release_contact = 1
+      !> s d of that contact, in the unit of displacement
       real(wp) :: height = 0.0_wp
       !> Made when first needed, [0:deepest_level]
       type(contact_factors_t) :: factors(0:deepest_level)
-      !> M*^-1 w of each row, padded, [-2 : order + 3, contacts], and w_j . M*^-1 w_l, [surfaces, surfaces]
+      !> M*^-1 w_j of each contact row, padded, [-2 : order + 3, contacts]
       real(wp), allocatable :: mass_columns(:, :)
+      !> Mobility matrix of the contacts, w_j . M*^-1 w_l, [contacts, contacts]
       real(wp), allocatable :: mobility(:, :)
-      !> Steps between two samples, and their distance
+      !> Number of whole steps between two samples
       integer :: parts = 1
+      !> Time between two samples, tau
       real(wp) :: sample_step = 0.0_wp
-      !> Samples after the one at the start
+      !> Number of samples after the one at the start
       integer :: samples = 0
-      !> Gap within which an approach is a contact; force below which, at a sign change, the beam leaves
+      !> Gap within which an approaching beam closes the contact
       real(wp) :: contact_tolerance = 0.0_wp
+      !> Force below which a closed contact whose force vanishes opens
       real(wp) :: release_force = 0.0_wp
-      !> A flight that begins with a rebound and never rises above this is captured
+      !> Hop height: a flight after a rebound that never exceeds it counts as a capture
       real(wp) :: hop_height = 0.0_wp
       integer :: event_limit = 0
       real(wp) :: height_ratio = 0.0_wp
       logical :: keeps_ledger = .false.
       logical :: keeps_shapes = .false.
-      !> Some observer asks for steps
+      !> An observer reads every step
       logical :: observes = .false.
       type(observers_t) :: observers
-      !> The step last taken as observers see it
+      !> The last step in the form that observers read
       type(step_interval_t) :: interval
-      !> Displacement and rotation of the root among the degrees of freedom; 0: held
+      !> Displacement and rotation of the root among the degrees of freedom; 0: fixed
       integer :: root_dofs(2) = 0
-      !> The present state and, in the other place, the one a step leads to or came from
+      !> The present state at index `now`; at the other index the state before the last step, or the state at the end of
+      !> the trial step
       type(run_state_t) :: states(2)
       integer :: now = 1
-      !> A flight begins that its height will judge, and where the last such began
+      !> A flight begins that may count as a capture
       logical :: begins_flight = .false.
+      !> State at the beginning of the last such flight
       type(flight_start_t) :: flight_start
-      !> How often the first step after an impulse is halved; negative: not known yet
+      !> Number of halvings of the first step after an impulse; negative: not known yet
       integer :: impulse_level = -1
-      !> What acts on the beam, and the instants at which that may jump
+      !> Applied loads, and the instants at which they may jump
       type(applied_loads_t) :: loads
       real(wp), allocatable :: jumps(:)
-      !> Bending moments: what makes them of the state; unallocated: none are asked for
+      !> Weights of the bending moments; unallocated: none are asked for
       type(moment_places_t), allocatable :: places
-      !> What M* has more than M as a share of K, and of the damping that is not in proportion to K
+      !> M* - M as a multiple of K, and as a multiple of the damping that is not in proportion to K
       real(wp) :: share_of_stiffness = 0.0_wp
       real(wp) :: share_of_damping = 0.0_wp
-      !> That damping in proportion to the mass; where it is that of each mode instead, its matrix, and the factors of M
+      !> Factor of mass-proportional damping
       real(wp) :: mass_damping = 0.0_wp
+      !> Damping is given for each mode
       logical :: damps_modes = .false.
+      !> The matrix of modal damping, and the factors of M
       type(skyline_t) :: mode_damping, bare_mass
       real(wp) :: start_energy = 0.0_wp
-      !> Room for the equations of the closed surfaces: which, their matrix, and right side or forces
+      !> Indices of the closed contacts in the equations for their forces
       integer, allocatable :: closed(:)
+      !> Matrix of these equations, [contacts, contacts]
       real(wp), allocatable :: rows(:, :)
+      !> Right side of these equations, and their solution, [contacts]
       real(wp), allocatable :: right(:)
-      !> Which surfaces keep a step from standing; have an event ahead, as they kept a longer step from standing; meet
-      !> the beam at the end of a step; leave it
+      !> The trial step violates the contact condition
       logical, allocatable :: refuses(:)
+      !> An event lies ahead, because the contact rejected a longer step
       logical, allocatable :: closing(:)
+      !> The contact closes at the end of the step
       logical, allocatable :: arrives(:)
+      !> The contact opens at the end of the step
       logical, allocatable :: leaves(:)
-      !> Some surface may be closing, and some yields
+      !> Any contact may have an event ahead
       logical :: is_closing = .false.
+      !> Any contact is compliant
       logical :: yields = .false.
-      !> Set where the run cannot go on
+      !> Set if the run cannot continue
       type(failure_t), allocatable :: error
    end type newmark_run_t
 
@@ -214,7 +233,7 @@ contains
    !> Instant of the present state.
    pure function instant_of(run, further) result(tau)
       type(newmark_run_t), intent(in) :: run
-      !> So many shortest steps later
+      !> Number of shortest steps after the present state
       integer(i8), intent(in), optional :: further
       real(wp) :: tau
 
@@ -223,11 +242,11 @@ contains
 
       offset = run%offset
       if (present(further)) offset = offset + further
-      tau = (real(run%sample, wp) + (real(run%part, wp) + shortest*real(offset, wp))/real(run%parts, wp)) &
+      tau = (real(run%sample, wp) + (real(run%step_in_sample, wp) + shortest*real(offset, wp))/real(run%parts, wp)) &
          *run%sample_step
    end function instant_of
 
-   !> Distance of the stop point from a surface, which may be indented still.
+   !> Gap between the beam and a contact, which may still be deformed.
    pure function gap_at(run, k, state) result(gap)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -241,7 +260,7 @@ contains
       end associate
    end function gap_at
 
-   !> Rate of this distance while the surface is open.
+   !> Rate of the gap while the contact is open.
    pure function gap_rate_at(run, k, state) result(rate)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -256,7 +275,7 @@ contains
       end associate
    end function gap_rate_at
 
-   !> Indentation of a surface that the beam has not left.
+   !> Indentation of a closed contact.
    pure function depth_at(run, k, state) result(depth)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -269,7 +288,7 @@ contains
       end associate
    end function depth_at
 
-   !> k u + c u' of spring and damper.
+   !> Force k u + c u' of a spring and damper, without regard to its sign.
    pure function lifted_force(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -283,7 +302,7 @@ contains
       end associate
    end function lifted_force
 
-   !> What rounding may leave of the force of a surface that yields.
+   !> Rounding error of the force of a compliant contact.
    pure function rounding_at(run, k, state) result(force)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -297,8 +316,8 @@ contains
       end associate
    end function rounding_at
 
-   !> Do spring and damper push no more? Up to the force of release they need not; but that knows nothing of the spring,
-   !> beside which it may be large: where the beam presses on they push.
+   !> Does an unloaded spring and damper remain without force? A force up to the release force counts as zero only if
+   !> the beam moves away, because the release force may be large beside the stiffness of the spring.
    pure function lets_go(run, k, state)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -315,7 +334,7 @@ contains
       end associate
    end function lets_go
 
-   !> Energy in the springs of a surface.
+   !> Strain energy of the springs of a contact.
    pure function contact_energy(run, k, state) result(energy)
       type(newmark_run_t), intent(in) :: run
       !> The contact
@@ -329,7 +348,7 @@ contains
       end associate
    end function contact_energy
 
-   !> Energy of beam and surfaces at the present state: the ledger closes to rounding.
+   !> Energy of beam and stops at the present state, computed from the ledger; it agrees with the state to rounding.
    pure function energy_left(run) result(energy)
       type(newmark_run_t), intent(in) :: run
       real(wp) :: energy
@@ -340,15 +359,15 @@ contains
       end associate
    end function energy_left
 
-   !> How often the step must be halved to be no longer than this.
+   !> Number of halvings that make a step no longer than a given time.
    pure function level_of(step, time) result(level)
       !> Length of the undivided step
       real(wp), intent(in) :: step
-      !> The time to resolve
+      !> The time to resolve, tau
       real(wp), intent(in) :: time
       integer :: level
 
-      ! beyond this, what happens at once and what happens in the shortest step differ by less than rounding
+      ! with more halvings, an instantaneous change and one within the shortest step differ by less than rounding
       integer, parameter :: deepest_start = 30
 
       level = 0

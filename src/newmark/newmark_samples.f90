@@ -1,4 +1,4 @@
-!> What a Newmark run has to be kept of: its state at a sample, and shapes within a step.
+!> Recording of a Newmark run: its state at a sample, and shapes of the beam within a step.
 module newmark_samples
    use history_list, only: eta_stop, eta_tip, force_stop, velocity_stop
    use kinds, only: wp
@@ -14,10 +14,10 @@ module newmark_samples
 
 contains
 
-   !> Keep the present state as a sample.
+   !> Record the present state as a sample.
    pure subroutine take_sample(run, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Gets what it has room for
+      !> Histories are recorded if they are allocated
       type(response_t), intent(inout) :: response
 
       type(sample_t) :: sample
@@ -52,22 +52,22 @@ contains
       call keep_sample(place, sample, run%ledger, response)
    end subroutine take_sample
 
-   !> Keep the shapes asked for within the last step.
+   !> Record the requested shapes within the last step.
    pure subroutine shapes_in_step(run, step, response)
       type(newmark_run_t), intent(inout) :: run
-      !> Its length; 0: the start
+      !> Length of the step; 0: the start of the run
       real(wp), intent(in) :: step
-      !> What is kept
+      !> Receives the shapes
       type(response_t), intent(inout) :: response
 
-      call keep_shapes(run%root_dofs, run%states(3 - run%now)%beam, run%states(run%now)%beam, instant_of(run), &
+      call interpolate_shapes(run%root_dofs, run%states(3 - run%now)%beam, run%states(run%now)%beam, instant_of(run), &
          step, run%height, run%next_shape, response)
    end subroutine shapes_in_step
 
-   !> Keep the shapes asked for within a step: displacements by the cubic through both states and their rates, rates on
-   !> the straight line between them. At an event the state before it counts.
-   pure subroutine keep_shapes(root_dofs, old, new, tau, step, preload, next, response)
-      !> Displacement and rotation of the root among the degrees of freedom, behind those of the nodes; 0: held
+   !> Interpolate the requested shapes within a step: displacements by the Hermite cubic through both states, velocities
+   !> linearly. At the instant of an event the state before the event is recorded.
+   pure subroutine interpolate_shapes(root_dofs, old, new, tau, step, preload, next, response)
+      !> Displacement and rotation of the root among the degrees of freedom, numbered after those of the nodes; 0: fixed
       integer, intent(in) :: root_dofs(2)
       !> State at the beginning of the step
       type(newmark_state_t), intent(in) :: old
@@ -78,9 +78,9 @@ contains
       real(wp), intent(in) :: step
       !> delta
       real(wp), intent(in) :: preload
-      !> The next shape to keep
+      !> Index of the next shape to record
       integer, intent(inout) :: next
-      !> What is kept
+      !> Receives the shapes
       type(response_t), intent(inout) :: response
 
       real(wp) :: s, weight(4)
@@ -89,7 +89,7 @@ contains
       order = 2*(size(response%shape_displacement, 1) - 1)
       do while (next <= size(response%shape_tau))
          if (response%shape_tau(next) > tau) exit
-         ! the instant lies in the step, but for rounding
+         ! the instant lies within the step except for rounding
          s = 1.0_wp
          if (step > 0.0_wp) s = max(0.0_wp, 1.0_wp - (tau - response%shape_tau(next))/step)
          weight = [(1.0_wp + 2.0_wp*s)*(1.0_wp - s)**2, step*s*(1.0_wp - s)**2, &
@@ -127,6 +127,6 @@ contains
             + weight(4)*new%velocity(dof)
       end function value_within
 
-   end subroutine keep_shapes
+   end subroutine interpolate_shapes
 
 end module newmark_samples

@@ -1,4 +1,5 @@
-!> A Newmark run that takes over a motion (docs/theory.md, section 21).
+!> Start of a Newmark run from the final state of an earlier run, and storage of its own final state (docs/theory.md,
+!> section 21).
 module newmark_sections
    use contact_rows, only: along
    use kinds, only: wp
@@ -15,7 +16,7 @@ module newmark_sections
 
 contains
 
-   !> The present state.
+   !> Copy the present state, from which another run can start.
    pure subroutine state_of(run, state)
       type(newmark_run_t), intent(in) :: run
       type(section_state_t), intent(out) :: state
@@ -33,10 +34,10 @@ contains
       end associate
    end subroutine state_of
 
-   !> Take over a motion.
+   !> Start a run from a stored state.
    subroutine take_over(state, run)
       type(section_state_t), intent(in) :: state
-      !> Ready to start
+      !> The run, ready to start
       type(newmark_run_t), intent(inout) :: run
 
       real(wp) :: kinetic
@@ -56,7 +57,7 @@ contains
                contact%peak = state%hop_tolerance(k)
                if (state%is_deformed(k)) contact%status = is_lifted
                if (state%is_closed(k)) contact%status = merge(is_in_contact, is_constrained, allocated(contact%stop))
-               ! as deep as it was
+               ! the stored indentation fixes the gap at which contact began
                if (contact%status == is_in_contact) contact%shift = state%depth(k) - contact%contact%height &
                   + along(contact%row, now%beam%displacement)
                contact%leaving = contact%status == is_open .and. gap_at(run, k, now) < -run%contact_tolerance
@@ -70,7 +71,8 @@ contains
       run%states(3 - run%now) = run%states(run%now)
    end subroutine take_over
 
-   !> Under its loads some that were closed may open at once.
+   !> Find the contact forces of the first instant; under the loads of this run, contacts that were closed may open at
+   !> once.
    pure subroutine resume(run, response)
       type(newmark_run_t), intent(inout) :: run
       type(response_t), intent(inout) :: response

@@ -1,4 +1,4 @@
-!> How long a Newmark step may be.
+!> Stability limit of Newmark's scheme.
 !>
 !> Hughes, The Finite Element Method, section 9.1: with gamma >= 1/2 and 2 beta < gamma a mode of frequency omega and
 !> damping ratio xi is stable as long as
@@ -26,14 +26,14 @@ contains
       stable = 2.0_wp*beta >= gamma
    end function is_unconditionally_stable
 
-   !> The longest stable step of a conditionally stable scheme with damping in proportion to the stiffness, where the
-   !> highest frequency decides: its step falls with the frequency.
+   !> The longest stable step of a conditionally stable scheme with damping in proportion to the stiffness. The highest
+   !> frequency decides, because the stable step decreases with the frequency.
    elemental function critical_step(beta, gamma, zeta, frequency) result(step)
       !> Newmark's beta, below gamma/2
       real(wp), intent(in) :: beta
       !> Newmark's gamma, at least 1/2
       real(wp), intent(in) :: gamma
-      !> The damping ratio of a mode is zeta omega
+      !> Damping factor; the damping ratio of a mode is zeta omega
       real(wp), intent(in) :: zeta
       !> Highest frequency, in omega1
       real(wp), intent(in) :: frequency
@@ -47,16 +47,16 @@ contains
       end associate
    end function critical_step
 
-   !> An upper bound, right to one part in a million, of the highest frequency of (K, M). By bisection on the number of
-   !> negative pivots of K - sigma M, which is the number of eigenvalues below sigma.
+   !> An upper bound of the highest frequency of (K, M), within one part in a million, by bisection on the number of
+   !> negative pivots of K - sigma M. That is the number of eigenvalues below sigma.
    pure subroutine highest_frequency(stiffness, mass, frequency, error)
       !> K
       type(skyline_t), intent(in) :: stiffness
       !> M, of the same profile
       type(skyline_t), intent(in) :: mass
-      !> sqrt of the highest eigenvalue, or a little above
+      !> Square root of the highest eigenvalue, or slightly above
       real(wp), intent(out) :: frequency
-      !> Set when no bound is found
+      !> Set if no bound is found
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), parameter :: accuracy = 2.0e-6_wp
@@ -66,7 +66,7 @@ contains
       integer :: i
 
       frequency = 0.0_wp
-      ! each Rayleigh quotient of a unit vector is a lower bound
+      ! the Rayleigh quotient of each unit vector is a lower bound of the highest eigenvalue
       below = maxval(stiffness%values(stiffness%diagonal)/mass%values(mass%diagonal))
       above = 2.0_wp*below
       do i = 1, doublings
@@ -87,7 +87,8 @@ contains
       frequency = sqrt(bracket%high)
    end subroutine highest_frequency
 
-   !> Are all eigenvalues of (K, M) below sigma? A pivot that vanishes counts as no: the bound is then sought above.
+   !> Are all eigenvalues of (K, M) below sigma? If a pivot vanishes the answer is no, and the bound is sought above
+   !> sigma.
    pure function all_below(stiffness, mass, sigma) result(below)
       !> K
       type(skyline_t), intent(in) :: stiffness

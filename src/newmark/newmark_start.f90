@@ -1,4 +1,4 @@
-!> How a Newmark run begins.
+!> Initial state of a Newmark run.
 module newmark_start
    use beam_model, only: beam_model_t
    use beam_starts, only: find_start_momenta
@@ -23,7 +23,7 @@ module newmark_start
    private
    public :: make_start, begin_at_contacts
 
-   !> The beam in its degrees of freedom, its rigid supports held.
+   !> Finite-element beam with its rigid supports fixed.
    type, extends(flexible_beam_t) :: finite_beam_t
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
@@ -33,28 +33,29 @@ module newmark_start
 
 contains
 
-   !> The beam's state, and the forces of the surfaces that carry it.
-   subroutine make_start(model, held, settings, contacts, release_shape, run, error)
+   !> Make the initial state of the beam, and the forces of the contacts that carry it.
+   subroutine make_start(model, supported, settings, contacts, release_shape, run, error)
       type(beam_model_t), intent(in) :: model
-      !> Its rigid supports held
-      type(beam_model_t), intent(in) :: held
+      !> The beam with its rigid supports fixed
+      type(beam_model_t), intent(in) :: supported
       type(run_settings_t), intent(in) :: settings
       type(contact_t), intent(in) :: contacts(:)
-      !> The static shape from which the beam is released; unallocated: from none, [order]
+      !> The static shape from which the beam is released, [order]; unallocated: the beam starts otherwise
       real(wp), allocatable, intent(in) :: release_shape(:)
-      !> Its stepper and loads are ready
+      !> The run; its stepper and loads are ready
       type(newmark_run_t), intent(inout) :: run
-      !> Set when the state cannot be found, or a surface is in the way
+      !> Set if the state cannot be found, or the beam would start beyond a contact
       type(failure_t), allocatable, intent(inout) :: error
 
       type(finite_beam_t) :: flexible
-      real(wp) :: displacement(held%stiffness%order), velocity(held%stiffness%order), shape(held%stiffness%order, 1)
+      real(wp) :: displacement(supported%stiffness%order), velocity(supported%stiffness%order), &
+         shape(supported%stiffness%order, 1)
       logical :: is_active(size(contacts))
 
       displacement = 0.0_wp
       velocity = 0.0_wp
       is_active = active_contacts(contacts, model%stop_dofs(contacts%stop))
-      call make_flexible(model, held, contacts, flexible)
+      call make_flexible(model, supported, contacts, flexible)
       associate (state => run%states(1), n => run%stepper%order, start => settings%start)
          allocate (state%beam%displacement(1 - band:n + band), state%beam%velocity(1 - band:n + band), &
             state%beam%acceleration(1 - band:n + band), state%force(size(contacts)), &
@@ -76,7 +77,7 @@ contains
             where (state%force > 0.0_wp .and. static_stiffness(contacts%settings) > 0.0_wp) state%indentation = &
                state%force/static_stiffness(contacts%settings)
          case (start_velocity, start_drop, start_mode, start_table)
-            call set_in_motion(model, held, start, displacement, velocity, error)
+            call set_in_motion(model, supported, start, displacement, velocity, error)
          end select
          if (allocated(error)) return
          if (start%kind /= start_release) call check_start(flexible, contacts, state%force, displacement, error)
@@ -89,19 +90,19 @@ contains
       end associate
    end subroutine make_start
 
-   !> The beam in its degrees of freedom.
-   pure subroutine make_flexible(model, held, contacts, flexible)
+   !> Collect the matrices and contact rows of the beam.
+   pure subroutine make_flexible(model, supported, contacts, flexible)
       type(beam_model_t), intent(in) :: model
-      !> Its rigid supports held
-      type(beam_model_t), intent(in) :: held
+      !> The beam with its rigid supports fixed
+      type(beam_model_t), intent(in) :: supported
       type(contact_t), intent(in) :: contacts(:)
       type(finite_beam_t), intent(out) :: flexible
 
       integer :: k
 
-      flexible%stiffness = held%stiffness
-      flexible%mass = held%mass
-      allocate (flexible%row(held%stiffness%order, size(contacts)), source=0.0_wp)
+      flexible%stiffness = supported%stiffness
+      flexible%mass = supported%mass
+      allocate (flexible%row(supported%stiffness%order, size(contacts)), source=0.0_wp)
       do k = 1, size(contacts)
          associate (dof => model%stop_dofs(contacts(k)%stop))
             if (.not. any(model%supports%dof == dof .and. model%supports%stiffness <= 0.0_wp)) flexible%row(dof, k) = &
@@ -110,13 +111,14 @@ contains
       end do
    end subroutine make_flexible
 
-   !> Static displacements of the degrees of freedom.
+   !> Static displacements of the degrees of freedom under given loads, on an elastic foundation in proportion to the
+   !> mass.
    pure subroutine bend(self, foundation, load, shape, error)
       class(finite_beam_t), intent(in) :: self
       real(wp), intent(in) :: foundation
       real(wp), intent(in) :: load(:, :)
       real(wp), intent(out) :: shape(:, :)
-      !> Set when the stiffness cannot be factorised
+      !> Set if the stiffness cannot be factorised
       type(failure_t), allocatable, intent(inout) :: error
 
       type(skyline_t) :: factors
@@ -132,16 +134,17 @@ contains
       end do
    end subroutine bend
 
-   !> Velocities that the clamp allows, M^-1 M_b v; of a mode and of a table displacements too.
-   subroutine set_in_motion(model, held, start, displacement, velocity, error)
+   !> Initial velocities M^-1 M_b v that satisfy the boundary conditions; for a mode or a table, initial displacements
+   !> too.
+   subroutine set_in_motion(model, supported, start, displacement, velocity, error)
       type(beam_model_t), intent(in) :: model
-      !> Its rigid supports held
-      type(beam_model_t), intent(in) :: held
+      !> The beam with its rigid supports fixed
+      type(beam_model_t), intent(in) :: supported
       type(start_settings_t), intent(in) :: start
-      !> [order]
+      !> Displacements and velocities of the degrees of freedom, [order]
       real(wp), intent(inout) :: displacement(:)
       real(wp), intent(inout) :: velocity(:)
-      !> Set when there is no such mode
+      !> Set if the mode does not exist
       type(failure_t), allocatable, intent(inout) :: error
 
       type(free_modes_t) :: modes
@@ -163,14 +166,14 @@ contains
          displacement(model%supports(i)%dof) = 0.0_wp
          velocity(model%supports(i)%dof) = 0.0_wp
       end do
-      factors = held%mass
+      factors = supported%mass
       call factorise(factors, error)
       if (allocated(error)) return
       call solve_factorised(factors, displacement)
       call solve_factorised(factors, velocity)
    end subroutine set_in_motion
 
-   !> Surfaces that carry the beam at the start, or are hit there, or have to push.
+   !> Close the contacts that carry the beam at the start, are hit there, or have a compressive reaction.
    pure subroutine begin_at_contacts(run, response)
       type(newmark_run_t), intent(inout) :: run
       !> Events

@@ -1,25 +1,25 @@
-!> One Newmark step of the beam: M y'' + C y' + K y = sum f_j w_j + F(tau), C = 2 zeta K or any other, time in tau, K
-!> that of E Ibar = rho Abar = L = 1 over lambda1^4, w_j the row of a contact.
+!> One Newmark step of the beam: M y'' + C y' + K y = sum f_j w_j + F(tau), with C = 2 zeta K or any other damping, and
+!> w_j the row of contact j. Time is tau; K is the stiffness of a beam with E Ibar = rho Abar = L = 1, over lambda1^4.
 !>
-!> In displacements, steps of length h with any beta and gamma are steps by average acceleration (1/4 and 1/2) of a
-!> beam with
+!> In displacements, steps of length h with any beta and gamma are steps by average acceleration (1/4 and 1/2) of a beam
+!> with
 !>    M* = M + (gamma - 1/2) h C + (beta - gamma/2) h^2 K,   C* = C + (gamma - 1/2) h K
 !> (Krenk, Computer Methods in Applied Mechanics and Engineering 195, 2006, 6110-6124; eliminate velocities and
-!> accelerations from three steps). So all is done with this beam, impulses too, and M* and C* stay as they are where
-!> the step is halved. With y+ - y = h (v + v+)/2 the energy v M* v/2 + y K y/2 then changes by
+!> accelerations from three steps). The program therefore uses M* and C* throughout, for impulses too, and does not
+!> change M* and C* when it halves the step. With y+ - y = h (v + v+)/2 the energy v M* v/2 + y K y/2 then changes by
 !>    -h u C* u + sum w_j . (y+ - y) (f_j + f_j+)/2,   u = (v + v+)/2,
-!> whatever the lengths of the steps: free, held (w_j . y+ = w_j . y) and at impulses it never grows. M* is positive
-!> just below the limit of stability. Velocities and accelerations taken the usual way, with M, leave the energy
-!> open: after an impulse v, M y'' = -C v is huge in strongly damped modes, and through (beta - 1/4) h^2 y'' it moves
-!> the beam.
+!> for any sequence of step lengths: in free motion, at closed rigid contacts (w_j . y+ = w_j . y) and at impulses the
+!> energy never grows. M* is positive definite up to just below the stability limit. Velocities and accelerations
+!> computed in the usual way, with M, do not satisfy an energy balance: after an impulse v, the acceleration M y'' = -C
+!> v is huge in strongly damped modes, and the term (beta - 1/4) h^2 y'' displaces the beam.
 !>
-!> Form with the acceleration as the unknown (Hughes, The Finite Element Method, section 9.1): one product and one
-!> solve a step. The forces f of contacts enter afterwards through the columns A^-1 w of their rows, so that one
-!> factorisation of A = M* + h C*/2 + h^2 K/4 serves free motion, held points and contact with yielding stops.
+!> The acceleration is the unknown (Hughes, The Finite Element Method, section 9.1): one matrix product and one solution
+!> a step. The forces f of contacts enter afterwards through the columns A^-1 w of their rows, so that one factorisation
+!> of A = M* + h C*/2 + h^2 K/4 serves free motion, closed rigid contacts and closed compliant contacts.
 !>
-!> The profile of the beam is known, so product and solve run over diagonals, three beside the main one, padded with
-!> zeros: without branches, a whole step takes less time than the general skyline product
-!> and solve alone (measured at n = 8: 0.10 against 0.18 microseconds).
+!> The profile of the beam is known, so product and solution run over diagonals, three beside the main one, padded with
+!> zeros. Without branches a whole step takes less time than the general skyline product and solution alone (measured at
+!> n = 8: 0.10 against 0.18 microseconds).
 module newmark_stepper
    use beam_model, only: beam_model_t
    use contact_rows, only: band, contact_row_t, put_along
@@ -32,7 +32,7 @@ module newmark_stepper
    public :: make_newmark_stepper, make_factors, solve_for_row, predict_step, finish_step
    public :: restart_acceleration, add_column, copy_state
 
-   !> A step may be halved this often.
+   !> Maximum number of halvings of a step.
    integer, parameter :: deepest_level = 40
 
    !> Displacement, velocity and acceleration of all degrees of freedom.
@@ -41,35 +41,35 @@ module newmark_stepper
       real(wp), allocatable :: displacement(:)
       real(wp), allocatable :: velocity(:)
       real(wp), allocatable :: acceleration(:)
-      !> What acts on the beam besides its stops, padded; unallocated: nothing
+      !> Applied loads, padded; unallocated: there are none
       real(wp), allocatable :: load(:)
    end type newmark_state_t
 
-   !> What a step of one length needs.
+   !> Factors and coefficients of a step of given length.
    type :: newmark_factors_t
-      !> Has it been made?
+      !> The factors have been made
       logical :: made = .false.
       !> h
       real(wp) :: step = 0.0_wp
       !> L of A = L D L^T by diagonals: L(i, i - k) at (i, k), and 1/D, [order + 3, 3] and [order]
       real(wp), allocatable :: lower(:, :)
       real(wp), allocatable :: reciprocal_pivot(:)
-      !> Where inertia was redistributed the slope at the tip is bound to the last node but two as well: L(order, order
+      !> If inertia was redistributed, the slope at the tip is coupled to the last node but two as well: L(order, order
       !> - 5) and L(order, order - 4)
       real(wp) :: lower_left(2) = 0.0_wp
-      !> Instead of these, where damping is not proportional to the stiffness
+      !> Skyline factors, used instead of these bands if damping is not proportional to the stiffness
       type(skyline_t) :: whole
    end type newmark_factors_t
 
    type :: newmark_stepper_t
       !> Number of degrees of freedom
       integer :: order = 0
-      !> The stop point and the tip among them
+      !> Degrees of freedom of the stop point and of the tip
       integer :: stop_dof = 0
       integer :: tip_dof = 0
-      !> 2 zeta + (gamma - 1/2) step, so that C* = double_zeta K
+      !> 2 zeta + (gamma - 1/2) step, so that C* = `double_zeta` K
       real(wp) :: double_zeta = 0.0_wp
-      !> C* is `damping` instead
+      !> C* is the matrix `damping` instead of `double_zeta` K
       logical :: is_general = .false.
       type(skyline_t) :: damping
       !> Length of the undivided step
@@ -80,31 +80,31 @@ module newmark_stepper
       type(skyline_t) :: stiffness
       type(skyline_t) :: mass
       type(skyline_t) :: mass_factors
-      !> Step h = step/2^level, made when first needed, [0:deepest_level]
+      !> Factors of the step h = step/2^level, made when first needed, [0:deepest_level]
       type(newmark_factors_t), allocatable :: factors(:)
       !> Number of factorisations so far
       integer :: factorisations = 0
-      !> Room for a product: what the matrix acts on and what comes of it, padded, [-2 : order + 3]
+      !> Work arrays for the argument and the result of a matrix product, padded, [-2 : order + 3]
       real(wp), allocatable :: work(:)
       real(wp), allocatable :: result(:)
    end type newmark_stepper_t
 
 contains
 
-   !> Everything that does not depend on the length of the step.
+   !> Prepare everything that does not depend on the length of the step.
    pure subroutine make_newmark_stepper(model, zeta, beta, gamma, step, stepper, error, further)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(in) :: zeta
-      !> Newmark's beta and gamma, with which this step is stable
+      !> Newmark's beta and gamma; the step is stable with these
       real(wp), intent(in) :: beta
       real(wp), intent(in) :: gamma
       !> Length of the undivided step, tau
       real(wp), intent(in) :: step
-      !> Ready to make factors
+      !> The stepper, ready to make factors
       type(newmark_stepper_t), intent(out) :: stepper
-      !> Set when the mass matrix cannot be factorised
+      !> Set if the mass matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
-      !> Damping besides 2 zeta K, of the profile of the model; absent: there is none
+      !> Damping besides 2 zeta K, with the profile of the model; absent: there is none
       type(skyline_t), intent(in), optional :: further
 
       integer :: column, row
@@ -119,7 +119,7 @@ contains
       stepper%stiffness%values = model%stiffness%values/lambda1_power4
       stepper%mass = combine(1.0_wp, model%mass, &
          step*(2.0_wp*zeta*(gamma - 0.5_wp) + (beta - 0.5_wp*gamma)*step), stepper%stiffness)
-      ! the degrees of freedom of a root come last, far from those that they move
+      ! the root's degrees of freedom are numbered last, outside the band of those to which they are coupled
       stepper%is_general = present(further) .or. any(model%root_dofs > 0)
       if (present(further)) then
          stepper%mass = combine(1.0_wp, stepper%mass, step*(gamma - 0.5_wp), further)
@@ -149,13 +149,13 @@ contains
       allocate (stepper%result(1 - band:stepper%order + band), source=0.0_wp)
    end subroutine make_newmark_stepper
 
-   !> The factors for the step h = step/2^level, unless they are there.
+   !> Make the factors for the step h = step/2^level, unless they exist.
    pure subroutine make_factors(stepper, level, error)
-      !> Keeps them
+      !> Stores the factors
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
-      !> Set when A cannot be factorised
+      !> Set if A cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
 
       type(skyline_t) :: matrix
@@ -191,15 +191,15 @@ contains
       end associate
    end subroutine make_factors
 
-   !> A^-1 w: what a unit force of a contact at the end of a step does to the acceleration there.
+   !> A^-1 w: the acceleration at the end of a step due to a unit contact force there.
    pure subroutine solve_for_row(stepper, level, row, column)
-      !> The factors of this level are made
+      !> The stepper, with the factors of this level
       type(newmark_stepper_t), intent(in) :: stepper
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
-      !> w
+      !> Contact row w
       type(contact_row_t), intent(in) :: row
-      !> Padded, [-2 : order + 3]
+      !> A^-1 w, padded, [-2 : order + 3]
       real(wp), intent(out) :: column(1 - band:)
 
       column = 0.0_wp
@@ -221,11 +221,11 @@ contains
       end if
    end subroutine solve
 
-   !> F - K y - C* v.
+   !> Forces F - K y - C* v on the degrees of freedom.
    pure subroutine find_forces(stepper, state)
-      !> Its room has y + 2 zeta v
+      !> The beam; its `work` holds y + 2 zeta v
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> Forces out, in place of the acceleration
+      !> The forces replace its acceleration
       type(newmark_state_t), intent(inout) :: state
 
       associate (n => stepper%order, forces => state%acceleration)
@@ -240,15 +240,15 @@ contains
       end associate
    end subroutine find_forces
 
-   !> The step as it is without force: predictors of displacement and velocity, and the acceleration they lead to.
+   !> Predict the end of a step without contact forces: predictors of displacement and velocity, and their acceleration.
    pure subroutine predict_step(stepper, level, old, new)
-      !> The beam, the factors of this level made; its room is used
+      !> The beam, with the factors of this level; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
       !> State at the beginning
       type(newmark_state_t), intent(in) :: old
-      !> Predictors and force-free acceleration
+      !> Predictors and acceleration without contact forces
       type(newmark_state_t), intent(inout) :: new
 
       associate (factors => stepper%factors(level), h => stepper%factors(level)%step)
@@ -259,7 +259,8 @@ contains
       end associate
    end subroutine predict_step
 
-   !> Predicted displacement y + h v + h^2 a/4 and velocity v + h a/2, and y + 2 zeta v of them.
+   !> Predictors of displacement, y + h v + h^2 a/4, and velocity, v + h a/2, and the combination y + 2 zeta v of the
+   !> two.
    pure subroutine predict(order, h, double_zeta, y, v, a, y_new, v_new, combined)
       !> Number of degrees of freedom
       integer, intent(in) :: order
@@ -274,7 +275,7 @@ contains
       !> Predictors
       real(wp), intent(inout) :: y_new(1 - band:order + band)
       real(wp), intent(inout) :: v_new(1 - band:order + band)
-      !> What the stiffness acts on
+      !> The combination y + 2 zeta v, to which the stiffness is applied
       real(wp), intent(inout) :: combined(1 - band:order + band)
 
       real(wp) :: factor_y, factor_v
@@ -289,7 +290,7 @@ contains
       end do
    end subroutine predict
 
-   !> -K x by diagonals.
+   !> Product -K x by diagonals.
    pure subroutine negative_product(order, diagonals, x, product)
       !> Number of degrees of freedom
       integer, intent(in) :: order
@@ -309,11 +310,12 @@ contains
       end do
    end subroutine negative_product
 
-   !> Solve L D L^T x = b. The entry just computed is used last, which keeps the chain of dependent operations short.
+   !> Solve L D L^T x = b. The entry computed last enters the sum last, which keeps the chain of dependent operations
+   !> short.
    pure subroutine solve_banded(order, lower, lower_left, reciprocal_pivot, x)
       !> Number of degrees of freedom
       integer, intent(in) :: order
-      !> L(i, i - k) at (i, k), zero where there is none
+      !> L(i, i - k) at (i, k), padded with zeros
       real(wp), intent(in) :: lower(order + band, band)
       !> L(order, order - 5) and L(order, order - 4)
       real(wp), intent(in) :: lower_left(2)
@@ -337,20 +339,22 @@ contains
       end do
    end subroutine solve_banded
 
-   !> Add what forces at the end of the step do, and go from predictors to the state.
+   !> Add the accelerations of the contact forces, and correct the predictors.
    pure subroutine finish_step(stepper, level, contacts, columns, count, closed, forces, state)
-      !> The beam, the factors of this level made
+      !> The beam, with the factors of this level
       type(newmark_stepper_t), intent(in) :: stepper
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
       !> A^-1 w of all contacts, padded, [-2 : order + 3, contacts]
       integer, intent(in) :: contacts
       real(wp), intent(in) :: columns(1 - band:stepper%order + band, contacts)
-      !> Number of contacts with a force, which they are, and f of each at the end of the step
+      !> Number of contacts with a force
       integer, intent(in) :: count
       integer, intent(in) :: closed(count)
+      !> Indices of these contacts
       real(wp), intent(in) :: forces(count)
-      !> From `predict_step`; the state on return
+      !> Their forces f at the end of the step
+      !> Result of `predict_step`; the state on return
       type(newmark_state_t), intent(inout) :: state
 
       integer :: j
@@ -360,15 +364,15 @@ contains
             call add_column(stepper%order, forces(j), columns(1 - band, closed(j)), state%acceleration)
          end do
          if (count > 0) then
-            call push(stepper%order, forces(count), columns(1 - band, closed(count)), 0.25_wp*h*h, 0.5_wp*h, &
-               state%displacement, state%velocity, state%acceleration)
+            call add_column_and_correct(stepper%order, forces(count), columns(1 - band, closed(count)), &
+               0.25_wp*h*h, 0.5_wp*h, state%displacement, state%velocity, state%acceleration)
          else
             call correct(stepper%order, 0.25_wp*h*h, 0.5_wp*h, state%displacement, state%velocity, state%acceleration)
          end if
       end associate
    end subroutine finish_step
 
-   !> What a force does to the acceleration.
+   !> Add the acceleration due to a contact force.
    pure subroutine add_column(order, force, column, acceleration)
       !> Number of degrees of freedom
       integer, intent(in) :: order
@@ -384,9 +388,9 @@ contains
       end do
    end subroutine add_column
 
-   !> a + f A^-1 w, y + h^2 a/4, v + h a/2: one loop, as the last column and the corrections are most of a step in
-   !> contact beside product and solve.
-   pure subroutine push(order, force, column, factor_y, factor_v, y, v, a)
+   !> Add a contact force, and correct the predictors: a + f A^-1 w, y + h^2 a/4, v + h a/2. One loop does both, because
+   !> besides product and solution these operations take most of the time of a step in contact.
+   pure subroutine add_column_and_correct(order, force, column, factor_y, factor_v, y, v, a)
       !> Number of degrees of freedom
       integer, intent(in) :: order
       !> f
@@ -409,9 +413,9 @@ contains
          y(i) = y(i) + factor_y*a(i)
          v(i) = v(i) + factor_v*a(i)
       end do
-   end subroutine push
+   end subroutine add_column_and_correct
 
-   !> y + h^2 a/4, v + h a/2
+   !> Correct the predictors: y + h^2 a/4, v + h a/2
    pure subroutine correct(order, factor_y, factor_v, y, v, a)
       !> Number of degrees of freedom
       integer, intent(in) :: order
@@ -432,11 +436,11 @@ contains
       end do
    end subroutine correct
 
-   !> The acceleration that the equation of motion gives without contacts, after velocities or forces have jumped.
+   !> The acceleration from the equation of motion without contact forces, after velocities or loads have jumped.
    pure subroutine restart_acceleration(stepper, state)
-      !> The beam; its room is used
+      !> The beam; its work arrays are overwritten
       type(newmark_stepper_t), intent(inout) :: stepper
-      !> Displacement and velocity; acceleration is set
+      !> Displacement and velocity are given; acceleration is set
       type(newmark_state_t), intent(inout) :: state
 
       stepper%work = state%displacement + stepper%double_zeta*state%velocity
@@ -444,7 +448,7 @@ contains
       call solve_factorised(stepper%mass_factors, state%acceleration(1:stepper%order))
    end subroutine restart_acceleration
 
-   !> Copy without allocating.
+   !> Copy a state without allocating.
    pure subroutine copy_state(from, to)
       type(newmark_state_t), intent(in) :: from
       !> The copy, allocated to the same size

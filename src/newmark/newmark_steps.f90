@@ -1,10 +1,10 @@
-!> Newmark steps of the beam with the surfaces that are closed: the rigid ones hold it, the yielding ones push with
-!> forces that are implicit in the step.
+!> Newmark steps of the beam with closed contacts: a rigid contact fixes its point, and the force of a compliant contact
+!> is implicit in the step.
 !>
-!> The force f at the end of a step enters through the columns A^-1 e of the stop points, so the closed surfaces make a
-!> small set of linear equations for their forces. A rigid one demands that its point stay where it is; three elements
-!> give the mean of their force by the indentation at the end, P = slope u+ + rest, exact where u is linear; spring and
-!> damper give the force at the end itself, k u+ + c u'+.
+!> The contact forces f at the end of a step enter through the columns A^-1 w of the contact rows, so the closed
+!> contacts yield a small system of linear equations for their forces. At a rigid contact the displacement of the point
+!> does not change. At a three-element stop the mean force over the step follows from the indentation u+ at its end, P =
+!> slope u+ + rest, exact if u is linear in time. A spring and damper has the force k u+ + c u'+ at the end of the step.
 module newmark_steps
    use contact_rows, only: along, band, put_along
    use kinds, only: wp
@@ -23,10 +23,10 @@ module newmark_steps
 
 contains
 
-   !> Make what a step of this length needs.
+   !> Prepare a step of given length.
    pure subroutine prepare_level(run, level)
       type(newmark_run_t), intent(inout) :: run
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
 
       integer :: j, k
@@ -46,10 +46,10 @@ contains
       end associate
    end subroutine prepare_level
 
-   !> Step from the present state into the other place.
+   !> Take a trial step from the present state; the result is stored at the other index of `states`.
    pure subroutine try_step(run, level)
       type(newmark_run_t), intent(inout) :: run
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
 
       integer :: count_closed, count_constrained, j, k
@@ -60,16 +60,16 @@ contains
       count_closed = 0
       do k = 1, size(run%contacts)
          run%states(3 - run%now)%force(k) = 0.0_wp
-         if (run%contacts(k)%status == is_constrained) call enter_closed(run, k, count_closed)
+         if (run%contacts(k)%status == is_constrained) call append_closed(run, k, count_closed)
       end do
       count_constrained = count_closed
       if (run%yields) then
          do k = 1, size(run%contacts)
-            if (run%contacts(k)%status == is_in_contact) call enter_closed(run, k, count_closed)
+            if (run%contacts(k)%status == is_in_contact) call append_closed(run, k, count_closed)
          end do
       end if
       if (count_closed == 1 .and. count_constrained == 1) then
-         ! one rigid contact in closed form: 4 % less instructions in a run of 8 elements at rest on it
+         ! a single rigid contact is solved in closed form: 4 % fewer instructions in a run of 8 elements at rest on it
          k = run%closed(1)
          run%right(1) = -along(run%contacts(k)%row, run%states(3 - run%now)%beam%acceleration) &
             /run%factors(level)%gains(k, k)
@@ -83,7 +83,7 @@ contains
       do j = 1, count_constrained
          associate (row => run%contacts(run%closed(j))%row, old => run%states(run%now)%beam, &
             new => run%states(3 - run%now)%beam)
-            ! nothing but for rounding
+            ! removes rounding errors
             new%displacement(row%dof) = old%displacement(row%dof)
             call put_along(row, 0.0_wp, new%velocity)
             call put_along(row, 0.0_wp, new%acceleration)
@@ -92,10 +92,10 @@ contains
       if (run%yields) call move_open_contacts(run, level)
    end subroutine try_step
 
-   !> Surfaces that yield and do not push.
+   !> Advance the indentation of compliant contacts that carry no force.
    pure subroutine move_open_contacts(run, level)
       type(newmark_run_t), intent(inout) :: run
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
 
       integer :: k
@@ -121,31 +121,31 @@ contains
       end associate
    end subroutine move_open_contacts
 
-   !> One more closed surface.
-   pure subroutine enter_closed(run, k, count_closed)
+   !> Append a contact to the list of closed contacts.
+   pure subroutine append_closed(run, k, count_closed)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
       integer, intent(in) :: k
-      !> How many are closed
+      !> Number of closed contacts in the list
       integer, intent(inout) :: count_closed
 
       count_closed = count_closed + 1
       run%closed(count_closed) = k
-   end subroutine enter_closed
+   end subroutine append_closed
 
-   !> Forces of the closed surfaces at the end of the step.
+   !> Find the forces of the closed contacts at the end of the step.
    pure subroutine find_forces_of_closed(run, level, count_closed)
       type(newmark_run_t), intent(inout) :: run
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
-      !> How many are closed
+      !> Number of closed contacts
       integer, intent(in) :: count_closed
 
-      real(wp) :: acceleration, factor, give, half, slope, rest, y, v
+      real(wp) :: acceleration, factor, displacement_factor, velocity_factor, slope, rest, y, v
       integer :: i, j, k
 
-      half = 0.5_wp*run%stepper%factors(level)%step
-      give = half**2
+      velocity_factor = 0.5_wp*run%stepper%factors(level)%step
+      displacement_factor = velocity_factor**2
       associate (old => run%states(run%now), new => run%states(3 - run%now), factors => run%factors(level), &
          closed => run%closed(:count_closed))
          do i = 1, count_closed
@@ -159,14 +159,14 @@ contains
                   right = -acceleration
                   cycle
                end if
-               y = along(contact%row, new%beam%displacement) + give*acceleration
+               y = along(contact%row, new%beam%displacement) + displacement_factor*acceleration
                if (contact%is_viscous) then
-                  v = along(contact%row, new%beam%velocity) + half*acceleration
-                  factor = contact%stop%stiffness*give + contact%stop%viscosity*half
+                  v = along(contact%row, new%beam%velocity) + velocity_factor*acceleration
+                  factor = contact%stop%stiffness*displacement_factor + contact%stop%viscosity*velocity_factor
                   right = contact%stop%stiffness*(contact%contact%height + contact%shift - y) - contact%stop%viscosity*v
                else
                   call mean_force_coefficients(factors%stops(k), old%indentation(k), old%branch_force(k), slope, rest)
-                  factor = 2.0_wp*slope*give
+                  factor = 2.0_wp*slope*displacement_factor
                   right = 2.0_wp*(slope*(contact%contact%height + contact%shift - y) + rest) - old%force(k)
                end if
                do j = 1, count_closed
@@ -176,7 +176,8 @@ contains
             end associate
          end do
          if (count_closed == 1) then
-            ! 3 % less instructions than by the call in a run of 8 elements half of it on a three-element stop
+            ! 3 % fewer instructions than by a call, in a run of 8 elements that is in contact with a three-element stop
+            ! half the time
             run%right(1) = run%right(1)/run%rows(1, 1)
          else
             call eliminate(run%rows, run%right, count_closed)
@@ -187,14 +188,15 @@ contains
       end associate
    end subroutine find_forces_of_closed
 
-   !> After the step: three elements have a force of their own at the end, to which acceleration and reactions are
-   !> turned.
+   !> Replace the mean force of three-element stops by the force at the end of the step, and correct accelerations and
+   !> rigid reactions accordingly.
    pure subroutine correct_yielding(run, level, count_constrained, count_closed)
       type(newmark_run_t), intent(inout) :: run
-      !> How often the step is halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
-      !> How many hold the beam, which come first, and are closed
+      !> Number of closed rigid contacts, which come first in the list of closed contacts
       integer, intent(in) :: count_constrained
+      !> Number of closed contacts
       integer, intent(in) :: count_closed
 
       real(wp) :: change, rest, slope
@@ -235,7 +237,7 @@ contains
       end associate
    end subroutine correct_yielding
 
-   !> More force at a surface, and what that does to the acceleration, in the state in the other place.
+   !> Add a contact force and its acceleration to the state at the end of the trial step.
    pure subroutine add_force(run, k, force)
       type(newmark_run_t), intent(inout) :: run
       !> The contact
@@ -248,9 +250,9 @@ contains
       end associate
    end subroutine add_force
 
-   !> Solve a few equations whose matrix is, but for positive factors of its rows, positive definite.
+   !> Solve a small system whose matrix is positive definite except for positive factors of its rows.
    pure subroutine eliminate(rows, right, n)
-      !> The matrix, [n, n] of it
+      !> The matrix, of which the leading [n, n] part is used
       real(wp), intent(inout) :: rows(:, :)
       !> The right side; the solution on return
       real(wp), intent(inout) :: right(:)
@@ -275,27 +277,27 @@ contains
       end do
    end subroutine eliminate
 
-   !> Which surfaces do not let the step in the other place stand? Written so that a NaN does not.
-   pure subroutine find_refusals(run, level, stands)
+   !> Find the contacts whose conditions the trial step violates. A NaN counts as a violation.
+   pure subroutine find_refusals(run, level, is_accepted)
       type(newmark_run_t), intent(inout) :: run
-      !> How often the step was halved
+      !> Number of halvings of the step
       integer, intent(in) :: level
-      !> None refuses it
-      logical, intent(out) :: stands
+      !> No contact rejects the step
+      logical, intent(out) :: is_accepted
 
-      real(wp) :: gap, least
+      real(wp) :: gap, min_gap
       integer :: k
 
-      ! at the last level rounding may be all that is missing
-      least = -run%contact_tolerance
-      if (level == deepest_level) least = 2.0_wp*least
-      stands = .true.
+      ! in the shortest step only rounding may be left of the gap
+      min_gap = -run%contact_tolerance
+      if (level == deepest_level) min_gap = 2.0_wp*min_gap
+      is_accepted = .true.
       associate (new => run%states(3 - run%now))
          do k = 1, size(run%contacts)
             select case (run%contacts(k)%status)
             case (is_open)
                gap = gap_at(run, k, new)
-               run%refuses(k) = .not. (gap >= least .or. (run%contacts(k)%leaving .and. gap >= -huge(1.0_wp)))
+               run%refuses(k) = .not. (gap >= min_gap .or. (run%contacts(k)%leaving .and. gap >= -huge(1.0_wp)))
             case (is_constrained, is_in_contact)
                run%refuses(k) = .not. new%force(k) > 0.0_wp
             case (is_lifted)
@@ -303,15 +305,15 @@ contains
             case (is_inactive)
                run%refuses(k) = .false.
             end select
-            stands = stands .and. .not. run%refuses(k)
+            is_accepted = is_accepted .and. .not. run%refuses(k)
          end do
       end associate
    end subroutine find_refusals
 
-   !> What the step just accepted cost.
+   !> Add the work of loads and the dissipated energy of the accepted step to the ledger.
    pure subroutine account_step(run, step)
       type(newmark_run_t), intent(inout) :: run
-      !> Its length
+      !> Length of the step
       real(wp), intent(in) :: step
 
       real(wp) :: dissipated, work
@@ -335,11 +337,12 @@ contains
       end associate
    end subroutine account_step
 
-   !> The step just accepted as observers see it.
+   !> Pass the accepted step to the observers.
    subroutine observe_step(run, from, step, energies, moments)
       type(newmark_run_t), intent(inout) :: run
-      !> Its beginning and length
+      !> Beginning of the step, tau
       real(wp), intent(in) :: from
+      !> Length of the step
       real(wp), intent(in) :: step
       !> Energy at its ends
       real(wp), intent(in) :: energies(2)
