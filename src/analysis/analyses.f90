@@ -1,4 +1,5 @@
-!> The analyses of a scene. To add one: its row in `analysis_table`, and its type in `make_analysis`.
+!> The analyses that a scene may request. To add an analysis, add an entry to `analysis_table` and a case to
+!> `make_analysis`.
 module analyses
    use analysis_types, only: analysis_t
    use beam_model, only: beam_model_t
@@ -15,25 +16,25 @@ module analyses
    private
    public :: analysed_t, asks_for, analyse, write_analyses, print_analyses, fill_row, of_beam, of_run
 
-   !> An analysis that is there.
-   type :: row_t
-      !> Its group, in scenes and in results files
+   !> Entry of the table of analyses.
+   type :: entry_t
+      !> Name of its group in scenes and results files
       character(24) :: group = ''
-      !> It reads the motion of the run: each case of a sweep has one. Else it is of the beam and its loads alone, and a
-      !> sweep has that of the scene itself
+      !> True: the analysis reads the motion of a run, and a sweep makes it for each case. False: it reads the beam and
+      !> its loads alone, and a sweep makes it once, for the scene itself
       logical :: reads_run = .true.
-   end type row_t
+   end type entry_t
 
-   !> In the order of files and of the console.
-   type(row_t), parameter :: analysis_table(*) = [ &
-      row_t('orbit'), &
-      row_t('frequency_response', reads_run=.false.)]
+   !> All analyses, in the order of results files and of the console.
+   type(entry_t), parameter :: analysis_table(*) = [ &
+      entry_t('orbit'), &
+      entry_t('frequency_response', reads_run=.false.)]
 
-   !> Which analyses are meant, by what they read.
+   !> Selection of analyses by the input that they read: the beam alone, or a run.
    logical, parameter :: of_beam = .false.
    logical, parameter :: of_run = .true.
 
-   !> An analysis and its group.
+   !> An analysis and the name of its group.
    type :: analysed_t
       character(len(analysis_table%group)) :: group = ''
       class(analysis_t), allocatable :: analysis
@@ -41,9 +42,9 @@ module analyses
 
 contains
 
-   !> Make an analysis of a group.
+   !> Create the analysis that belongs to a group.
    subroutine make_analysis(group, analysis)
-      !> One of the table
+      !> Name of a group in the table
       character(*), intent(in) :: group
       class(analysis_t), allocatable, intent(out) :: analysis
 
@@ -55,45 +56,46 @@ contains
       end select
    end subroutine make_analysis
 
-   !> Which of the table a scene asks for.
-   pure function asked(scene, only_those) result(is_asked)
+   !> Which analyses of the table does a scene request?
+   pure function requested(scene, only_those) result(is_requested)
       type(scene_t), intent(in) :: scene
-      !> `of_beam` or `of_run`; absent: all
+      !> `of_beam` or `of_run`; absent: all analyses
       logical, intent(in), optional :: only_those
-      logical :: is_asked(size(analysis_table))
+      logical :: is_requested(size(analysis_table))
 
-      is_asked = scene%has_group(analysis_table%group)
-      if (present(only_those)) is_asked = is_asked .and. (analysis_table%reads_run .eqv. only_those)
-   end function asked
+      is_requested = scene%has_group(analysis_table%group)
+      if (present(only_those)) is_requested = is_requested .and. (analysis_table%reads_run .eqv. only_those)
+   end function requested
 
-   !> Does a scene ask for any?
+   !> Does a scene request any analysis of one selection?
    pure function asks_for(scene, those) result(answer)
       type(scene_t), intent(in) :: scene
       !> `of_beam` or `of_run`
       logical, intent(in) :: those
       logical :: answer
 
-      answer = any(asked(scene, those))
+      answer = any(requested(scene, those))
    end function asks_for
 
-   !> Do the analyses that a scene asks for.
+   !> Make the analyses that a scene requests.
    subroutine analyse(scene, model, settings, response, analysed, error, only_those)
       type(scene_t), intent(in) :: scene
-      !> The beam, and its run
+      !> The beam of the scene
       type(beam_model_t), intent(in) :: model
+      !> Settings of the run of that beam
       type(run_settings_t), intent(in) :: settings
-      !> Of that run; without one nothing is in it
+      !> Result of that run; empty if there was none
       type(response_t), intent(in) :: response
       type(analysed_t), allocatable, intent(out) :: analysed(:)
-      !> Set by the first that fails
+      !> Set by the first analysis that fails
       type(failure_t), allocatable, intent(out) :: error
-      !> `of_beam` or `of_run`; absent: all
+      !> `of_beam` or `of_run`; absent: all analyses
       logical, intent(in), optional :: only_those
 
       integer, allocatable :: places(:)
       integer :: i
 
-      places = pack([(i, i=1, size(analysis_table))], asked(scene, only_those))
+      places = pack([(i, i=1, size(analysis_table))], requested(scene, only_those))
       allocate (analysed(size(places)))
       do i = 1, size(places)
          analysed(i)%group = analysis_table(places(i))%group
@@ -103,9 +105,9 @@ contains
       end do
    end subroutine analyse
 
-   !> A group for each.
+   !> Write a group of the results file for each analysis.
    subroutine write_analyses(group, analysed)
-      !> In which they are
+      !> The group that contains these groups
       type(quantity_group_t), intent(in) :: group
       type(analysed_t), intent(in) :: analysed(:)
 
@@ -116,11 +118,11 @@ contains
       end do
    end subroutine write_analyses
 
-   !> The lines of each on the console.
+   !> Print the lines of each analysis on the console.
    subroutine print_analyses(unit, analysed, units)
       integer, intent(in) :: unit
       type(analysed_t), intent(in) :: analysed(:)
-      !> What results are in
+      !> Units of the printed values
       type(units_t), intent(in) :: units
 
       integer :: i
@@ -130,10 +132,10 @@ contains
       end do
    end subroutine print_analyses
 
-   !> The measures of each.
+   !> Add the measures of each analysis to the row of measures of a run.
    subroutine fill_row(analysed, row)
       type(analysed_t), intent(in) :: analysed(:)
-      !> Dimensionless, [measure_count]
+      !> Dimensionless measures, [measure_count]
       real(wp), intent(inout) :: row(:)
 
       integer :: i

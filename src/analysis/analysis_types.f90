@@ -1,5 +1,6 @@
-!> What is computed from a finished run, or from a beam alone: a group of the results file, lines on the console, and
-!> measures of the run. The table of all is in `analyses`.
+!> Base type of analyses, which are computed from a finished run or from a beam alone. An analysis writes a group of the
+!> results file, and may print lines on the console and add measures of the run. The module `analyses` lists all of
+!> them.
 module analysis_types
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -13,7 +14,7 @@ module analysis_types
    private
    public :: analysis_t
 
-   !> Extensions hold what was found.
+   !> An analysis; extensions hold its results.
    type, abstract :: analysis_t
    contains
       procedure(compute_interface), deferred :: compute
@@ -23,49 +24,50 @@ module analysis_types
    end type analysis_t
 
    abstract interface
-      !> Find what the scene asks for.
+      !> Compute what the scene requests.
       subroutine compute_interface(self, scene, model, settings, response, error)
          import :: analysis_t, beam_model_t, failure_t, response_t, run_settings_t, scene_t
          implicit none (type, external)
          class(analysis_t), intent(inout) :: self
-         !> It has the settings of the analysis
+         !> The scene, with the settings of the analysis
          type(scene_t), intent(in) :: scene
-         !> The beam, and the run of it that the scene describes
+         !> The beam of the scene
          type(beam_model_t), intent(in) :: model
+         !> Settings of the run of that beam
          type(run_settings_t), intent(in) :: settings
-         !> Of that run; nothing is in it where a beam alone is analysed
+         !> Result of that run; empty if a beam alone is analysed
          type(response_t), intent(in) :: response
-         !> Set when nothing is found
+         !> Set if the analysis fails
          type(failure_t), allocatable, intent(out) :: error
       end subroutine compute_interface
 
-      !> Write its group.
+      !> Write the results of the analysis to its group.
       subroutine write_interface(self, group)
          import :: analysis_t, quantity_group_t
          implicit none (type, external)
          class(analysis_t), intent(in) :: self
-         !> Empty
+         !> Group of the results file, empty
          type(quantity_group_t), intent(in) :: group
       end subroutine write_interface
    end interface
 
 contains
 
-   !> Lines on the console; an analysis that has some overrides it.
+   !> Print nothing; an analysis with output on the console overrides this procedure.
    subroutine print_nothing(self, unit, units)
       class(analysis_t), intent(in) :: self
       integer, intent(in) :: unit
-      !> What results are in
+      !> Units of the printed values
       type(units_t), intent(in) :: units
 
       associate (unused_1 => self, unused_2 => unit, unused_3 => units)
       end associate
    end subroutine print_nothing
 
-   !> Measures of the run; an analysis that has some overrides it.
+   !> Add no measure; an analysis with measures overrides this procedure.
    subroutine fill_nothing(self, row)
       class(analysis_t), intent(in) :: self
-      !> Dimensionless, [measure_count]
+      !> Dimensionless measures, [measure_count]
       real(wp), intent(inout) :: row(:)
 
       associate (unused_1 => self, unused_2 => row)

@@ -1,4 +1,5 @@
-!> The beam with its stops open under harmonic loads, in closed form from its modes (docs/theory.md, section 21).
+!> Frequency response of the beam with open stops to harmonic loads, in closed form from its modes (docs/theory.md,
+!> section 21).
 module frequency_response
    use analysis_types, only: analysis_t
    use applied_loads, only: applied_loads_t, count_forces, courses_of, gather_loads
@@ -18,14 +19,14 @@ module frequency_response
    private
    public :: frequency_response_t
 
-   !> Complex amplitudes of the beam with its stops open under loads sin(omega tau + phase): the displacement is the
+   !> Complex amplitudes of the beam with open stops under loads sin(omega tau + phase). The displacement is the
    !> imaginary part of amplitude exp(i omega tau).
    type, extends(analysis_t) :: frequency_response_t
-      !> omega over omega1, [frequencies]
+      !> Frequency omega of the loads over omega1, [frequencies]
       real(wp), allocatable :: frequency(:)
-      !> [frequencies]
+      !> Amplitude of the tip, [frequencies]
       complex(wp), allocatable :: tip(:)
-      !> In the scene's order of surfaces, [surfaces, frequencies]
+      !> Amplitude at each contact in the scene's order, [contacts, frequencies]
       complex(wp), allocatable :: stop(:, :)
    contains
       procedure :: compute
@@ -34,17 +35,18 @@ module frequency_response
 
 contains
 
-   !> All harmonic loads at one frequency after the other, each with its amplitude and phase.
+   !> Compute the response at each frequency to all harmonic loads together, each with its amplitude and phase.
    subroutine compute(self, scene, model, settings, response, error)
       class(frequency_response_t), intent(inout) :: self
-      !> For its &frequency_response
+      !> The scene, with the group &frequency_response
       type(scene_t), intent(in) :: scene
-      !> The beam; its loads, stops and damping
+      !> The beam
       type(beam_model_t), intent(in) :: model
+      !> Its loads, stops and damping
       type(run_settings_t), intent(in) :: settings
-      !> It does not matter
+      !> Not used
       type(response_t), intent(in) :: response
-      !> Set when the modes cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       type(free_modes_t) :: modes
@@ -52,52 +54,52 @@ contains
       type(contact_t), allocatable :: contacts(:)
       real(wp), allocatable :: damping(:), force(:, :)
       complex(wp), allocatable :: coordinate(:)
-      integer :: i, k, kept
+      integer :: i, k, mode_count
 
       call find_modes_of_run(model, settings, modes, error)
       if (allocated(error)) return
-      kept = size(modes%square)
-      if (settings%response%mode_count > 0) kept = min(kept, settings%response%mode_count)
+      mode_count = size(modes%square)
+      if (settings%response%mode_count > 0) mode_count = min(mode_count, settings%response%mode_count)
       allocate (contacts, source=contacts_of(settings))
       call gather_loads(model, settings, loads)
-      force = matmul(transpose(modes%mode(:, :kept)), loads%vector)
-      damping = 2.0_wp*settings%zeta*modes%square(:kept) + rates_of_modes(settings, modes%square(:kept))
+      force = matmul(transpose(modes%mode(:, :mode_count)), loads%vector)
+      damping = 2.0_wp*settings%zeta*modes%square(:mode_count) + rates_of_modes(settings, modes%square(:mode_count))
       associate (unused => response, points => scene%frequency_response%points)
          self%frequency = frequencies_of(scene%frequency_response)
          allocate (self%tip(points), self%stop(size(contacts), points))
       end associate
       do i = 1, size(self%frequency)
          associate (omega => self%frequency(i))
-            coordinate = matmul(force, amplitudes_at(settings, omega))/cmplx(modes%square(:kept) - omega**2, &
+            coordinate = matmul(force, amplitudes_at(settings, omega))/cmplx(modes%square(:mode_count) - omega**2, &
                omega*damping, wp)
          end associate
-         self%tip(i) = sum(modes%mode(modes%tip_dof, :kept)*coordinate)
+         self%tip(i) = sum(modes%mode(modes%tip_dof, :mode_count)*coordinate)
          do k = 1, size(contacts)
             associate (dof => model%stop_dofs(contacts(k)%stop))
-               self%stop(contacts(k)%number, i) = sum(modes%mode(dof, :kept)*coordinate)
+               self%stop(contacts(k)%number, i) = sum(modes%mode(dof, :mode_count)*coordinate)
             end associate
          end do
       end do
    end subroutine compute
 
-   !> Divided evenly, the ends exact.
-   pure function frequencies_of(asked) result(frequency)
-      type(frequency_response_settings_t), intent(in) :: asked
-      real(wp) :: frequency(asked%points)
+   !> Equally or logarithmically spaced frequencies; both ends of the range are exact.
+   pure function frequencies_of(settings) result(frequency)
+      type(frequency_response_settings_t), intent(in) :: settings
+      real(wp) :: frequency(settings%points)
 
       integer :: i
 
-      associate (least => asked%range(1), most => asked%range(2), last => real(asked%points - 1, wp))
-         if (asked%is_logarithmic) then
-            frequency = [(least*(most/least)**(real(i, wp)/last), i=0, asked%points - 1)]
+      associate (lowest => settings%range(1), highest => settings%range(2), last => real(settings%points - 1, wp))
+         if (settings%is_logarithmic) then
+            frequency = [(lowest*(highest/lowest)**(real(i, wp)/last), i=0, settings%points - 1)]
          else
-            frequency = [(least + (most - least)*(real(i, wp)/last), i=0, asked%points - 1)]
+            frequency = [(lowest + (highest - lowest)*(real(i, wp)/last), i=0, settings%points - 1)]
          end if
-         frequency(asked%points) = most
+         frequency(settings%points) = highest
       end associate
    end function frequencies_of
 
-   !> Of all loads in the order of `gather_loads`; what is not harmonic has none.
+   !> Complex amplitudes of all loads in the order of `gather_loads`; zero for loads that are not harmonic.
    pure function amplitudes_at(settings, omega) result(amplitude)
       type(run_settings_t), intent(in) :: settings
       real(wp), intent(in) :: omega
@@ -107,7 +109,7 @@ contains
       integer :: forces, k
 
       allocate (courses, source=courses_of(settings))
-      ! over exp(i omega tau), of which the imaginary part is meant
+      ! a load is the imaginary part of amplitude exp(i omega tau)
       amplitude = merge(cmplx(courses%amplitude*cos(courses%phase), courses%amplitude*sin(courses%phase), wp), &
          (0.0_wp, 0.0_wp), courses%kind == course_harmonic)
       forces = count_forces(settings)
@@ -136,7 +138,7 @@ contains
       call group%put('phase_stop', degrees(self%stop), 'number', 'its phase in degrees', at_stops)
    end subroutine write_group
 
-   !> Phase; of nothing it is 0.
+   !> Phase of a complex amplitude in degrees; 0 if the amplitude is 0.
    elemental function degrees(amplitude) result(phase)
       complex(wp), intent(in) :: amplitude
       real(wp) :: phase

@@ -1,4 +1,4 @@
-!> Periodic motions and their branches: found, a group of a results file, and lines on the console.
+!> Analysis of periodic motions and their branches: search, group of the results file, and lines on the console.
 module orbit_analysis
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use analysis_types, only: analysis_t
@@ -19,8 +19,8 @@ module orbit_analysis
    private
    public :: orbit_analysis_t
 
-   !> Multipliers that the console shows, and decimals of these, times and parameters.
-   integer, parameter :: most_shown = 4, decimals = 8
+   !> Maximum number of multipliers on the console, and decimals of multipliers, times and parameters.
+   integer, parameter :: max_shown = 4, decimals = 8
 
    type, extends(analysis_t) :: orbit_analysis_t
       type(orbit_study_t), allocatable :: study
@@ -32,17 +32,18 @@ module orbit_analysis
 
 contains
 
-   !> The motion that a run comes to, and its branches.
+   !> Find the periodic motion that a run approaches, and its branches.
    subroutine compute(self, scene, model, settings, response, error)
       class(orbit_analysis_t), intent(inout) :: self
-      !> For its &orbit
+      !> The scene, with the group &orbit
       type(scene_t), intent(in) :: scene
-      !> The beam, and its run
+      !> The beam
       type(beam_model_t), intent(in) :: model
+      !> Settings of its run
       type(run_settings_t), intent(in) :: settings
-      !> It does not matter: the search runs by itself
+      !> Not used, because the search makes its own runs
       type(response_t), intent(in) :: response
-      !> Set when there is none
+      !> Set if no periodic motion is found
       type(failure_t), allocatable, intent(out) :: error
 
       associate (unused => response)
@@ -88,7 +89,7 @@ contains
       end associate
    end subroutine write_orbits
 
-   !> Absent speeds are no numbers.
+   !> Minimum impact speed of a periodic motion; NaN if it has no impact with restitution.
    elemental function speed_of(point) result(speed)
       type(orbit_point_t), intent(in) :: point
       real(wp) :: speed
@@ -100,11 +101,11 @@ contains
    subroutine write_branch(group, branch, quantity)
       type(quantity_group_t), intent(in) :: group
       type(orbit_branch_t), intent(in) :: branch
-      !> Of the parameter
+      !> Quantity of the parameter
       character(*), intent(in) :: quantity
 
       character(*), parameter :: along(2) = [character(8) :: 'section', 'point']
-      complex(wp) :: greatest(size(branch%point))
+      complex(wp) :: largest(size(branch%point))
       real(wp), dimension(maxval(branch%point%periods), size(branch%point)) :: displacement, velocity
       character(:), allocatable :: meanings
       integer :: i, k
@@ -113,7 +114,7 @@ contains
          call group%attribute('parent', [branch%parent])
          call group%attribute('parent_point', [branch%parent_point])
          do i = 1, size(point)
-            greatest(i) = point(i)%multiplier(1)
+            largest(i) = point(i)%multiplier(1)
             do k = 1, size(displacement, 1)
                displacement(k, i) = point(i)%tip(1, 1 + modulo(k - 1, point(i)%periods))
                velocity(k, i) = point(i)%tip(2, 1 + modulo(k - 1, point(i)%periods))
@@ -133,8 +134,8 @@ contains
          end do
          call group%attribute('flag_values', [(i, i=0, ubound(mark_names, 1))], 'mark')
          call group%attribute('flag_meanings', adjustl(meanings), 'mark')
-         call group%put('multiplier_real', real(greatest, wp), 'number', 'greatest multiplier, real part', 'point')
-         call group%put('multiplier_imaginary', aimag(greatest), 'number', 'imaginary part', 'point')
+         call group%put('multiplier_real', real(largest, wp), 'number', 'greatest multiplier, real part', 'point')
+         call group%put('multiplier_imaginary', aimag(largest), 'number', 'imaginary part', 'point')
          call group%put('least_impact_speed', speed_of(point), 'velocity', &
             'least speed of an impact with restitution', 'point')
          call group%put('displacement_tip', displacement, 'displacement', &
@@ -146,7 +147,7 @@ contains
    subroutine print_orbits(self, unit, units)
       class(orbit_analysis_t), intent(in) :: self
       integer, intent(in) :: unit
-      !> What results are in
+      !> Units of the printed values
       type(units_t), intent(in) :: units
 
       integer :: i, k
@@ -157,7 +158,7 @@ contains
             //phrase(units, ', {tau~t} = ', 'time', orbit%period, decimals)//', with '//counted(orbit%impacts, 'impact')
          write (unit, '(2x, a)') 'returns to '//rounded(orbit%residual)//' of its size after '// &
             counted(orbit%iterations, 'step')//" of Newton's method"
-         do i = 1, min(most_shown, size(orbit%multiplier))
+         do i = 1, min(max_shown, size(orbit%multiplier))
             write (unit, '(2x, a)') 'multiplier '//to_text(i)//'   '//multiplier_in_words(orbit%multiplier(i))
          end do
       end associate
@@ -189,7 +190,7 @@ contains
    end subroutine print_orbits
 
    pure function from_branch(parent) result(words)
-      !> 0: there is none
+      !> Number of the parent branch; 0: there is none
       integer, intent(in) :: parent
       character(:), allocatable :: words
 
@@ -205,10 +206,10 @@ contains
       if (abs(aimag(multiplier)) > 0.0_wp) words = words//' +- '//fixed(abs(aimag(multiplier)), decimals)//' i'
    end function multiplier_in_words
 
-   !> '1 impact', '2 impacts'.
+   !> Number and noun: '1 impact', '2 impacts'.
    pure function counted(number, what) result(words)
       integer, intent(in) :: number
-      !> One of them
+      !> Noun in the singular
       character(*), intent(in) :: what
       character(:), allocatable :: words
 

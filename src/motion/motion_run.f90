@@ -1,4 +1,4 @@
-!> A run through time by the method that its settings name.
+!> Computation of a run by the method that its settings name.
 module motion_run
    use beam_model, only: beam_model_t
    use beam_starts, only: check_table_of_start
@@ -26,21 +26,21 @@ module motion_run
 
 contains
 
-   !> From rest in the static shape of a force at the stop, the stop point at eta = 1, to the end of the run.
+   !> Compute the motion from the start to the end of the run.
    subroutine run_motion(model, settings, response, error, shared, sets, carried)
       type(beam_model_t), intent(in) :: model
-      !> What is run
+      !> Settings of the run
       type(run_settings_t), intent(in) :: settings
-      !> Events, histories, measures
+      !> Receives events, histories and measures
       type(response_t), intent(out) :: response
-      !> Set when the run fails
+      !> Set if the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> From `find_shared_modes`; without them a run that needs modes finds its own
+      !> Modes from `find_shared_modes`; if absent, a run that needs modes computes them
       type(free_modes_t), intent(in), optional :: shared
-      !> Sets of closed surfaces that the runs before made, for this one and those to come; of one thread alone
+      !> Constrained sets cached by earlier runs, which this run uses and extends; private to one thread
       type(set_store_t), target, intent(inout), optional :: sets
-      !> A motion under loads that the run takes over, if it has a state, by the same method on the same mesh; then the
-      !> state at its end
+      !> The state from which the run continues, if it has one, computed by the same method on the same mesh under
+      !> loads; on return the state at the end
       type(section_state_t), intent(inout), optional :: carried
 
       call check_beam(model, settings, error)
@@ -63,12 +63,12 @@ contains
       if (allocated(response%measures)) response%measures%mesh_elements = model%mesh%elements
    end subroutine run_motion
 
-   !> What keeps a run from starting, as far as that is known without running it.
+   !> Check whether a run can start, as far as is known without running it.
    subroutine check_motion(model, settings, error)
       type(beam_model_t), intent(in) :: model
-      !> What is to be run
+      !> Settings of the run
       type(run_settings_t), intent(in) :: settings
-      !> Set when it cannot start
+      !> Set if the run cannot start
       type(failure_t), allocatable, intent(out) :: error
 
       call check_beam(model, settings, error)
@@ -76,12 +76,12 @@ contains
          error)
    end subroutine check_motion
 
-   !> Can the beam start, by any method? A node without mass follows the others only in closed form, and only a rigid
-   !> stop holds it.
+   !> Check whether the beam can start, by any method. A node without mass needs exact motion and a rigid stop, because
+   !> its displacement follows in closed form.
    subroutine check_beam(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Set when it cannot
+      !> Set if the beam cannot start
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: start(:)
@@ -106,11 +106,11 @@ contains
       if (.not. allocated(error)) call check_table_of_start(model, settings%start, error)
    end subroutine check_beam
 
-   !> A beam that starts in a mode must have it, and the run keep it.
+   !> Check that the initial mode exists, and that the run retains it.
    pure subroutine check_mode_of_start(model, settings, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> Set when there are fewer modes, or none moves the tip
+      !> Set if there are fewer modes, or if a support fixes the tip, by which the mode is scaled
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: modes
@@ -127,14 +127,14 @@ contains
       end if
    end subroutine check_mode_of_start
 
-   !> What all runs of one beam by one method have in common; empty where that is nothing.
+   !> Find what all runs of one beam by one method share: its modes, or nothing for Newmark's method.
    subroutine find_shared_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
-      !> One of the runs
+      !> Settings of one of the runs
       type(run_settings_t), intent(in) :: settings
-      !> Modes of the beam
+      !> Modes of the beam; empty for Newmark's method
       type(free_modes_t), intent(out) :: modes
-      !> Set when they cannot be found
+      !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       if (settings%response%method == method_exact) call find_base_modes(model, settings, modes, error)
