@@ -1,8 +1,8 @@
-!> A linear functional of damped oscillators as a signal with certain bounds: the gap in flight, the reaction in
-!> contact.
+!> A linear combination of damped oscillators as a signal with certain bounds: the gap in flight, the reaction of a
+!> closed contact.
 !>
-!> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any
-!> instant on |z_i^(k)| <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
+!> Every derivative z^(k) obeys the same oscillator equation, whose energy never grows. So from any instant on |z_i^(k)|
+!> <= hypot(z_i^(k), z_i^(k+1)/W_i), under-, critically or over-damped.
 module modal_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, falls_to_zero, first_zero, found_none, &
       found_zero, bounds_t, search_t, term_columns, term_curvature, term_rate, term_value, search_history_t, &
@@ -17,31 +17,31 @@ module modal_signal
    private
    public :: modal_signal_t, modal_state_t, make_modal_signal, add_more
 
-   !> The modes at an instant.
+   !> Modal state at an instant.
    type :: modal_state_t
-      !> Negative: none
+      !> Instant; negative: there is none
       real(wp) :: time = -1.0_wp
       !> [count]
       real(wp), allocatable :: z(:), v(:)
    end type modal_state_t
 
-   !> s(t) = offset + sum c_i z_i(t) + surface exp(-rate t), the last a surface that relaxes or a node without mass.
+   !> offset + sum c_i z_i(t) + contact exp(-rate t). The last term is a relaxing contact or a node without mass.
    type, extends(viewed_signal_t) :: modal_signal_t
       type(oscillators_t), pointer :: oscillators => null()
-      !> What the oscillators swing about
+      !> Value of the signal without motion
       real(wp) :: offset = 0.0_wp
       !> c_i, [count]
       real(wp), allocatable :: weight(:)
-      !> The same, filled up with zeros to whole vectors
+      !> c_i padded with zeros to whole SIMD vectors
       real(wp), allocatable, private :: lane_weight(:)
       !> z_i and z_i' at t = 0, [count]
       real(wp), allocatable :: z(:), v(:)
       !> For modes far beyond critical damping the sum is over z_i + 2 zeta z_i' instead (a force)
       logical :: is_viscous = .false.
-      !> Indentation of the surface at t = 0, and the rate at which it relaxes
+      !> Deformation of the relaxing contact at t = 0, and the rate at which it relaxes
       real(wp) :: contact = 0.0_wp
       real(wp) :: rate = 0.0_wp
-      !> Gets the state at the instant that was evaluated last, where its arrays are there; null: nobody asks for it
+      !> Receives the state at the instant evaluated last, in arrays that are already allocated; null: not wanted
       type(modal_state_t), pointer :: last => null()
    contains
       procedure :: find_bounds
@@ -55,11 +55,11 @@ module modal_signal
 
 contains
 
-   !> Prepare a signal; its state `z`, `v` is set by the caller.
+   !> Prepare a signal; the caller sets its state `z`, `v`.
    subroutine make_modal_signal(oscillators, offset, weight, signal)
       !> The oscillators; they must outlive the signal
       type(oscillators_t), target, intent(in) :: oscillators
-      !> Offset
+      !> Constant term
       real(wp), intent(in) :: offset
       !> c_i, [count]
       real(wp), intent(in) :: weight(:)
@@ -78,7 +78,7 @@ contains
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> s and s'
+      !> Value and slope of the signal
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
@@ -104,16 +104,16 @@ contains
       end if
    end subroutine evaluate
 
-   !> offset + factor times a derivative of the signal, from an instant on.
+   !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
    subroutine view(self, from, factor, offset, order, part)
       class(modal_signal_t), intent(in) :: self
-      !> The instant
+      !> Instant that becomes t = 0
       real(wp), intent(in) :: from
       real(wp), intent(in) :: factor
       real(wp), intent(in) :: offset
-      !> 0: the signal itself, 1: its slope
+      !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order
-      !> The same as a signal
+      !> The new signal
       class(viewed_signal_t), allocatable, intent(out) :: part
 
       type(modal_signal_t), allocatable :: modal
@@ -142,16 +142,16 @@ contains
       call move_alloc(modal, part)
    end subroutine view
 
-   !> First zero of the signal in (0, limit]; of a short hop by its series.
+   !> First zero of the signal in (0, limit]. The end of a short flight comes from a Taylor series.
    subroutine find_zero(self, limit, search, history, at_start)
       class(modal_signal_t), intent(in) :: self
-      !> Where the search ends
+      !> End of the search
       real(wp), intent(in) :: limit
-      !> What was found
+      !> Outcome
       type(search_t), intent(out) :: search
-      !> What was seen of it; of a short hop nothing
+      !> Evaluations on the way; none if the Taylor series was enough
       type(search_history_t), intent(inout), optional :: history
-      !> What `find_bounds` tells of the signal at its start, where it is known
+      !> Values and bounds of the signal at its start, if they are known
       type(bounds_t), intent(in), optional :: at_start
 
       if (present(history)) history%count = 0
@@ -162,14 +162,14 @@ contains
       call first_zero(self, limit, search, history, at_start=at_start)
    end subroutine find_zero
 
-   !> The end of a short hop, which rises from zero.
+   !> The end of a short flight, in which the signal rises from zero, by `find_short_flight`.
    subroutine find_short(self, limit, search, slope, turning, frequency)
       class(modal_signal_t), intent(in) :: self
-      !> Where the search ends
+      !> End of the search
       real(wp), intent(in) :: limit
-      !> As of `find_short_flight`
+      !> Outcome, as `find_short_flight` returns it
       type(search_t), intent(inout) :: search
-      !> What is added to the modes, as `find_short_flight` has it
+      !> Terms besides the modes, as in `find_short_flight`
       real(wp), intent(in), optional :: slope
       complex(wp), intent(inout), optional :: turning(:)
       real(wp), intent(in), optional :: frequency(:)
@@ -180,45 +180,46 @@ contains
          frequency)
    end subroutine find_short
 
-   !> Value, slope and bounds of a derivative of the signal at an instant.
+   !> A derivative of the signal at an instant, with bounds that hold from that instant on.
    subroutine find_bounds(self, t, order, here)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Which derivative, 0: the signal itself
+      !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> What is there
+      !> Values and bounds at the instant
       type(bounds_t), intent(out) :: here
 
       call self%find_bounds_among(t, order, here)
    end subroutine find_bounds
 
-   !> The same for who takes no step from there.
+   !> `find_bounds` without the length of a step without a zero.
    subroutine find_bounds_without_step(self, t, order, here)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Which derivative, 0: the signal itself
+      !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> What is there
+      !> Values and bounds at the instant
       type(bounds_t), intent(out) :: here
 
       call self%find_bounds_among(t, order, here, takes_step=.false.)
    end subroutine find_bounds_without_step
 
-   !> The same for who adds something to it: only the step without a zero knows of that.
-   subroutine find_bounds_among(self, t, order, here, more, floor_of_more, takes_step)
+   !> `find_bounds` of the sum of this signal and another one. `signal`, `signal_rounding` and `rounding` are those of
+   !> this signal alone.
+   subroutine find_bounds_among(self, t, order, here, added, added_floor, takes_step)
       class(modal_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Which derivative, 0: the signal itself
+      !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> What is there
+      !> Values and bounds of the sum at the instant
       type(bounds_t), intent(out) :: here
-      !> What is added, columns as in `certified_search`, and below what it never falls
-      real(wp), intent(in), optional :: more(term_columns)
-      real(wp), intent(in), optional :: floor_of_more
-      !> False: how far there is no zero is not asked for
+      !> The other signal: columns as in `certified_search`, and its lower bound
+      real(wp), intent(in), optional :: added(term_columns)
+      real(wp), intent(in), optional :: added_floor
+      !> False: the length of a step without a zero is not needed
       logical, intent(in), optional :: takes_step
 
       real(wp), dimension(size(self%lane_weight)) :: z, v, a, slow, fast
@@ -233,7 +234,7 @@ contains
          last = padded(oscillators%blended)
          separates = oscillators%blended < n
          call state_of_lanes(self, t, z, v, slow, fast)
-         call sum_up(blocks, weight, t, z, v, signal, slope, magnitude)
+         call sum_terms(blocks, weight, t, z, v, signal, slope, magnitude)
          here%signal = self%offset + signal
          here%signal_rounding = epsilon(1.0_wp)*(4.0_wp*abs(self%offset) + magnitude)
          here%value = here%signal
@@ -249,7 +250,7 @@ contains
             end if
          end do
          if (order > 0) then
-            call sum_up(blocks, weight, 0.0_wp, z, v, here%value, slope, magnitude)
+            call sum_terms(blocks, weight, 0.0_wp, z, v, here%value, slope, magnitude)
             here%rounding = epsilon(1.0_wp)*magnitude
          end if
          here%slope = slope
@@ -261,8 +262,8 @@ contains
          here%bound_both = here%bound
          here%bound_jerk = sum(terms(:, bound_jerk))
          contact = 0.0_wp
-         if (abs(self%contact) > 0.0_wp) call add_contact(self, t, order, here, contact)
-         if (present(more)) call add_more(more, floor_of_more, here)
+         if (abs(self%contact) > 0.0_wp) call add_relaxation(self, t, order, here, contact)
+         if (present(added)) call add_more(added, added_floor, here)
          if (present(takes_step)) then
             if (.not. takes_step) return
          end if
@@ -270,39 +271,39 @@ contains
          if (order == 0 .and. falls_to_zero(here)) return
          if (contact < 0.0_wp) return
          rest = 0.0_wp
-         if (present(more)) rest = more
+         if (present(added)) rest = added
          rest(term_value) = merge(self%offset, 0.0_wp, order == 0) + contact + rest(term_value)
          rest(term_rate) = rest(term_rate) - self%rate*contact
          here%free = free_step(terms, rest, here%value, here%slope)
       end associate
    end subroutine find_bounds_among
 
-   !> What is added to a signal.
-   pure subroutine add_more(more, floor, here)
-      !> Columns as in `certified_search`
-      real(wp), intent(in) :: more(term_columns)
-      !> Below this it never falls
+   !> Add another signal to values and bounds.
+   pure subroutine add_more(added, floor, here)
+      !> The other signal, columns as in `certified_search`
+      real(wp), intent(in) :: added(term_columns)
+      !> Lower bound of the other signal
       real(wp), intent(in) :: floor
       type(bounds_t), intent(inout) :: here
 
-      here%value = here%value + more(term_value)
-      here%slope = here%slope + more(term_rate)
-      here%curvature = here%curvature + more(term_curvature)
-      here%bound = here%bound + more(bound_curvature)
-      here%bound_both = here%bound_both + more(bound_curvature)
-      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + more(bound_jerk)
-      ! where there is no floor the sum must not overflow
+      here%value = here%value + added(term_value)
+      here%slope = here%slope + added(term_rate)
+      here%curvature = here%curvature + added(term_curvature)
+      here%bound = here%bound + added(bound_curvature)
+      here%bound_both = here%bound_both + added(bound_curvature)
+      here%bound_jerk = min(here%bound_jerk, 0.5_wp*huge(1.0_wp)) + added(bound_jerk)
+      ! a missing floor is -huge; the sum must not overflow
       here%floor = max(here%floor, -0.25_wp*huge(1.0_wp)) + max(floor, -0.25_wp*huge(1.0_wp))
    end subroutine add_more
 
-   !> What the surface adds.
-   pure subroutine add_contact(self, t, order, here, contact)
+   !> Add the term of the relaxing contact.
+   pure subroutine add_relaxation(self, t, order, here, contact)
       type(modal_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
-      !> Which derivative
+      !> Order of the derivative
       integer, intent(in) :: order
       type(bounds_t), intent(inout) :: here
-      !> That derivative of it
+      !> The derivative of the term
       real(wp), intent(out) :: contact
 
       contact = self%contact*exp(-self%rate*t)
@@ -313,16 +314,16 @@ contains
       if (order > 0) here%rounding = here%rounding + 4.0_wp*epsilon(1.0_wp)*abs(contact)
       here%slope = here%slope - self%rate*contact
       here%curvature = here%curvature + self%rate**2*contact
-      ! of an even derivative it is convex
+      ! a positive exponential is convex, so it does not add to the one-sided bound
       here%bound = here%bound + self%rate**2*max(-contact, 0.0_wp)
       here%bound_both = here%bound_both + self%rate**2*abs(contact)
       here%bound_jerk = here%bound_jerk + self%rate**3*abs(contact)
-   end subroutine add_contact
+   end subroutine add_relaxation
 
-   !> State of the modes at an instant, where those far beyond critical damping are taken by their exponentials.
+   !> Modal state at an instant. Modes far beyond critical damping come from their two exponentials.
    pure subroutine state_of_exponentials(self, t, z, v)
       type(modal_signal_t), intent(in) :: self
-      !> The instant
+      !> Instant
       real(wp), intent(in) :: t
       !> [count]
       real(wp), intent(out) :: z(:)
@@ -335,15 +336,15 @@ contains
       v = lane_v(:size(v))
    end subroutine state_of_exponentials
 
-   !> The same in whole vectors.
+   !> `state_of_exponentials` in whole SIMD vectors.
    pure subroutine state_of_lanes(self, t, z, v, slow, fast)
       type(modal_signal_t), intent(in) :: self
-      !> The instant
+      !> Instant
       real(wp), intent(in) :: t
-      !> [padded]
+      !> State at the instant, [padded]
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
-      !> As `split_exponentials` has them
+      !> The two exponentials, as in `split_exponentials`
       real(wp), contiguous, intent(out) :: slow(:)
       real(wp), contiguous, intent(out) :: fast(:)
 
@@ -358,41 +359,41 @@ contains
          last = padded(oscillators%blended)
          call propagate_lanes(oscillators, oscillators%blended, t, z0(:last), v0(:last), z(:last), v(:last), slow)
          if (oscillators%blended == n) return
-         call split_exponentials(oscillators, self%lane_weight, least_amplitude(self, z0), self%is_viscous, t, z0, v0, &
+         call split_exponentials(oscillators, self%lane_weight, min_amplitude(self, z0), self%is_viscous, t, z0, v0, &
             slow, fast)
          call add_exponentials(oscillators, slow, fast, z, v)
       end associate
    end subroutine state_of_lanes
 
-   !> Where high derivatives decide (a start at rest), fast exponentials that are lost in the rounding error of the sum
-   !> are left out: in a derivative that error would be all there is.
-   pure function least_amplitude(self, z0) result(least)
+   !> Amplitude up to which fast exponentials are left out. After a start at rest high derivatives decide, and in these
+   !> an exponential that is lost in the rounding error of the sum would be nothing but error.
+   pure function min_amplitude(self, z0) result(threshold)
       type(modal_signal_t), intent(in) :: self
       !> State at time 0, [padded]
       real(wp), intent(in) :: z0(:)
-      real(wp) :: least
+      real(wp) :: threshold
 
-      least = 0.0_wp
+      threshold = 0.0_wp
       if (self%start_order > 1) then
-         least = 0.25_wp*epsilon(1.0_wp)*(abs(self%offset) + sum(abs(self%lane_weight*z0)))/real(size(z0), wp)
+         threshold = 0.25_wp*epsilon(1.0_wp)*(abs(self%offset) + sum(abs(self%lane_weight*z0)))/real(size(z0), wp)
       end if
-   end function least_amplitude
+   end function min_amplitude
 
-   !> The sum of all terms, its slope, and what its rounding error is measured by.
-   pure subroutine sum_up(blocks, weight, t, z, v, value, slope, magnitude)
-      !> Vectors in each array
+   !> The sum of all terms, its slope, and the magnitude that its rounding error is proportional to.
+   pure subroutine sum_terms(blocks, weight, t, z, v, value, slope, magnitude)
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> Weights
+      !> Weights c_i
       real(wp), intent(in) :: weight(lanes, blocks)
-      !> Time since the start: the phase W t is rounded too
+      !> Time since the start, because the phase W t is rounded too
       real(wp), intent(in) :: t
-      !> State now
+      !> State at the instant
       real(wp), intent(in) :: z(lanes, blocks)
       real(wp), intent(in) :: v(lanes, blocks)
       !> sum weight z, sum weight v
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
-      !> Sum of magnitudes
+      !> sum |weight| (4 |z| + t |v|)
       real(wp), intent(out) :: magnitude
 
       real(wp), dimension(lanes) :: values, slopes, magnitudes
@@ -409,6 +410,6 @@ contains
       value = sum(values)
       slope = sum(slopes)
       magnitude = sum(magnitudes)
-   end subroutine sum_up
+   end subroutine sum_terms
 
 end module modal_signal

@@ -1,5 +1,5 @@
-!> The terms that damped oscillators give to a sum, and bounds on them from an instant on. Modes far beyond critical
-!> damping are taken by their two exponentials, A exp(-slow t) + B exp(-fast t).
+!> The terms that damped oscillators add to a signal, and bounds on these terms from an instant on. Modes far beyond
+!> critical damping are represented by their two exponentials, A exp(-slow t) + B exp(-fast t).
 module oscillator_terms
    use certified_search, only: bound_curvature, bound_jerk, bound_value, term_columns, &
       term_curvature, term_rate, term_value
@@ -11,16 +11,16 @@ module oscillator_terms
 
 contains
 
-   !> The terms of the sum and of its derivatives, and bounds on their magnitudes from now on. Each oscillator by the
-   !> smaller of two bounds: its energy's, which is good near critical damping, and its envelope's, which is good far
-   !> from it.
+   !> The terms of the signal and of its first two derivatives, with bounds from that instant on. The bound of each
+   !> oscillator is the smaller of two: the bound by its energy, which is good near critical damping, and the bound by
+   !> its envelope, which is good far from critical damping.
    pure subroutine bound_terms(blocks, oscillators, weight, z, v, terms)
-      !> Vectors to be bounded
+      !> Number of SIMD vectors
       integer, intent(in) :: blocks
       type(oscillators_t), intent(in) :: oscillators
       !> Weights
       real(wp), intent(in) :: weight(lanes*blocks)
-      !> State now
+      !> State at the instant
       real(wp), intent(in) :: z(lanes*blocks)
       real(wp), intent(in) :: v(lanes*blocks)
       !> Columns as in `certified_search`, [padded, 6]
@@ -35,8 +35,8 @@ contains
          oscillating => oscillators%oscillating)
          do b = 0, lanes*(blocks - 1), lanes
             if (oscillating > b) then
-               ! in arrays of its own a vector stays in registers: the components' descriptors are not read again
-               block = oscillating_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
+               ! copies let a vector stay in registers: the descriptors of the components are not read again
+               block = underdamped_terms(square(b + 1:b + lanes), inverse_square(b + 1:b + lanes), &
                   decay(b + 1:b + lanes), inverse_spread(b + 1:b + lanes), two_zeta, mass_rate(b + 1:b + lanes), &
                   weight(b + 1:b + lanes), z(b + 1:b + lanes), v(b + 1:b + lanes))
                terms(b + 1:b + lanes, :) = block
@@ -51,25 +51,25 @@ contains
                terms(i, term_rate) = weight(i)*v(i)
                terms(i, term_curvature) = weight(i)*a
                magnitude = abs(weight(i))
-               terms(i, bound_value) = magnitude*creeping_bound(z(i), v(i), inverse_square(i), decay(i), spread(i), &
+               terms(i, bound_value) = magnitude*overdamped_bound(z(i), v(i), inverse_square(i), decay(i), spread(i), &
                   inverse_spread(i))
-               terms(i, bound_curvature) = magnitude*creeping_bound(a, jerk, inverse_square(i), decay(i), spread(i), &
+               terms(i, bound_curvature) = magnitude*overdamped_bound(a, jerk, inverse_square(i), decay(i), spread(i), &
                   inverse_spread(i))
-               terms(i, bound_jerk) = magnitude*creeping_bound(jerk, snap, inverse_square(i), decay(i), spread(i), &
+               terms(i, bound_jerk) = magnitude*overdamped_bound(jerk, snap, inverse_square(i), decay(i), spread(i), &
                   inverse_spread(i))
             end do
          end do
       end associate
    end subroutine bound_terms
 
-   !> The same of one vector of underdamped modes.
-   pure function oscillating_terms(square, inverse_square, decay, inverse_spread, two_zeta, mass_rate, weight, z, v) &
+   !> The terms of one SIMD vector of underdamped modes, with their bounds.
+   pure function underdamped_terms(square, inverse_square, decay, inverse_spread, two_zeta, mass_rate, weight, z, v) &
       result(terms)
-      !> The oscillators
+      !> W^2, 1/W^2, decay and 1/spread of the modes
       real(wp), dimension(lanes), intent(in) :: square, inverse_square, decay, inverse_spread
       real(wp), intent(in) :: two_zeta
       real(wp), dimension(lanes), intent(in) :: mass_rate, weight
-      !> State now
+      !> State at the instant
       real(wp), dimension(lanes), intent(in) :: z, v
       !> Columns as in `certified_search`
       real(wp) :: terms(lanes, term_columns)
@@ -86,16 +86,16 @@ contains
          terms(i, term_rate) = weight(i)*v(i)
          terms(i, term_curvature) = weight(i)*a
          magnitude = abs(weight(i))
-         terms(i, bound_value) = magnitude*oscillating_bound(z(i), v(i), inverse_square(i), decay(i), inverse_spread(i))
-         terms(i, bound_curvature) = magnitude*oscillating_bound(a, jerk, inverse_square(i), decay(i), &
+         terms(i, bound_value) = magnitude*underdamped_bound(z(i), v(i), inverse_square(i), decay(i), inverse_spread(i))
+         terms(i, bound_curvature) = magnitude*underdamped_bound(a, jerk, inverse_square(i), decay(i), &
             inverse_spread(i))
-         terms(i, bound_jerk) = magnitude*oscillating_bound(jerk, snap, inverse_square(i), decay(i), inverse_spread(i))
+         terms(i, bound_jerk) = magnitude*underdamped_bound(jerk, snap, inverse_square(i), decay(i), inverse_spread(i))
       end do
-   end function oscillating_terms
+   end function underdamped_terms
 
-   !> Bound on |z| from now on, underdamped.
-   elemental function oscillating_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
-      !> State
+   !> Bound on |z| of an underdamped mode from this instant on.
+   elemental function underdamped_bound(z, v, inverse_square, decay, inverse_spread) result(bound)
+      !> State at the instant
       real(wp), intent(in) :: z
       real(wp), intent(in) :: v
       !> 1/W^2, decay and 1/spread
@@ -105,11 +105,11 @@ contains
       real(wp) :: bound
 
       bound = sqrt(z**2 + min(v**2*inverse_square, ((v + decay*z)*inverse_spread)**2))
-   end function oscillating_bound
+   end function underdamped_bound
 
-   !> Bound on |z| from now on, overdamped: z = A exp(-slow t) + B exp(-fast t).
-   elemental function creeping_bound(z, v, inverse_square, decay, spread, inverse_spread) result(bound)
-      !> State
+   !> Bound on |z| of an overdamped mode from this instant on: z = A exp(-slow t) + B exp(-fast t).
+   elemental function overdamped_bound(z, v, inverse_square, decay, spread, inverse_spread) result(bound)
+      !> State at the instant
       real(wp), intent(in) :: z
       real(wp), intent(in) :: v
       !> 1/W^2, decay, spread and its reciprocal
@@ -121,24 +121,25 @@ contains
 
       bound = min(sqrt(z**2 + v**2*inverse_square), &
          0.5_wp*inverse_spread*(abs(v + (decay + 2.0_wp*spread)*z) + abs(v + decay*z)))
-   end function creeping_bound
+   end function overdamped_bound
 
-   !> The two exponentials of the modes far beyond critical damping. Their derivatives are taken one by one: in
-   !> the equation of motion z and 2 zeta z' of the slow one cancel, and what is left is rounding error.
-   pure subroutine split_exponentials(oscillators, weight, least, is_viscous, t, z0, v0, slow, fast)
+   !> The two exponentials of the modes far beyond critical damping. Each exponential is differentiated by itself: in
+   !> the equation of motion the terms z and 2 zeta z' of the slow one cancel, which leaves rounding error.
+   pure subroutine split_exponentials(oscillators, weight, cutoff, is_viscous, t, z0, v0, slow, fast)
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
-      !> Fast exponentials no greater than this are left out
-      real(wp), intent(in) :: least
-      !> Take z + 2 zeta z' for z
+      !> Fast exponentials whose weighted amplitude does not exceed this are left out
+      real(wp), intent(in) :: cutoff
+      !> Replace z by z + 2 zeta z'
       logical, intent(in) :: is_viscous
       !> Instant
       real(wp), intent(in) :: t
       !> State at time 0, [padded]
       real(wp), contiguous, intent(in) :: z0(:)
       real(wp), contiguous, intent(in) :: v0(:)
-      !> exp(-slow t); A exp(-slow t) and B exp(-fast t) on return, [padded]; those of blended modes mean nothing
+      !> In: exp(-slow t). Out: A exp(-slow t) and B exp(-fast t), without meaning for modes near critical damping,
+      !> [padded]
       real(wp), contiguous, intent(inout) :: slow(:)
       real(wp), contiguous, intent(out) :: fast(:)
 
@@ -148,8 +149,8 @@ contains
       first = lanes*(oscillators%blended/lanes) + 1
       blocks = (size(z0) - first + 1)/lanes
       call die_out(blocks, t, oscillators%decay(first:) + 2.0_wp*oscillators%spread(first:), fast(first:))
-      call split(blocks, least, oscillators%decay(first:), oscillators%inverse_spread(first:), weight(first:), &
-         z0(first:), v0(first:), slow(first:), fast(first:))
+      call apply_amplitudes(blocks, cutoff, oscillators%decay(first:), oscillators%inverse_spread(first:), &
+         weight(first:), z0(first:), v0(first:), slow(first:), fast(first:))
       if (.not. is_viscous) return
       do i = first, size(z0)
          ! 1 - 2 zeta s = -s (s - alpha)/W^2 for both exponents
@@ -160,15 +161,15 @@ contains
       end do
    end subroutine split_exponentials
 
-   !> Both times their amplitudes, in whole vectors.
-   pure subroutine split(blocks, least, decay, inverse_spread, weight, z0, v0, slow, fast)
-      !> Vectors in each array
+   !> Multiply the two exponentials by their amplitudes, in whole SIMD vectors.
+   pure subroutine apply_amplitudes(blocks, cutoff, decay, inverse_spread, weight, z0, v0, slow, fast)
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> Fast exponentials no greater than this are left out
-      real(wp), intent(in) :: least
-      !> The family, weights, state at time 0
+      !> Fast exponentials whose weighted amplitude does not exceed this are left out
+      real(wp), intent(in) :: cutoff
+      !> Decay and 1/spread of the modes, weights, state at time 0
       real(wp), intent(in), dimension(lanes*blocks) :: decay, inverse_spread, weight, z0, v0
-      !> exp(-slow t), exp(-fast t); times A and B on return
+      !> In: exp(-slow t) and exp(-fast t). Out: A exp(-slow t) and B exp(-fast t)
       real(wp), intent(inout), dimension(lanes*blocks) :: slow, fast
 
       real(wp) :: amplitude
@@ -177,13 +178,13 @@ contains
       !$omp simd private(amplitude)
       do i = 1, lanes*blocks
          amplitude = -0.5_wp*inverse_spread(i)*(v0(i) + decay(i)*z0(i))
-         amplitude = merge(amplitude, 0.0_wp, abs(weight(i)*amplitude) > least)
+         amplitude = merge(amplitude, 0.0_wp, abs(weight(i)*amplitude) > cutoff)
          slow(i) = (z0(i) - amplitude)*slow(i)
          fast(i) = amplitude*fast(i)
       end do
-   end subroutine split
+   end subroutine apply_amplitudes
 
-   !> One derivative further.
+   !> Differentiate both exponentials once.
    pure subroutine differentiate(oscillators, slow, fast)
       type(oscillators_t), intent(in) :: oscillators
       !> From `split_exponentials`, [padded]
@@ -198,13 +199,13 @@ contains
       end do
    end subroutine differentiate
 
-   !> Value and slope from the two exponentials, where they are told apart.
+   !> Value and slope of the modes that are represented by two exponentials.
    pure subroutine add_exponentials(oscillators, slow, fast, z, v)
       type(oscillators_t), intent(in) :: oscillators
-      !> From `split_exponentials`, [padded]
+      !> A exp(-slow t) and B exp(-fast t), [padded]
       real(wp), contiguous, intent(in) :: slow(:)
       real(wp), contiguous, intent(in) :: fast(:)
-      !> Their sum and its slope; those of blended modes stay, [padded]
+      !> Sum of the exponentials and its slope; modes near critical damping stay unchanged, [padded]
       real(wp), contiguous, intent(inout) :: z(:)
       real(wp), contiguous, intent(inout) :: v(:)
 
@@ -217,10 +218,10 @@ contains
       end do
    end subroutine add_exponentials
 
-   !> The same of one vector.
-   pure subroutine add_block(passed, decay, spread, slow, fast, z, v)
-      !> So many lanes stay
-      integer, intent(in) :: passed
+   !> `add_exponentials` for one SIMD vector.
+   pure subroutine add_block(unchanged, decay, spread, slow, fast, z, v)
+      !> Number of leading modes that stay unchanged
+      integer, intent(in) :: unchanged
       real(wp), intent(in), dimension(lanes) :: decay, spread, slow, fast
       real(wp), intent(inout), dimension(lanes) :: z, v
 
@@ -228,34 +229,34 @@ contains
 
       !$omp simd
       do i = 1, lanes
-         z(i) = merge(slow(i) + fast(i), z(i), i > passed)
-         v(i) = merge(-decay(i)*slow(i) - (decay(i) + 2.0_wp*spread(i))*fast(i), v(i), i > passed)
+         z(i) = merge(slow(i) + fast(i), z(i), i > unchanged)
+         v(i) = merge(-decay(i)*slow(i) - (decay(i) + 2.0_wp*spread(i))*fast(i), v(i), i > unchanged)
       end do
    end subroutine add_block
 
-   !> Their terms of the sum and of its derivatives, and the bounds from now on.
+   !> The terms of the modes that are represented by two exponentials, with bounds from that instant on.
    pure subroutine bound_exponentials(oscillators, weight, slow, fast, terms)
       type(oscillators_t), intent(in) :: oscillators
       !> Weights, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
-      !> From `split_exponentials`, [padded]
+      !> A exp(-slow t) and B exp(-fast t), [padded]
       real(wp), contiguous, intent(in) :: slow(:)
       real(wp), contiguous, intent(in) :: fast(:)
-      !> Columns as in `certified_search`; those of blended modes stay, [padded, 6]
+      !> Columns as in `certified_search`; modes near critical damping stay unchanged, [padded, 6]
       real(wp), contiguous, intent(inout) :: terms(:, :)
 
       real(wp) :: block(lanes, term_columns)
-      integer :: b, i, k, passed
+      integer :: b, i, k, unchanged
 
       do b = lanes*(oscillators%blended/lanes), size(slow) - lanes, lanes
          block = exponential_terms(oscillators%decay(b + 1:b + lanes), oscillators%spread(b + 1:b + lanes), &
             weight(b + 1:b + lanes), slow(b + 1:b + lanes), fast(b + 1:b + lanes))
-         passed = oscillators%blended - b
-         if (passed > 0) then
+         unchanged = oscillators%blended - b
+         if (unchanged > 0) then
             do k = 1, term_columns
                !$omp simd
                do i = 1, lanes
-                  block(i, k) = merge(terms(b + i, k), block(i, k), i <= passed)
+                  block(i, k) = merge(terms(b + i, k), block(i, k), i <= unchanged)
                end do
             end do
          end if
@@ -263,7 +264,7 @@ contains
       end do
    end subroutine bound_exponentials
 
-   !> The same of one vector.
+   !> The terms of one SIMD vector of two exponentials, with their bounds.
    pure function exponential_terms(decay, spread, weight, slow, fast) result(terms)
       real(wp), intent(in), dimension(lanes) :: decay, spread, weight, slow, fast
       !> Columns as in `certified_search`
@@ -278,7 +279,7 @@ contains
          slow_term = weight(i)*slow(i)
          fast_term = weight(i)*fast(i)
          terms(i, term_value) = slow_term + fast_term
-         ! of two signs, the sum has that of the slower one in the end
+         ! if the two terms differ in sign, their sum ends with the sign of the slow one
          terms(i, bound_value) = max(0.0_wp, -slow_term, -(slow_term + fast_term))
          slow_term = -slow_term*decay(i)
          fast_term = -fast_term*fast_rate

@@ -1,9 +1,8 @@
-!> Rows of a phase as sums of the same exponentials, advanced by steps whose powers are stored (docs/theory.md,
-!> section 23).
-!>
-!> A row is Re sum c_m z_m(t) with z_m(t) = z_m(0) exp(s_m t), Re s_m <= 0. One product of the coefficients and the
-!> amplitudes z gives all rows and their first three derivatives. A step multiplies the amplitudes by stored powers
-!> exp(s_m 2**k), so that no exponential and no sine is evaluated on the way.
+!> Rows of a phase (the motion between two events) as sums of the same exponentials, advanced by steps whose powers are
+!> stored (docs/theory.md, section 23). A row is one linear functional of the state, such as a gap, a contact force or a
+!> displacement: Re sum c_m z_m(t) with z_m(t) = z_m(0) exp(s_m t), Re s_m <= 0. One product of the coefficients c and
+!> the amplitudes z gives all rows and their first three derivatives. A step multiplies the amplitudes by stored powers
+!> exp(s_m 2**k), so a search evaluates no exponential and no sine.
 module row_basis
    use damped_oscillators, only: lanes, padded
    use exponential_powers, only: powers
@@ -16,10 +15,11 @@ module row_basis
    !> The shortest stored step is 2**lowest_step.
    integer, parameter :: lowest_step = -40
 
-   !> A row and its first three derivatives.
+   !> Number of columns of a row: its value and first three derivatives.
    integer, parameter :: row_columns = 4
 
-   !> Bounds from an instant on of the magnitudes of a row's sixth and seventh derivative, of the row and of its rate.
+   !> Columns of bounds that hold from an instant on: magnitudes of a row's sixth and seventh derivative, of the row
+   !> itself and of its rate.
    integer, parameter :: bound_columns = 4
    integer, parameter :: sixth_column = 0
    integer, parameter :: seventh_column = 1
@@ -27,28 +27,28 @@ module row_basis
    integer, parameter :: rate_size_column = 3
 
    type :: row_basis_t
-      !> Number of rows, of terms, and of vectors for one column of all rows and derivatives
+      !> Number of rows, of terms, and of SIMD vectors for all rows and derivatives
       integer :: rows = 0
       integer :: terms = 0
       integer :: blocks = 0
       !> Exponent of 2 of the longest stored step
       integer :: highest = 0
-      !> -Re s, Im s and |s|, filled up with zeros to whole vectors, [padded terms]
+      !> -Re s, Im s and |s|, padded with zeros to whole SIMD vectors, [padded terms]
       real(wp), allocatable :: decay(:), omega(:), speed(:)
       !> Real and minus imaginary part of c s**k, k = 0 ... 3, for each row, [lanes, 2, terms, blocks]
       real(wp), allocatable :: column(:, :, :, :)
       !> |c| |s|**6, |c| |s|**7, |c| and |c s| of each row, [lanes, terms, blocks]
       real(wp), allocatable :: weight(:, :, :)
-      !> Real and imaginary part of exp(s 2**k), [padded terms, 2, lowest_step:highest]
+      !> Real and imaginary part of exp(s 2**k), computed at first use, [padded terms, 2, lowest_step:highest]
       real(wp), allocatable :: power(:, :, :)
       logical, allocatable :: has_power(:)
    end type row_basis_t
 
 contains
 
-   !> Room for rows of the given exponents; `set_row` fills it.
+   !> Allocate rows over the given exponents; `set_row` sets their coefficients.
    pure subroutine make_row_basis(exponents, rows, basis)
-      !> Re s <= 0, [terms]
+      !> Exponents s, Re s <= 0, [terms]
       complex(wp), intent(in) :: exponents(:)
       integer, intent(in) :: rows
       type(row_basis_t), intent(out) :: basis
@@ -65,51 +65,51 @@ contains
       basis%omega(:n) = aimag(exponents)
       basis%speed(:n) = abs(exponents)
       allocate (basis%column(lanes, 2, n, basis%blocks), basis%weight(lanes, n, basis%blocks), source=0.0_wp)
-      ! a step longer than four radians of the slowest term is of no use
+      ! a longer step than four radians of the slowest term is not used
       slowest = minval(basis%speed(:n), mask=basis%speed(:n) > 0.0_wp)
       basis%highest = 2 - min(max(exponent(slowest), -20), 20)
       allocate (basis%power(padded(n), 2, lowest_step:basis%highest))
       allocate (basis%has_power(lowest_step:basis%highest), source=.false.)
    end subroutine make_row_basis
 
-   !> Place of a derivative of a row, or of one of its bounds, among those of all rows.
+   !> Index of a derivative of a row, or of one of its bounds, in the arrays of all rows.
    elemental function place_of(basis, row, column) result(place)
       type(row_basis_t), intent(in) :: basis
-      !> 1 ... rows
+      !> Number of the row, from 1
       integer, intent(in) :: row
-      !> From 0
+      !> Order of the derivative or column of the bound, from 0
       integer, intent(in) :: column
       integer :: place
 
       place = row + basis%rows*column
    end function place_of
 
-   !> Give a row its coefficients.
+   !> Set the coefficients of a row.
    pure subroutine set_row(basis, row, first, coefficient)
       type(row_basis_t), intent(inout) :: basis
       integer, intent(in) :: row
-      !> The first term that gets one
+      !> First term with a coefficient
       integer, intent(in) :: first
-      !> c_m
+      !> c_m of this and the following terms
       complex(wp), intent(in) :: coefficient(:)
 
-      complex(wp) :: s, turned
+      complex(wp) :: s, scaled
       real(wp) :: weight(0:bound_columns - 1)
       integer :: k, m, place
 
       do m = first, first + size(coefficient) - 1
          s = cmplx(-basis%decay(m), basis%omega(m), wp)
-         turned = coefficient(m - first + 1)
-         weight(size_column) = abs(turned)
+         scaled = coefficient(m - first + 1)
+         weight(size_column) = abs(scaled)
          weight(rate_size_column) = weight(size_column)*basis%speed(m)
          weight(sixth_column) = weight(size_column)*basis%speed(m)**6
          weight(seventh_column) = weight(sixth_column)*basis%speed(m)
          do k = 0, row_columns - 1
             place = place_of(basis, row, k) - 1
-            basis%column(mod(place, lanes) + 1, 1, m, place/lanes + 1) = real(turned, wp)
-            basis%column(mod(place, lanes) + 1, 2, m, place/lanes + 1) = -aimag(turned)
+            basis%column(mod(place, lanes) + 1, 1, m, place/lanes + 1) = real(scaled, wp)
+            basis%column(mod(place, lanes) + 1, 2, m, place/lanes + 1) = -aimag(scaled)
             basis%weight(mod(place, lanes) + 1, m, place/lanes + 1) = weight(k)
-            turned = s*turned
+            scaled = s*scaled
          end do
       end do
    end subroutine set_row
@@ -117,9 +117,9 @@ contains
    !> Amplitudes one stored step later.
    pure subroutine advance(basis, step, z, later)
       type(row_basis_t), intent(inout) :: basis
-      !> Its exponent of 2
+      !> Exponent of 2 of the step
       integer, intent(in) :: step
-      !> Real and imaginary parts, [padded terms, 2]
+      !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
       real(wp), contiguous, intent(out) :: later(:, :)
 
@@ -139,31 +139,31 @@ contains
       end associate
    end subroutine advance
 
-   !> Amplitudes some time later.
+   !> Amplitudes after any time.
    pure subroutine advance_by(basis, time, z, later)
       type(row_basis_t), intent(in) :: basis
       real(wp), intent(in) :: time
-      !> As of `advance`
+      !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
       real(wp), contiguous, intent(out) :: later(:, :)
 
-      real(wp), dimension(size(z, 1)) :: power, turned
+      real(wp), dimension(size(z, 1)) :: power, power_imag
       integer :: i
 
-      call powers(size(basis%decay)/lanes, basis%decay, basis%omega, time, power, turned)
+      call powers(size(basis%decay)/lanes, basis%decay, basis%omega, time, power, power_imag)
       !$omp simd
       do i = 1, size(z, 1)
-         later(i, 1) = z(i, 1)*power(i) - z(i, 2)*turned(i)
-         later(i, 2) = z(i, 1)*turned(i) + z(i, 2)*power(i)
+         later(i, 1) = z(i, 1)*power(i) - z(i, 2)*power_imag(i)
+         later(i, 2) = z(i, 1)*power_imag(i) + z(i, 2)*power(i)
       end do
    end subroutine advance_by
 
-   !> All rows and their derivatives.
+   !> All rows and their first three derivatives.
    pure subroutine evaluate_rows(basis, z, rows)
       type(row_basis_t), intent(in) :: basis
-      !> [padded terms, 2]
+      !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
-      !> At the places of `place_of`, [lanes*blocks]
+      !> Values, indexed by `place_of`, [lanes*blocks]
       real(wp), contiguous, intent(out) :: rows(:)
 
       real(wp) :: sums(lanes)
@@ -181,12 +181,12 @@ contains
       end do
    end subroutine evaluate_rows
 
-   !> Bounds from now on, which only fall.
+   !> Bounds of all rows that hold from this instant on.
    pure subroutine bound_rows(basis, z, bounds)
       type(row_basis_t), intent(in) :: basis
-      !> [padded terms, 2]
+      !> Real and imaginary parts of the amplitudes, [padded terms, 2]
       real(wp), contiguous, intent(in) :: z(:, :)
-      !> At the places of `place_of`, [lanes*blocks]
+      !> Bounds, indexed by `place_of`, [lanes*blocks]
       real(wp), contiguous, intent(out) :: bounds(:)
 
       real(wp) :: magnitude(size(z, 1)), sums(lanes)

@@ -1,4 +1,4 @@
-!> The greatest value of a signal on a path of steps (docs/theory.md, section 23).
+!> The maximum of a signal over the steps of a path (docs/theory.md, section 23).
 module row_peaks
    use kinds, only: i8, wp
    use row_basis, only: advance_by, evaluate_rows, row_basis_t
@@ -10,39 +10,39 @@ module row_peaks
    !> A higher peak in the same phase is missed only if it is higher by less than this share.
    real(wp), parameter :: peak_tolerance = 1.0e-6_wp
 
-   !> A part of a step: its ends, and value, slope and curvature of the signal there.
-   type :: stretch_t
+   !> An interval within a step: its ends, and value, slope and curvature of the signal at both ends.
+   type :: interval_t
       real(wp) :: from = 0.0_wp
       real(wp) :: to = 0.0_wp
-      real(wp) :: here(0:2) = 0.0_wp
-      real(wp) :: there(0:2) = 0.0_wp
-   end type stretch_t
+      real(wp) :: at_start(0:2) = 0.0_wp
+      real(wp) :: at_end(0:2) = 0.0_wp
+   end type interval_t
 
-   !> What has been found.
-   type :: best_t
+   !> The maximum found until now and its instant.
+   type :: maximum_t
       real(wp) :: value = 0.0_wp
       real(wp) :: time = 0.0_wp
       logical :: is_found = .false.
-   end type best_t
+   end type maximum_t
 
 contains
 
-   !> The greatest value of a signal from one instant of a path to another, if it exceeds what is known.
+   !> The maximum of a signal between two instants of a path, if it exceeds a known value.
    subroutine greatest_on_path(basis, path, signal, ends, scale, is_found, value, time)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
       type(row_signal_t), intent(in) :: signal
       real(wp), intent(in) :: ends(2)
-      !> A peak that is higher by less than a small share of itself, or of this, may be missed
+      !> The search may miss a peak that is higher by less than the share `peak_tolerance` of itself or of this
       real(wp), intent(in) :: scale
       logical, intent(out) :: is_found
-      !> What is known; the greatest value
+      !> In: the known value. Out: the maximum, if it is higher
       real(wp), intent(inout) :: value
-      !> Its instant
+      !> Instant of the maximum
       real(wp), intent(inout) :: time
 
-      type(best_t) :: best
-      type(stretch_t) :: step
+      type(maximum_t) :: best
+      type(interval_t) :: step
       integer :: node
 
       best%value = value
@@ -51,67 +51,68 @@ contains
          step%from = max(path%time(node), ends(1))
          step%to = min(path%time(node + 1), ends(2))
          if (step%from > path%time(node)) then
-            call values_at(basis, path, signal, node, step%from, step%here)
+            call values_at(basis, path, signal, node, step%from, step%at_start)
          else
-            call values_of(basis, signal, path%rows(:, node), step%from, step%here)
+            call values_of(basis, signal, path%rows(:, node), step%from, step%at_start)
          end if
          if (step%to < path%time(node + 1)) then
-            call values_at(basis, path, signal, node, step%to, step%there)
+            call values_at(basis, path, signal, node, step%to, step%at_end)
          else
-            call values_of(basis, signal, path%rows(:, node + 1), step%to, step%there)
+            call values_of(basis, signal, path%rows(:, node + 1), step%to, step%at_end)
          end if
-         call take(step%from, step%here(0), best)
-         call take(step%to, step%there(0), best)
-         call seek_in_step(basis, path, signal, node, scale, step, best)
+         call update_maximum(step%from, step%at_start(0), best)
+         call update_maximum(step%to, step%at_end(0), best)
+         call search_step(basis, path, signal, node, scale, step, best)
       end do
       is_found = best%is_found
       if (is_found) value = best%value
       if (is_found) time = best%time
    end subroutine greatest_on_path
 
-   !> The greatest value in a step: what may exceed the best so far is divided at its top.
-   subroutine seek_in_step(basis, path, signal, node, scale, step, best)
+   !> The maximum in a step: an interval in which the signal may exceed the maximum found until now is divided at its
+   !> highest point.
+   subroutine search_step(basis, path, signal, node, scale, step, best)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
       type(row_signal_t), intent(in) :: signal
-      !> At the start of the step
+      !> Node at the start of the step
       integer, intent(in) :: node
       real(wp), intent(in) :: scale
-      type(stretch_t), intent(in) :: step
-      type(best_t), intent(inout) :: best
+      type(interval_t), intent(in) :: step
+      type(maximum_t), intent(inout) :: best
 
-      type(stretch_t) :: parts(64), stretch
+      type(interval_t) :: stack(64), interval
       real(wp) :: b(0:5), bound, level, length, middle(0:2), noise, t
-      integer :: waiting
+      integer :: depth
 
       call bounds_of(basis, signal, path%bounds(:, node), path%time(node), node, bound, noise)
-      parts(1) = step
-      waiting = 1
-      do while (waiting > 0)
-         stretch = parts(waiting)
-         waiting = waiting - 1
-         length = stretch%to - stretch%from
-         b = coefficients(stretch%here, stretch%there, length)
+      stack(1) = step
+      depth = 1
+      do while (depth > 0)
+         interval = stack(depth)
+         depth = depth - 1
+         length = interval%to - interval%from
+         b = coefficients(interval%at_start, interval%at_end, length)
          level = best%value + peak_tolerance*max(abs(best%value), scale) + 4.0_wp*noise
          if (.not. maxval(b) + bound*length**6*error_share(0) > level) cycle
-         t = stretch%from + length*top_of(b)
-         if (.not. (t > stretch%from .and. t < stretch%to) .or. waiting + 2 > size(parts)) cycle
-         call climb(basis, path, signal, node, stretch, t, middle)
-         call take(t, middle(0), best)
-         parts(waiting + 1) = stretch_t(stretch%from, t, stretch%here, middle)
-         parts(waiting + 2) = stretch_t(t, stretch%to, middle, stretch%there)
-         waiting = waiting + 2
+         t = interval%from + length*sampled_maximum(b)
+         if (.not. (t > interval%from .and. t < interval%to) .or. depth + 2 > size(stack)) cycle
+         call refine_maximum(basis, path, signal, node, interval, t, middle)
+         call update_maximum(t, middle(0), best)
+         stack(depth + 1) = interval_t(interval%from, t, interval%at_start, middle)
+         stack(depth + 2) = interval_t(t, interval%to, middle, interval%at_end)
+         depth = depth + 2
       end do
-   end subroutine seek_in_step
+   end subroutine search_step
 
-   !> Keep a greater value.
-   pure subroutine take(instant, found, best)
+   !> Replace the maximum by a higher value.
+   pure subroutine update_maximum(instant, found, best)
       real(wp), intent(in) :: instant
       real(wp), intent(in) :: found
-      type(best_t), intent(inout) :: best
+      type(maximum_t), intent(inout) :: best
 
-      if (found > best%value) best = best_t(found, instant, .true.)
-   end subroutine take
+      if (found > best%value) best = maximum_t(found, instant, .true.)
+   end subroutine update_maximum
 
    !> A signal, its slope and its curvature at an instant of a step.
    subroutine values_at(basis, path, signal, node, instant, values)
@@ -130,33 +131,34 @@ contains
       call values_of(basis, signal, rows, instant, values)
    end subroutine values_at
 
-   !> To the top by Newton's method, while that stays within a stretch.
-   subroutine climb(basis, path, signal, node, stretch, instant, values)
+   !> Move to the local maximum by Newton's method, as long as the iteration stays within the interval.
+   subroutine refine_maximum(basis, path, signal, node, interval, instant, values)
       type(row_basis_t), intent(in) :: basis
       type(row_path_t), intent(inout) :: path
       type(row_signal_t), intent(in) :: signal
       integer, intent(in) :: node
-      type(stretch_t), intent(in) :: stretch
+      type(interval_t), intent(in) :: interval
       real(wp), intent(inout) :: instant
       real(wp), intent(out) :: values(0:2)
 
-      integer, parameter :: most_rounds = 6
-      real(wp), parameter :: least_shift = 1.0e-9_wp
+      integer, parameter :: max_rounds = 6
+      real(wp), parameter :: min_shift = 1.0e-9_wp
       real(wp) :: shift
       integer :: round
 
-      do round = 1, most_rounds
+      do round = 1, max_rounds
          call values_at(basis, path, signal, node, instant, values)
          if (.not. values(2) < 0.0_wp) return
          shift = -values(1)/values(2)
-         if (.not. (instant + shift > stretch%from .and. instant + shift < stretch%to)) return
-         if (abs(shift) <= least_shift*(stretch%to - stretch%from)) return
+         if (.not. (instant + shift > interval%from .and. instant + shift < interval%to)) return
+         if (abs(shift) <= min_shift*(interval%to - interval%from)) return
          instant = instant + shift
       end do
-   end subroutine climb
+   end subroutine refine_maximum
 
-   !> About where a polynomial in Bernstein's form is greatest, as a share of the step: not too near to its ends.
-   pure function top_of(b) result(top)
+   !> Approximate position of the maximum of a polynomial in Bernstein's form, by samples inside the step, as a share of
+   !> the step.
+   pure function sampled_maximum(b) result(top)
       real(wp), intent(in) :: b(0:5)
       real(wp) :: top
 
@@ -178,6 +180,6 @@ contains
          best = value
          top = x
       end do
-   end function top_of
+   end function sampled_maximum
 
 end module row_peaks

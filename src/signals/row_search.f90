@@ -1,8 +1,8 @@
-!> The first zero among many signals that are made of the same rows, so that none before it can be missed
+!> The first zero among many signals made of the same rows, found so that no zero before it can be missed
 !> (docs/theory.md, section 23).
 !>
-!> All signals take the same steps. A step over which a signal may have a zero is halved until there is certainly
-!> none, or certainly just one.
+!> All signals take the same steps. A step in which a signal may have a zero is halved until the signal certainly has no
+!> zero in it, or exactly one.
 module row_search
    use bracketed_zero, only: bracket_t, enter, go_to
    use kinds, only: i8, wp
@@ -15,257 +15,259 @@ module row_search
    !> Error of the slope of a quintic Hermite polynomial as a share of B h**5 [Birkhoff].
    real(wp), parameter :: slope_error_share = sqrt(5.0_wp)/30000.0_wp
 
-   !> A step is chosen so that the error is about this share of the value and of its change.
-   real(wp), parameter :: chosen_share = 0.03_wp
+   !> The first trial of a step has an error of about this share of the value or of its change.
+   real(wp), parameter :: target_error_share = 0.03_wp
 
-   !> A search that takes more evaluations is left to searches of the signals one by one.
-   integer(i8), parameter :: most_evaluations = 4_i8*most_nodes
+   !> Maximum number of evaluations, after which the signals are searched one by one.
+   integer(i8), parameter :: max_evaluations = 4_i8*most_nodes
 
-   !> Can a signal vanish in a step?
-   integer, parameter :: is_safe = 0
-   integer, parameter :: is_unclear = 1
-   integer, parameter :: is_crossing = 2
+   !> Answers to the question whether a signal has zeros in a step: none, unknown, exactly one.
+   integer, parameter :: has_no_zero = 0
+   integer, parameter :: is_undecided = 1
+   integer, parameter :: has_one_zero = 2
 
-   !> A step: its start and length, the node at its end, and how many came before it.
+   !> A step: its start and length, the node (index of the path) at its end, and the number of steps before it.
    type :: step_t
       real(wp) :: from = 0.0_wp
       real(wp) :: length = 0.0_wp
       integer :: next = 0
       integer :: count = 0
       !> Value, slope and curvature of each signal at both ends, [0:2, signals]
-      real(wp), allocatable :: here(:, :), there(:, :)
-      !> Bound of the sixth derivative, rounding error, and what the signal does not come below, [signals]
+      real(wp), allocatable :: at_start(:, :), at_end(:, :)
+      !> Bound of the sixth derivative, rounding error, and lower bound of each signal, [signals]
       real(wp), allocatable :: bound(:), noise(:), floor(:)
-      !> One of the constants above, [signals]
+      !> `has_no_zero`, `is_undecided` or `has_one_zero`, [signals]
       integer, allocatable :: answer(:)
    end type step_t
 
 contains
 
-   !> Go on until the first signal vanishes, or to the limit.
+   !> Advance until the first signal vanishes, or to the limit.
    subroutine search_rows(basis, limit, signals, path, ended, time)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
-      !> Those that are not sure are to be asked one by one
+      !> Signals that are no longer `is_sure` on return are to be searched one by one
       type(row_signal_t), intent(inout) :: signals(:)
-      !> The amplitudes at the start are in its first node
+      !> In: node 0 has the amplitudes at the start
       type(row_path_t), intent(inout) :: path
-      !> The signal that vanishes first; 0: none does
+      !> The signal that vanishes first; 0: none
       integer, intent(out) :: ended
-      !> When, or the limit
+      !> Instant of the zero, or the limit
       real(wp), intent(out) :: time
 
       type(step_t) :: step
-      integer :: at, n
+      integer :: node, n
 
-      allocate (step%here(0:2, size(signals)), step%there(0:2, size(signals)), step%bound(size(signals)), &
+      allocate (step%at_start(0:2, size(signals)), step%at_end(0:2, size(signals)), step%bound(size(signals)), &
          step%floor(size(signals)), step%noise(size(signals)), step%answer(size(signals)))
       ended = 0
-      at = 0
+      node = 0
       path%time(0) = 0.0_wp
       path%is_complete = .true.
       path%evaluations = 1_i8
       call evaluate_rows(basis, path%z(:, :, 0), path%rows(:, 0))
       do
-         call begin_step(basis, limit, signals, path, at, step)
+         call begin_step(basis, limit, signals, path, node, step)
          if (.not. any(signals%is_sure .and. .not. step%floor > step%noise) .or. .not. step%from < limit) exit
-         ! stiff terms make steps short, even if they are small: a search of one signal bounds them otherwise
-         if (at == most_nodes .or. path%evaluations > most_evaluations) signals%is_sure = .false.
+         ! stiff terms of small amplitude make these steps short; the search of a single signal has better bounds for
+         ! them
+         if (node == most_nodes .or. path%evaluations > max_evaluations) signals%is_sure = .false.
          if (.not. any(signals%is_sure)) exit
-         step%next = at + 1
-         call take_step(basis, limit, signals, path, at, step)
+         step%next = node + 1
+         call take_step(basis, limit, signals, path, node, step)
          if (.not. any(signals%is_sure)) exit
          step%count = step%count + 1
          do n = 1, size(signals)
             if (.not. signals(n)%is_sure) cycle
             signals(n)%start_order = 0
-            if (step%answer(n) == is_safe) signals(n)%greatest = max(signals(n)%greatest, step%there(0, n))
-            signals(n)%ceiling = max(signals(n)%ceiling, maxval(coefficients(step%here(:, n), step%there(:, n), &
+            if (step%answer(n) == has_no_zero) signals(n)%greatest = max(signals(n)%greatest, step%at_end(0, n))
+            signals(n)%ceiling = max(signals(n)%ceiling, maxval(coefficients(step%at_start(:, n), step%at_end(:, n), &
                step%length)) + step%bound(n)*step%length**6*error_share(0) + step%noise(n))
          end do
-         at = step%next
-         step%from = path%time(at)
-         if (any(signals%is_sure .and. step%answer == is_crossing)) then
-            call find_crossing(basis, signals, step, path, at, ended)
+         node = step%next
+         step%from = path%time(node)
+         if (any(signals%is_sure .and. step%answer == has_one_zero)) then
+            call find_crossing(basis, signals, step, path, node, ended)
             exit
          end if
       end do
-      path%count = at
-      time = merge(path%time(at), limit, ended > 0)
+      path%count = node
+      time = merge(path%time(node), limit, ended > 0)
       if (ended > 0 .or. .not. step%from < limit) return
       path%is_complete = .false.
       signals%ceiling = huge(1.0_wp)
    end subroutine search_rows
 
-   !> Signals at the start of a step.
-   subroutine begin_step(basis, limit, signals, path, at, step)
+   !> Values and bounds of the signals at the start of a step.
+   subroutine begin_step(basis, limit, signals, path, node, step)
       type(row_basis_t), intent(in) :: basis
       real(wp), intent(in) :: limit
       type(row_signal_t), intent(inout) :: signals(:)
       type(row_path_t), intent(inout) :: path
-      !> The node there
-      integer, intent(in) :: at
+      !> Node at the start of the step
+      integer, intent(in) :: node
       type(step_t), intent(inout) :: step
 
       integer :: n
 
-      call bound_rows(basis, path%z(:, :, at), path%bounds(:, at))
+      call bound_rows(basis, path%z(:, :, node), path%bounds(:, node))
       do n = 1, size(signals)
-         call values_of(basis, signals(n), path%rows(:, at), step%from, step%here(:, n))
-         call bounds_of(basis, signals(n), path%bounds(:, at), step%from, step%count, step%bound(n), step%noise(n), &
+         call values_of(basis, signals(n), path%rows(:, node), step%from, step%at_start(:, n))
+         call bounds_of(basis, signals(n), path%bounds(:, node), step%from, step%count, step%bound(n), step%noise(n), &
             limit, step%floor(n))
-         ! what has died away so far that its digits underflow has no zero
-         if (max(maxval(abs(step%here(:, n))), step%bound(n)) < tiny(1.0_wp)/epsilon(1.0_wp)) step%floor(n) = &
+         ! a signal that has decayed so far that its digits underflow has no zero
+         if (max(maxval(abs(step%at_start(:, n))), step%bound(n)) < tiny(1.0_wp)/epsilon(1.0_wp)) step%floor(n) = &
             huge(1.0_wp)
          if (step%from > 0.0_wp) cycle
-         call begin_signal(signals(n), step%here(:, n), step%noise(n))
+         call begin_signal(signals(n), step%at_start(:, n), step%noise(n))
       end do
    end subroutine begin_step
 
-   !> A step so short that each signal that is sure has certainly no zero in it, or just one.
-   subroutine take_step(basis, limit, signals, path, at, step)
+   !> Take a step so short that each signal that is `is_sure` certainly has no zero in it, or exactly one.
+   subroutine take_step(basis, limit, signals, path, node, step)
       type(row_basis_t), intent(inout) :: basis
       real(wp), intent(in) :: limit
       type(row_signal_t), intent(inout) :: signals(:)
       type(row_path_t), intent(inout) :: path
-      integer, intent(in) :: at
+      integer, intent(in) :: node
       type(step_t), intent(inout) :: step
 
       integer :: n, power
 
-      power = min(minval(longest_steps(step%here, step%bound), mask=signals%is_sure), basis%highest)
-      step%answer = is_safe
+      power = min(minval(longest_steps(step%at_start, step%bound), mask=signals%is_sure), basis%highest)
+      step%answer = has_no_zero
       associate (from => step%from, next => step%next, length => step%length)
          do
             length = 2.0_wp**power
             if (from + length < limit) then
-               call advance(basis, power, path%z(:, :, at), path%z(:, :, next))
+               call advance(basis, power, path%z(:, :, node), path%z(:, :, next))
                path%time(next) = from + length
             else
                length = limit - from
-               call advance_by(basis, length, path%z(:, :, at), path%z(:, :, next))
+               call advance_by(basis, length, path%z(:, :, node), path%z(:, :, next))
                path%time(next) = limit
             end if
             call evaluate_rows(basis, path%z(:, :, next), path%rows(:, next))
             path%evaluations = path%evaluations + 1_i8
             do n = 1, size(signals)
                if (.not. signals(n)%is_sure) cycle
-               call values_of(basis, signals(n), path%rows(:, next), path%time(next), step%there(:, n))
-               step%answer(n) = answer_of(step%here(:, n), step%there(:, n), length, signals(n)%start_order, &
+               call values_of(basis, signals(n), path%rows(:, next), path%time(next), step%at_end(:, n))
+               step%answer(n) = answer_of(step%at_start(:, n), step%at_end(:, n), length, signals(n)%start_order, &
                   step%bound(n), step%noise(n))
             end do
-            if (.not. any(signals%is_sure .and. step%answer == is_unclear)) exit
-            ! rounding errors decide, and shorter steps would not tell more
-            where (step%answer == is_unclear .and. (step%bound*length**6*error_share(0) < 0.1_wp*step%noise .or. &
+            if (.not. any(signals%is_sure .and. step%answer == is_undecided)) exit
+            ! if rounding errors decide, a shorter step decides no better
+            where (step%answer == is_undecided .and. (step%bound*length**6*error_share(0) < 0.1_wp*step%noise .or. &
                power <= lowest_step .or. .not. from + 4.0_wp*length > from)) signals%is_sure = .false.
-            if (.not. any(signals%is_sure .and. step%answer == is_unclear)) exit
+            if (.not. any(signals%is_sure .and. step%answer == is_undecided)) exit
             power = power - 1
             do while (.not. 2.0_wp**power < length)
                power = power - 1
             end do
          end do
       end associate
-      where (.not. signals%is_sure) step%answer = is_safe
+      where (.not. signals%is_sure) step%answer = has_no_zero
    end subroutine take_step
 
-   !> What a signal is at the start: one that is not told from zero is to be asked alone.
-   pure subroutine begin_signal(signal, here, noise)
+   !> Begin a signal. A signal that cannot be told from zero at the start is to be searched alone.
+   pure subroutine begin_signal(signal, at_start, noise)
       type(row_signal_t), intent(inout) :: signal
       !> Value, slope and curvature
-      real(wp), intent(inout) :: here(0:2)
+      real(wp), intent(inout) :: at_start(0:2)
       real(wp), intent(in) :: noise
 
-      ! below this share of its parts a value may be what rounding leaves
-      real(wp), parameter :: least_share = 1.0e-9_wp
+      ! a value below this share of the magnitude of its terms may be rounding error
+      real(wp), parameter :: min_share = 1.0e-9_wp
 
       signal%rounding = noise
       if (signal%start_order == 0) then
-         signal%is_sure = signal%is_sure .and. here(0) > least_share*noise/epsilon(1.0_wp)
+         signal%is_sure = signal%is_sure .and. at_start(0) > min_share*noise/epsilon(1.0_wp)
       else
-         here(:min(signal%start_order - 1, 2)) = 0.0_wp
+         at_start(:min(signal%start_order - 1, 2)) = 0.0_wp
       end if
-      signal%greatest = max(here(0), 0.0_wp)
-      signal%ceiling = here(0)
+      signal%greatest = max(at_start(0), 0.0_wp)
+      signal%ceiling = at_start(0)
    end subroutine begin_signal
 
-   !> Exponent of 2 of a step for which the error of the polynomial is a small share of what the signal is or becomes.
-   pure function longest_steps(here, bound) result(step)
+   !> Exponent of 2 of the step for which the error of the polynomial is a small share of the value of the signal or of
+   !> its change.
+   pure function longest_steps(at_start, bound) result(step)
       !> Value, slope and curvature of each signal, [3, signals]
-      real(wp), intent(in) :: here(0:, :)
-      !> Of the sixth derivatives, [signals]
+      real(wp), intent(in) :: at_start(0:, :)
+      !> Bounds of the sixth derivatives, [signals]
       real(wp), intent(in) :: bound(:)
       integer :: step(size(bound))
 
-      real(wp) :: least
+      real(wp) :: scaled_bound
       integer :: k, n
 
       do n = 1, size(bound)
          step(n) = lowest_step
-         least = max(error_share(0)/chosen_share*bound(n), tiny(1.0_wp))
+         scaled_bound = max(error_share(0)/target_error_share*bound(n), tiny(1.0_wp))
          do k = 0, 2
-            step(n) = max(step(n), floor(real(exponent(abs(here(k, n))) - exponent(least) - 1)/real(6 - k)))
+            step(n) = max(step(n), floor(real(exponent(abs(at_start(k, n))) - exponent(scaled_bound) - 1)/real(6 - k)))
          end do
       end do
    end function longest_steps
 
-   !> Can a signal vanish in a step?
-   pure function answer_of(here, there, length, order, bound, noise) result(answer)
+   !> Does a signal have zeros in a step?
+   pure function answer_of(at_start, at_end, length, order, bound, noise) result(answer)
       !> Value, slope and curvature at both ends
-      real(wp), intent(in) :: here(0:2)
-      real(wp), intent(in) :: there(0:2)
+      real(wp), intent(in) :: at_start(0:2)
+      real(wp), intent(in) :: at_end(0:2)
       real(wp), intent(in) :: length
-      !> Of the first derivative that does not vanish at the start
+      !> Order of the first derivative that does not vanish at the start
       integer, intent(in) :: order
-      !> Of the sixth derivative, and the rounding error
+      !> Bound of the sixth derivative, and the rounding error
       real(wp), intent(in) :: bound
       real(wp), intent(in) :: noise
       integer :: answer
 
       real(wp) :: b(0:5), size_of_error
 
-      b = coefficients(here, there, length)
+      b = coefficients(at_start, at_end, length)
       size_of_error = bound*length**6
-      answer = is_unclear
+      answer = is_undecided
       if (minval(b(order:)) > size_of_error*error_share(order) + 2.0_wp*noise) then
-         answer = is_safe
-      else if (order == 0 .and. there(0) < -2.0_wp*noise) then
-         ! 5/h times the differences bound the slope
-         if (maxval(b(1:) - b(:4)) < -0.2_wp*size_of_error*slope_error_share - 4.0_wp*noise) answer = is_crossing
+         answer = has_no_zero
+      else if (order == 0 .and. at_end(0) < -2.0_wp*noise) then
+         ! the slope is bounded by 5/h times the differences of the coefficients
+         if (maxval(b(1:) - b(:4)) < -0.2_wp*size_of_error*slope_error_share - 4.0_wp*noise) answer = has_one_zero
       end if
    end function answer_of
 
-   !> The earliest zero in a step, in which some signals fall through zero without a turn.
-   subroutine find_crossing(basis, signals, step, path, at, ended)
+   !> The earliest zero in a step in which some signals fall through zero, each exactly once.
+   subroutine find_crossing(basis, signals, step, path, node, ended)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signals(:)
       type(step_t), intent(in) :: step
       type(row_path_t), intent(inout) :: path
-      !> The node at the end of the step, which gets the zero; another one than that at its start
-      integer, intent(in) :: at
+      !> Node at the end of the step, which is moved to the zero; the step starts at the node before
+      integer, intent(in) :: node
       integer, intent(out) :: ended
 
-      ! roots of polynomials that are no nearer to each other come in the same order as zeros
-      real(wp), parameter :: apart = 0.05_wp
+      ! roots of the polynomials that differ by more are in the same order as the zeros
+      real(wp), parameter :: min_apart = 0.05_wp
       real(wp) :: best, root(size(signals)), zero
       integer :: n
 
       root = huge(1.0_wp)
       do n = 1, size(signals)
-         if (step%answer(n) == is_crossing) root(n) = root_of(coefficients(step%here(:, n), step%there(:, n), &
+         if (step%answer(n) == has_one_zero) root(n) = root_of(coefficients(step%at_start(:, n), step%at_end(:, n), &
             step%length))
       end do
       best = huge(1.0_wp)
       ended = 0
       do n = 1, size(signals)
-         if (root(n) > minval(root) + apart) cycle
+         if (root(n) > minval(root) + min_apart) cycle
          zero = step%length*root(n)
-         call polish(basis, signals(n), path, at, step%length, zero)
+         call refine(basis, signals(n), path, node, step%length, zero)
          if (zero > best) cycle
          best = zero
          ended = n
       end do
-      ! the last one that was polished may be another
-      if (count(root <= minval(root) + apart) > 1) call polish(basis, signals(ended), path, at, step%length, best)
+      ! the node may be at the zero of another signal that was refined after the earliest
+      if (count(root <= minval(root) + min_apart) > 1) call refine(basis, signals(ended), path, node, step%length, best)
    end subroutine find_crossing
 
    !> Zero of a falling polynomial in Bernstein's form, as a share of the step.
@@ -297,44 +299,44 @@ contains
       root = bracket%point
    end function root_of
 
-   !> The zero itself.
-   subroutine polish(basis, signal, path, at, length, zero)
+   !> Refine a zero by third-order steps on the exact rows, and move a node to it.
+   subroutine refine(basis, signal, path, node, length, zero)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
       type(row_path_t), intent(inout) :: path
-      !> The node that gets it; the step starts at the one before
-      integer, intent(in) :: at
+      !> Node that is moved to the zero; the step starts at the node before
+      integer, intent(in) :: node
       real(wp), intent(in) :: length
-      !> Since the start of the step
+      !> Time from the start of the step to the zero
       real(wp), intent(inout) :: zero
 
       ! the cube of a smaller correction is below rounding
-      real(wp), parameter :: last_correction = 4.0e-6_wp
+      real(wp), parameter :: correction_tolerance = 4.0e-6_wp
       real(wp) :: correction, from, values(0:2)
-      integer :: before, i, n, round
+      integer :: start_node, i, n, round
 
-      before = at - 1
-      from = path%time(before)
+      start_node = node - 1
+      from = path%time(start_node)
       do round = 1, 10
-         call advance_by(basis, zero, path%z(:, :, before), path%z(:, :, at))
-         call evaluate_rows(basis, path%z(:, :, at), path%rows(:, at))
+         call advance_by(basis, zero, path%z(:, :, start_node), path%z(:, :, node))
+         call evaluate_rows(basis, path%z(:, :, node), path%rows(:, node))
          path%evaluations = path%evaluations + 1_i8
-         call values_of(basis, signal, path%rows(:, at), from + zero, values)
+         call values_of(basis, signal, path%rows(:, node), from + zero, values)
          correction = -values(0)/values(1)
          correction = correction - 0.5_wp*values(2)*correction**2/values(1)
          zero = min(max(zero + correction, 0.0_wp), length)
-         if (abs(correction) <= last_correction*length .and. &
-            abs(correction*values(2)) <= last_correction*abs(values(1))) exit
+         if (abs(correction) <= correction_tolerance*length .and. &
+            abs(correction*values(2)) <= correction_tolerance*abs(values(1))) exit
       end do
       n = basis%rows
-      associate (rows => path%rows(:, at))
+      associate (rows => path%rows(:, node))
          do i = 1, n
             rows(i) = rows(i) + correction*(rows(i + n) + 0.5_wp*correction*rows(i + 2*n))
             rows(i + n) = rows(i + n) + correction*(rows(i + 2*n) + 0.5_wp*correction*rows(i + 3*n))
             rows(i + 2*n) = rows(i + 2*n) + correction*rows(i + 3*n)
          end do
       end associate
-      path%time(at) = from + zero
-   end subroutine polish
+      path%time(node) = from + zero
+   end subroutine refine
 
 end module row_search

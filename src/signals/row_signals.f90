@@ -1,5 +1,5 @@
-!> Signals that are made of rows, their values at the nodes of a path of steps, and what bounds them between two nodes
-!> (docs/theory.md, section 23).
+!> Signals made of rows (linear functionals of the state), their values at the nodes of a path of steps, and their
+!> bounds between two nodes (docs/theory.md, section 23).
 !>
 !> Over a step of length h a signal differs from the quintic Hermite polynomial that shares its value, slope and
 !> curvature at both ends by at most B h**6/46080, where B bounds its sixth derivative; the coefficients of the
@@ -12,11 +12,11 @@ module row_signals
    public :: row_signal_t, row_path_t, most_nodes, error_share, values_of, bounds_of, coefficients, node_at_time, &
       value_at_node
 
-   !> Room for so many steps.
+   !> Maximum number of steps of a path.
    integer, parameter :: most_nodes = 64
 
-   !> Errors of a quintic Hermite polynomial as shares of B h**6, where the signal and its first derivatives vanish at
-   !> the start: x**3 (1 - x)**3/720 is at most so many times x**order.
+   !> Errors of a quintic Hermite polynomial as shares of B h**6. If the signal and its first derivatives up to an order
+   !> less one vanish at the start, then x**3 (1 - x)**3/720 <= error_share(order) x**order.
    real(wp), parameter :: error_share(0:3) = [1.0_wp/46080.0_wp, 0.03456_wp/720.0_wp, 0.10547_wp/720.0_wp, &
       1.0_wp/720.0_wp]
 
@@ -27,32 +27,33 @@ module row_signals
       real(wp) :: of_rate = 0.0_wp
       real(wp) :: offset = 0.0_wp
       real(wp) :: slope = 0.0_wp
-      !> It and so many of its derivatives less one vanish at the start, and the next is positive; 0: it is positive
+      !> 0: the signal is positive at the start. k > 0: the signal and its first k - 1 derivatives vanish there, the
+      !> k-th is positive
       integer :: start_order = 0
-      !> Whether it has a zero could be told
+      !> The search of all signals has decided with certainty whether the signal has a zero
       logical :: is_sure = .true.
-      !> Greatest value seen on the way, and what it does not exceed there
+      !> Maximum over the nodes, and upper bound of the signal over the path
       real(wp) :: greatest = 0.0_wp
       real(wp) :: ceiling = 0.0_wp
       !> Rounding error of its value at the start
       real(wp) :: rounding = 0.0_wp
    end type row_signal_t
 
-   !> The steps of a phase.
+   !> The steps of a phase (the motion between two events); a node is an instant at which a step ends or starts.
    type :: row_path_t
-      !> Number of nodes, and whether they reach from the start to the end
+      !> Index of the last node, and whether the steps reach from the start to the end of the phase
       integer :: count = 0
       logical :: is_complete = .false.
-      !> Since the start of the phase, [nodes]
+      !> Time since the start of the phase, [nodes]
       real(wp) :: time(0:most_nodes)
-      !> Amplitudes, rows and bounds of rows there, as `row_basis` has them, [.., 0:most_nodes]
+      !> Amplitudes, rows and bounds of rows at the nodes, as in `row_basis`, [.., 0:most_nodes]
       real(wp), allocatable :: z(:, :, :), rows(:, :), bounds(:, :)
       integer(i8) :: evaluations = 0_i8
    end type row_path_t
 
 contains
 
-   !> Value, slope and curvature.
+   !> Value, slope and curvature of a signal.
    pure subroutine values_of(basis, signal, rows, time, values)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
@@ -67,12 +68,12 @@ contains
       end associate
    end subroutine values_of
 
-   !> Bound of the sixth derivative, rounding error, and what the signal does not come below before the limit.
+   !> Bound of the sixth derivative, rounding error, and lower bound of the signal up to the limit.
    pure subroutine bounds_of(basis, signal, bounds, time, steps, bound, noise, limit, floor)
       type(row_basis_t), intent(in) :: basis
       type(row_signal_t), intent(in) :: signal
       real(wp), contiguous, intent(in) :: bounds(:)
-      !> Since the start, and by so many products
+      !> Time since the start, and number of steps that led there
       real(wp), intent(in) :: time
       integer, intent(in) :: steps
       real(wp), intent(out) :: bound
@@ -84,16 +85,16 @@ contains
 
       associate (factor => abs(signal%factor), of_rate => abs(signal%of_rate), row => signal%row)
          associate (sixth => bounds(place_of(basis, row, sixth_column)), &
-            size_of_rate => bounds(place_of(basis, row, rate_size_column)))
+            rate_bound => bounds(place_of(basis, row, rate_size_column)))
             bound = factor*sixth
             magnitude = factor*bounds(place_of(basis, row, size_column))
-            rate = factor*size_of_rate
+            rate = factor*rate_bound
             if (of_rate > 0.0_wp) then
                bound = bound + of_rate*bounds(place_of(basis, row, seventh_column))
-               magnitude = magnitude + of_rate*size_of_rate
+               magnitude = magnitude + of_rate*rate_bound
                ! Hoelder's inequality
                curvature = 0.0_wp
-               if (size_of_rate > 0.0_wp) curvature = size_of_rate*(sixth/size_of_rate)**0.2_wp
+               if (rate_bound > 0.0_wp) curvature = rate_bound*(sixth/rate_bound)**0.2_wp
                rate = rate + of_rate*curvature
             end if
          end associate
@@ -103,23 +104,23 @@ contains
       if (present(floor)) floor = signal%offset + min(signal%slope*time, signal%slope*limit) - magnitude
    end subroutine bounds_of
 
-   !> Coefficients of the polynomial in Bernstein's form.
-   pure function coefficients(here, there, length) result(b)
+   !> Bernstein coefficients of the quintic Hermite polynomial of a step.
+   pure function coefficients(at_start, at_end, length) result(b)
       !> Value, slope and curvature at both ends
-      real(wp), intent(in) :: here(0:2)
-      real(wp), intent(in) :: there(0:2)
+      real(wp), intent(in) :: at_start(0:2)
+      real(wp), intent(in) :: at_end(0:2)
       real(wp), intent(in) :: length
       real(wp) :: b(0:5)
 
-      b(0) = here(0)
-      b(1) = here(0) + 0.2_wp*length*here(1)
-      b(2) = here(0) + 0.4_wp*length*here(1) + 0.05_wp*length**2*here(2)
-      b(3) = there(0) - 0.4_wp*length*there(1) + 0.05_wp*length**2*there(2)
-      b(4) = there(0) - 0.2_wp*length*there(1)
-      b(5) = there(0)
+      b(0) = at_start(0)
+      b(1) = at_start(0) + 0.2_wp*length*at_start(1)
+      b(2) = at_start(0) + 0.4_wp*length*at_start(1) + 0.05_wp*length**2*at_start(2)
+      b(3) = at_end(0) - 0.4_wp*length*at_end(1) + 0.05_wp*length**2*at_end(2)
+      b(4) = at_end(0) - 0.2_wp*length*at_end(1)
+      b(5) = at_end(0)
    end function coefficients
 
-   !> The node at the start or at the end of a path; -1: neither is at that time.
+   !> The node at the start or at the end of a path; -1: neither node is at that time.
    pure function node_at_time(path, time) result(node)
       type(row_path_t), intent(in) :: path
       real(wp), intent(in) :: time

@@ -1,4 +1,4 @@
-!> Hops so short that the modes hardly turn: their end by the Taylor series of s(t)/t about the start.
+!> Flights so short that the modes hardly oscillate in them: their end by the Taylor series of s(t)/t about the start.
 module short_flights
    use certified_search, only: found_none, found_zero, search_t, step_without_zero
    use damped_oscillators, only: lanes, oscillators_t
@@ -7,45 +7,46 @@ module short_flights
    private
    public :: find_short_flight, zero_of_series
 
-   !> So many terms are used, by the derivatives at the start, and bounds on that of one more.
-   integer, parameter :: most_terms = 40
-   integer, parameter :: most_derivatives = most_terms + 1
+   !> Maximum number of terms of the series, and of derivatives at the start: one derivative more bounds the remainder.
+   integer, parameter :: max_terms = 40
+   integer, parameter :: max_derivatives = max_terms + 1
    integer :: place
-   real(wp), parameter :: inverse_factorial(most_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
-      most_derivatives)]
-   !> The angle up to which it takes so many terms, if no mode turns or dies out by more.
-   real(wp), parameter :: greatest_angles(3:most_terms) = [((0.2_wp*epsilon(1.0_wp)*gamma(real(place + 1, wp))) &
-      **(1.0_wp/real(place, wp)), place=3, most_terms)]
+   real(wp), parameter :: inverse_factorial(max_derivatives) = 1.0_wp/[(gamma(real(place + 1, wp)), place=1, &
+      max_derivatives)]
+   !> k terms suffice if the length of the interval times the fastest modal rate does not exceed max_angles(k).
+   real(wp), parameter :: max_angles(3:max_terms) = [((0.2_wp*epsilon(1.0_wp)*gamma(real(place + 1, wp))) &
+      **(1.0_wp/real(place, wp)), place=3, max_terms)]
 
 contains
 
-   !> The end of a short flight, certain since the remainder is bounded by the swing of the first derivative left out.
-   subroutine find_short_flight(oscillators, weight, z, v, limit, search, slope, turning, frequency)
+   !> The end of a short flight. The end is certain because the amplitude of the first derivative left out bounds the
+   !> remainder of the series.
+   subroutine find_short_flight(oscillators, weight, z, v, limit, search, slope, harmonics, frequency)
       type(oscillators_t), intent(in) :: oscillators
-      !> Of the modes in the signal, which rises from zero, [padded]
+      !> Weights of the modes in the signal, which rises from zero, [padded]
       real(wp), contiguous, intent(in) :: weight(:)
-      !> Their state, [count]
+      !> Modal state at the start, [count]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
-      !> Where the search ends
+      !> End of the search
       real(wp), intent(in) :: limit
-      !> Gets the first zero, and how far the signal reaches before, if it is certain; else its outcome is `found_none`
+      !> The first zero and the maximum before it, if they are certain; else the outcome is `found_none`
       type(search_t), intent(inout) :: search
-      !> What else is in the signal: its slope, and what turns with i W, [harmonics]; as often differentiated as was
-      !> needed on return. All of them or none.
+      !> Further terms of the signal: a slope, and harmonics Re h exp(i W t), [harmonics]. On return h is differentiated
+      !> as often as was needed. All three or none are given.
       real(wp), intent(in), optional :: slope
-      complex(wp), intent(inout), optional :: turning(:)
+      complex(wp), intent(inout), optional :: harmonics(:)
       real(wp), intent(in), optional :: frequency(:)
 
-      ! the series is used up to this multiple of the zero that its first terms tell, if no mode turns or dies out by
-      ! more than an angle
-      real(wp), parameter :: margin = 1.25_wp, greatest_angle = 4.5_wp
-      ! and as long as derivatives do not overflow
-      real(wp), parameter :: greatest_rate = 1.0e5_wp
+      ! the series is used up to this multiple of the zero estimated from its first terms, if this time times the
+      ! fastest modal rate does not exceed an angle
+      real(wp), parameter :: margin = 1.25_wp, max_angle = 4.5_wp
+      ! derivatives of faster modes may overflow
+      real(wp), parameter :: max_rate = 1.0e5_wp
       real(wp), dimension(size(weight)) :: low, high
-      ! weighted sums of the derivatives, lane by lane; s^(k)/k!
-      real(wp) :: total(lanes, most_derivatives), coefficient(most_derivatives)
-      real(wp) :: rate, reach, remainder, share, step
+      ! weighted sums of the derivatives in each SIMD lane; s^(k)/k!
+      real(wp) :: total(lanes, max_derivatives), coefficient(max_derivatives)
+      real(wp) :: rate, length, remainder, share, step
       integer :: terms
       logical :: is_short
 
@@ -58,41 +59,41 @@ contains
          high(:n) = v
          rate = oscillators%frequency(n)
          if (oscillators%oscillating < n) rate = oscillators%decay(n) + 2.0_wp*oscillators%spread(n)
-         if (rate > greatest_rate) return
+         if (rate > max_rate) return
          call add_derivatives(size(weight)/lanes, 1, 3, square, two_zeta, weight, low, high, total)
-         call divide(total, 1, 3, coefficient, slope, turning, frequency)
+         call find_coefficients(total, 1, 3, coefficient, slope, harmonics, frequency)
          if (.not. (coefficient(1) > 0.0_wp .and. coefficient(2) < 0.0_wp)) return
-         reach = margin*early_zero(coefficient(:3))
-         if (reach >= limit .or. reach*rate > greatest_angle) return
-         terms = min(3 + count(greatest_angles < reach*rate), most_terms)
+         length = margin*estimated_zero(coefficient(:3))
+         if (length >= limit .or. length*rate > max_angle) return
+         terms = min(3 + count(max_angles < length*rate), max_terms)
          call add_derivatives(size(weight)/lanes, 4, terms + 1, square, two_zeta, weight, low, high, total)
-         call divide(total, 4, terms + 1, coefficient, slope, turning, frequency)
-         ! bounded as in `bound_terms`; squares of the derivatives alone could overflow
-         share = inverse_factorial(terms + 1)*reach**terms
+         call find_coefficients(total, 4, terms + 1, coefficient, slope, harmonics, frequency)
+         ! the bound of `bound_terms`; squares of the derivatives alone could overflow
+         share = inverse_factorial(terms + 1)*length**terms
          remainder = sum(abs(weight)*sqrt((share*low)**2 + (share*high)**2*oscillators%inverse_square))
-         if (present(turning)) remainder = remainder + share*sum(abs(real(turning, wp)) + abs(aimag(turning)))
+         if (present(harmonics)) remainder = remainder + share*sum(abs(real(harmonics, wp)) + abs(aimag(harmonics)))
       end associate
       if (.not. remainder <= epsilon(1.0_wp)*coefficient(1)) return
-      call zero_of_series(coefficient(:terms), reach, is_short, step)
+      call zero_of_series(coefficient(:terms), length, is_short, step)
       if (.not. is_short) return
       search%outcome = found_zero
       search%evaluations = 1_i8
       search%time = step
-      call height_of_series(coefficient(:terms), step, search%greatest, search%ceiling)
+      call maximum_of_series(coefficient(:terms), step, search%greatest, search%ceiling)
       search%ceiling = search%ceiling + remainder*step
    end subroutine find_short_flight
 
-   !> Coefficients from derivatives.
-   pure subroutine divide(total, from, to, coefficient, slope, turning, frequency)
-      !> The modes' weighted sums, lane by lane
-      real(wp), intent(in) :: total(lanes, most_derivatives)
-      !> The first and the last of them
+   !> Taylor coefficients from derivatives.
+   pure subroutine find_coefficients(total, from, to, coefficient, slope, harmonics, frequency)
+      !> Weighted sums of the modal derivatives in each SIMD lane
+      real(wp), intent(in) :: total(lanes, max_derivatives)
+      !> The first and the last coefficient to be computed
       integer, intent(in) :: from
       integer, intent(in) :: to
-      real(wp), intent(inout) :: coefficient(most_derivatives)
-      !> What is added, as above, differentiated as often as the last before these
+      real(wp), intent(inout) :: coefficient(max_derivatives)
+      !> Further terms of `find_short_flight`; in: h differentiated `from` - 1 times, out: `to` times
       real(wp), intent(in), optional :: slope
-      complex(wp), intent(inout), optional :: turning(:)
+      complex(wp), intent(inout), optional :: harmonics(:)
       real(wp), intent(in), optional :: frequency(:)
 
       complex(wp) :: now
@@ -101,98 +102,98 @@ contains
       do k = from, to
          coefficient(k) = sum(total(:, k))
       end do
-      if (present(turning)) then
+      if (present(harmonics)) then
          if (from == 1) coefficient(1) = coefficient(1) + slope
-         do m = 1, size(turning)
-            now = turning(m)
+         do m = 1, size(harmonics)
+            now = harmonics(m)
             do k = from, to
                now = cmplx(-frequency(m)*aimag(now), frequency(m)*real(now, wp), wp)
                coefficient(k) = coefficient(k) + real(now, wp)
             end do
-            turning(m) = now
+            harmonics(m) = now
          end do
       end if
       coefficient(from:to) = coefficient(from:to)*inverse_factorial(from:to)
-   end subroutine divide
+   end subroutine find_coefficients
 
-   !> About where c_1 + c_2 t + c_3 t^2 + ... has its first zero, as if the terms from the second on were those of a
-   !> geometric series: what pulls back dies out.
-   pure function early_zero(coefficient) result(t)
-      !> c, the first one positive, the second negative
+   !> Estimate of the first zero of c_1 + c_2 t + c_3 t^2 + ...: the terms from the second on are taken for a geometric
+   !> series, as if the restoring force decayed.
+   pure function estimated_zero(coefficient) result(t)
+      !> c_1 > 0, c_2 < 0, c_3
       real(wp), intent(in) :: coefficient(3)
       real(wp) :: t
 
-      ! no later than so many times the zero of the first two
-      real(wp), parameter :: latest = 3.0_wp, never = 1.0e290_wp
+      ! maximum ratio of the estimate to the zero of the first two terms
+      real(wp), parameter :: max_ratio = 3.0_wp, never = 1.0e290_wp
       real(wp) :: square
 
       square = coefficient(2)**2
       t = never
       if (square > tiny(1.0_wp)) then
-         t = -coefficient(1)*coefficient(2)/max(square - coefficient(1)*coefficient(3), square/latest)
+         t = -coefficient(1)*coefficient(2)/max(square - coefficient(1)*coefficient(3), square/max_ratio)
       end if
-   end function early_zero
+   end function estimated_zero
 
-   !> How far c_1 t + c_2 t^2 + c_3 t^3 + ... reaches before its zero.
-   pure subroutine height_of_series(coefficient, zero, greatest, ceiling)
-      !> c
+   !> The maximum of c_1 t + c_2 t^2 + c_3 t^3 + ... before its zero.
+   pure subroutine maximum_of_series(coefficient, zero, greatest, ceiling)
+      !> Coefficients c
       real(wp), intent(in) :: coefficient(:)
-      !> Where it is zero
+      !> The zero
       real(wp), intent(in) :: zero
-      !> As high as this in the middle, near which its peak is
+      !> Value in the middle, near which the maximum is
       real(wp), intent(out) :: greatest
-      !> And no higher than this
+      !> Upper bound of the series
       real(wp), intent(out) :: ceiling
 
-      real(wp) :: bend, half, slope
+      real(wp) :: curvature, half, slope
       integer :: k
 
       half = 0.5_wp*zero
       call evaluate_series(coefficient, half, greatest, slope)
       slope = greatest + half*slope
       greatest = half*greatest
-      ! no lesser bend downwards than this
-      bend = 0.0_wp
+      ! upper bound of the second derivative
+      curvature = 0.0_wp
       do k = size(coefficient), 2, -1
-         bend = bend*zero + real(k*(k - 1), wp)*merge(coefficient(2), max(coefficient(k), 0.0_wp), k == 2)
+         curvature = curvature*zero + real(k*(k - 1), wp)*merge(coefficient(2), max(coefficient(k), 0.0_wp), k == 2)
       end do
-      if (-bend*half > abs(slope)) then
-         ceiling = greatest - 0.5_wp*slope**2/bend
+      if (-curvature*half > abs(slope)) then
+         ceiling = greatest - 0.5_wp*slope**2/curvature
       else
-         ceiling = greatest + half*(abs(slope) + 0.5_wp*half*max(bend, 0.0_wp))
+         ceiling = greatest + half*(abs(slope) + 0.5_wp*half*max(curvature, 0.0_wp))
       end if
-   end subroutine height_of_series
+   end subroutine maximum_of_series
 
    !> Weighted sums of further derivatives of the oscillators.
    pure subroutine add_derivatives(blocks, from, to, square, two_zeta, weight, low, high, total)
-      !> Vectors in each array
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> The first and the last of these derivatives
+      !> Orders of the first and of the last derivative to be computed
       integer, intent(in) :: from
       integer, intent(in) :: to
       !> W^2, and 2 zeta
       real(wp), intent(in) :: square(lanes, blocks)
       real(wp), intent(in) :: two_zeta
       real(wp), intent(in) :: weight(lanes, blocks)
-      !> The two derivatives from `from` - 1 on; from `to` on on return
+      !> In: derivatives of orders `from` - 1 and `from`. Out: orders `to` and `to` + 1
       real(wp), intent(inout), dimension(lanes, blocks) :: low, high
-      !> Their sums, lane by lane
-      real(wp), intent(inout) :: total(lanes, most_derivatives)
+      !> Sums of the derivatives in each SIMD lane
+      real(wp), intent(inout) :: total(lanes, max_derivatives)
 
-      real(wp), dimension(lanes) :: next, now, pull, share
+      real(wp), dimension(lanes) :: next, now, minus_square, share
       integer :: b, i, k
 
       total(:, from:to) = 0.0_wp
       do b = 1, blocks
          now = low(:, b)
          next = high(:, b)
-         pull = -square(:, b)
+         minus_square = -square(:, b)
          share = weight(:, b)
          do k = from, to
             !$omp simd
             do i = 1, lanes
                total(i, k) = total(i, k) + share(i)*next(i)
-               low(i, b) = pull(i)*(now(i) + two_zeta*next(i))
+               low(i, b) = minus_square(i)*(now(i) + two_zeta*next(i))
                now(i) = next(i)
                next(i) = low(i, b)
             end do
@@ -202,40 +203,40 @@ contains
       end do
    end subroutine add_derivatives
 
-   !> First zero of c_1 + c_2 t + c_3 t^2 + ... up to a reach.
-   pure subroutine zero_of_series(coefficient, reach, is_found, t)
-      !> c, three or more, the first one positive
+   !> First zero of c_1 + c_2 t + c_3 t^2 + ... in an interval.
+   pure subroutine zero_of_series(coefficient, length, is_found, t)
+      !> Coefficients c, three or more, c_1 > 0
       real(wp), intent(in) :: coefficient(:)
-      !> Up to here
-      real(wp), intent(in) :: reach
-      !> There is one
+      !> End of the interval
+      real(wp), intent(in) :: length
+      !> The interval has a zero
       logical, intent(out) :: is_found
-      !> Where
+      !> The zero
       real(wp), intent(out) :: t
 
       integer, parameter :: step_cap = 24, iteration_cap = 12
-      ! of t over the reach
+      ! coefficients of the series in t over the length of the interval
       real(wp) :: scaled(size(coefficient))
-      real(wp) :: above, below, doubt, first, last, power, slope, step, term, value
+      real(wp) :: above, below, rounding, first, last, power, slope, step, term, value
       integer :: i, k
 
       power = 1.0_wp
       do k = 1, size(coefficient)
          scaled(k) = coefficient(k)*power
-         power = power*reach
+         power = power*length
       end do
-      ! bounds on the second derivative, and on the rounding error
+      ! bounds on the second derivative from above and below, and on the rounding error
       above = 0.0_wp
       below = 0.0_wp
-      doubt = 0.0_wp
-      !$omp simd reduction(+:above, below, doubt) private(term)
+      rounding = 0.0_wp
+      !$omp simd reduction(+:above, below, rounding) private(term)
       do k = 1, size(coefficient)
          term = real((k - 1)*(k - 2), wp)*scaled(k)
          above = above + max(term, 0.0_wp)
          below = below - min(term, 0.0_wp)
-         doubt = doubt + abs(scaled(k))
+         rounding = rounding + abs(scaled(k))
       end do
-      doubt = epsilon(1.0_wp)*doubt
+      rounding = epsilon(1.0_wp)*rounding
       is_found = .false.
       first = 0.0_wp
       value = scaled(1)
@@ -246,27 +247,27 @@ contains
          if (first > 1.0_wp .or. i == step_cap) return
          call evaluate_series(scaled, first, value, slope)
       end do
-      ! from here on it falls until it is zero
+      ! from `first` on the series falls until it is zero
       last = min(1.0_wp, first - 2.0_wp*value/slope)
-      t = early_zero(scaled(:3))
+      t = estimated_zero(scaled(:3))
       if (.not. (t > first .and. t < last)) t = first
       do i = 1, iteration_cap
          call evaluate_series(scaled, t, value, slope)
          step = -value/slope
          t = t + step
-         is_found = abs(step) <= max(2.0_wp*spacing(t), doubt/abs(slope))
+         is_found = abs(step) <= max(2.0_wp*spacing(t), rounding/abs(slope))
          if (is_found) exit
          if (.not. (t > first .and. t < last)) t = first
       end do
       is_found = is_found .and. t > 0.0_wp .and. t <= last
-      t = t*reach
+      t = t*length
    end subroutine zero_of_series
 
    !> c_1 + c_2 t + c_3 t^2 + ... and its slope.
    pure subroutine evaluate_series(coefficient, t, value, slope)
-      !> c
+      !> Coefficients c
       real(wp), intent(in) :: coefficient(:)
-      !> Where
+      !> Instant
       real(wp), intent(in) :: t
       !> Value and slope
       real(wp), intent(out) :: value

@@ -1,7 +1,8 @@
-!> Integrals of signals and of their squares over a stretch of a phase, in closed form (docs/theory.md, section 20).
+!> Integrals of signals and of their squares over an interval of a phase, in closed form (docs/theory.md, section 20).
 !>
-!> All signals of a phase are sums of the same exponentials with amplitudes of their own, besides a constant and a
-!> slope; a square is one sum over pairs of exponents, a real matrix that serves all stretches of one length.
+!> All signals of a phase are sums of the same exponentials with different amplitudes, besides a constant and a slope.
+!> The integral of a square is a sum over pairs of exponents: a quadratic form of the amplitudes, whose real matrix
+!> serves all intervals of one length.
 module signal_integrals
    use kinds, only: wp
    use power_integrals, only: integral
@@ -19,8 +20,8 @@ module signal_integrals
       complex(wp), allocatable :: amplitude(:, :)
    end type signals_t
 
-   !> What the terms of signals make of their squares over a stretch of one length: x^T matrix x with x the real parts
-   !> of all amplitudes, then the imaginary ones.
+   !> Quadratic form of the integrals of squares over an interval of one length: x^T matrix x with x the real parts of
+   !> all amplitudes, then the imaginary parts.
    type :: squares_t
       real(wp), private :: length = 0.0_wp
       !> [terms]
@@ -38,13 +39,13 @@ contains
       type(signals_t), intent(in) :: signals
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
-      !> Of stretches before, made anew for other exponents or another length
+      !> The quadratic form, computed anew if the exponents or the length of the interval have changed
       type(squares_t), intent(inout) :: squares
-      !> Of each signal and of its square, [signals]
+      !> Integrals of each signal and of its square, [signals]
       real(wp), intent(out) :: first(:)
       real(wp), intent(out) :: second(:)
 
-      ! the ends of a stretch are rounded
+      ! lengths that differ by less than this share are equal: the ends of an interval are rounded
       real(wp), parameter :: rounding = 1.0e-9_wp
       complex(wp) :: amplitude(size(signals%amplitude, 1), size(signals%exponent)), power(size(signals%exponent))
       complex(wp) :: plain, ramp
@@ -68,12 +69,12 @@ contains
             first = first + real(amplitude(:, n)*plain, wp)
             second = second + 2.0_wp*real(amplitude(:, n)*(offset*plain + slope*ramp), wp)
          end do
-         second = second + squares_by(squares, amplitude) + (length - squares%length) &
+         second = second + integrate_squares(squares, amplitude) + (length - squares%length) &
             *real(matmul(amplitude, power), wp)**2
       end associate
    end subroutine integrate_signals
 
-   !> Prepare for exponents.
+   !> Store the exponents and the inverses of their sums.
    pure subroutine find_inverses(exponent, squares)
       complex(wp), intent(in) :: exponent(:)
       type(squares_t), intent(inout) :: squares
@@ -102,10 +103,10 @@ contains
       end associate
    end subroutine find_inverses
 
-   !> Prepare for stretches of one length.
+   !> Compute the quadratic form for intervals of one length.
    pure subroutine make_squares(length, squares)
       real(wp), intent(in) :: length
-      !> Has the inverses
+      !> In: exponents and inverses from `find_inverses`
       type(squares_t), intent(inout) :: squares
 
       complex(wp) :: conjugate, plain, power(size(squares%exponent))
@@ -115,7 +116,7 @@ contains
       power = exp(squares%exponent*length)
       associate (k => size(power), s => squares%exponent)
          do n = 1, k
-            ! symmetric in the two terms, up to conjugation
+            ! the matrix is symmetric in the two terms, up to conjugation
             do m = 1, n
                plain = 0.5_wp*pair_integral(s(m) + s(n), squares%inverse(m, n, 1), power(m)*power(n))
                conjugate = 0.5_wp*pair_integral(s(m) + conjg(s(n)), squares%inverse(m, n, 2), power(m)*conjg(power(n)))
@@ -133,11 +134,11 @@ contains
 
    contains
 
-      !> Integral of exp(s t), without a division where that does not cancel.
+      !> Integral of exp(s t) over the length, by the stored inverse unless that cancels.
       pure function pair_integral(s, inverse, end) result(value)
          complex(wp), intent(in) :: s
          complex(wp), intent(in) :: inverse
-         !> exp(s t)
+         !> exp(s length)
          complex(wp), intent(in) :: end
          complex(wp) :: value
 
@@ -149,14 +150,14 @@ contains
       end function pair_integral
    end subroutine make_squares
 
-   !> Integrals of the squares of sums of terms.
-   pure function squares_by(squares, amplitude) result(integrals)
+   !> Integrals of the squares of sums of exponentials.
+   pure function integrate_squares(squares, amplitude) result(integrals)
       type(squares_t), intent(in) :: squares
-      !> At the start of the stretch, [signals, terms]
+      !> Amplitudes at the start of the interval, [signals, terms]
       complex(wp), intent(in) :: amplitude(:, :)
       real(wp) :: integrals(size(amplitude, 1))
 
-      ! products of what has died out would be subnormal, which is slow
+      ! products of smaller amplitudes would be subnormal, which is slow
       real(wp), parameter :: negligible = 1.0e-140_wp
       real(wp), allocatable :: parts(:, :), products(:, :)
 
@@ -168,7 +169,7 @@ contains
          products = matmul(squares%matrix, parts)
          integrals = sum(parts*products, dim=1)
       end associate
-   end function squares_by
+   end function integrate_squares
 
    !> Integral of t exp(s t) without cancellation.
    elemental function ramp_integral(s, t, power) result(value)

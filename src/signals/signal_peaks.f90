@@ -1,4 +1,4 @@
-!> The greatest value of a signal and the last time it was above a level, certain like the search for its zeros.
+!> The maximum of a signal and the last exceedance of a level, found with the same certainty as the zeros of a signal.
 module signal_peaks
    use certified_search, only: first_zero, found_never_left, found_none, found_spent, found_zero, bounds_t, search_t, &
       viewed_signal_t
@@ -8,22 +8,22 @@ module signal_peaks
    private
    public :: extreme_search_t, exceeds, greatest_value, last_time_above, peak_tolerance
 
-   !> Looks that the searches for an extreme of a run may take besides those of each phase, before their tolerance is
-   !> raised tenfold: undamped, a beam swings for ever.
-   integer(i8), parameter :: first_looks = 20000_i8
-   integer(i8), parameter :: further_looks = 2000_i8
-   integer(i8), parameter :: looks_of_phase = 100_i8
+   !> Evaluations that the searches for an extreme of a whole run may take, besides those granted for each phase, before
+   !> their tolerance is raised tenfold: an undamped beam oscillates for ever.
+   integer(i8), parameter :: initial_evaluations = 20000_i8
+   integer(i8), parameter :: further_evaluations = 2000_i8
+   integer(i8), parameter :: phase_evaluations = 100_i8
 
-   !> What searches for an extreme have left.
+   !> State of the searches for an extreme over the phases of a run.
    type :: extreme_search_t
-      !> Its tolerance by now, as a share
+      !> Present tolerance, as a share of the extreme
       real(wp) :: tolerance = peak_tolerance
-      integer(i8), private :: left = first_looks
+      integer(i8), private :: remaining = initial_evaluations
    end type extreme_search_t
 
 contains
 
-   !> Does a signal exceed a level in a phase?
+   !> Does a signal exceed a level in a phase (the motion between two events)?
    function exceeds(signal, length, level) result(does)
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
@@ -43,66 +43,65 @@ contains
       does = search%outcome == found_zero
    end function exceeds
 
-   !> The greatest value of a signal in a phase, if it exceeds a threshold.
-   !>
-   !> Where the signal is proven to stay below the best value known it is not looked into; where it comes up to it,
-   !> the next turn gives a better one. Where ripples on a rise make many turns, or the looks are spent, samples ahead
-   !> tell how far it goes.
+   !> The maximum of a signal in a phase, if it exceeds a threshold. The search skips every interval in which the signal
+   !> certainly stays below the maximum found until now. If the signal rises above it, the next zero of its slope gives
+   !> a higher maximum. If ripples on a rise make many local maxima, or the permitted evaluations are used up, samples
+   !> of the rest of the phase raise the maximum first.
    subroutine greatest_value(signal, length, threshold, exceeds, still_rises, value, time, scale, looks)
-      !> The signal, without a surface that relaxes
+      !> The signal, without a relaxing contact
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
-      !> What it must exceed
+      !> Value that the maximum must exceed
       real(wp), intent(in) :: threshold
-      !> It does
+      !> The maximum exceeds the threshold
       logical, intent(out) :: exceeds
-      !> The greatest value is that at the end of the phase
+      !> The maximum is at the end of the phase
       logical, intent(out) :: still_rises
-      !> The greatest value (within the tolerance) and its time
+      !> The maximum (within the tolerance) and its instant
       real(wp), intent(out) :: value
       real(wp), intent(out) :: time
-      !> A value by which the tolerance goes, too, where the signal is near zero; with it the tolerance is no finer than
-      !> rounding
+      !> The tolerance is a share of at least this magnitude, for signals near zero; if given, the tolerance is no
+      !> smaller than rounding
       real(wp), intent(in), optional :: scale
-      !> What searches for the extreme of all phases have left; default: those in this phase have their own
+      !> State of the searches over all phases; default: the search in this phase has its own
       type(extreme_search_t), intent(inout), optional :: looks
 
       class(viewed_signal_t), allocatable :: part
       type(bounds_t) :: here
-      type(extreme_search_t) :: mine
+      type(extreme_search_t) :: state
       type(search_t) :: search
-      real(wp) :: least, level, slope, t, turn
+      real(wp) :: min_scale, level, slope, t, turn
       integer :: attempt
 
-      least = 0.0_wp
-      if (present(looks)) mine = looks
+      min_scale = 0.0_wp
+      if (present(looks)) state = looks
       if (present(scale)) then
          call signal%find_bounds(0.0_wp, 0, here)
-         least = max(scale, here%rounding/peak_tolerance)
+         min_scale = max(scale, here%rounding/peak_tolerance)
       end if
-      mine%left = min(mine%left + looks_of_phase, max(mine%left, further_looks))
+      state%remaining = min(state%remaining + phase_evaluations, max(state%remaining, further_evaluations))
       exceeds = .false.
       still_rises = .false.
       value = threshold
       time = 0.0_wp
-      level = merge(raised(threshold, least, mine), threshold, least > 0.0_wp)
+      level = merge(raised_level(threshold, min_scale, state), threshold, min_scale > 0.0_wp)
       t = 0.0_wp
       call signal%evaluate(t, turn, slope)
       if (turn > threshold) then
          exceeds = .true.
          value = turn
-         level = raised(turn, least, mine)
+         level = raised_level(turn, min_scale, state)
       end if
       attempt = 0
       do
          call signal%view(t, -1.0_wp, level, 0, part)
-         call seek(part, length - t, mine, search)
+         call search_with_budget(part, length - t, state, search)
          if (search%outcome == found_none .or. search%outcome == found_never_left) exit
          t = t + search%time
          if (search%outcome == found_zero) then
             call signal%view(t, 1.0_wp, 0.0_wp, 1, part)
-            call seek(part, length - t, mine, search)
+            call search_with_budget(part, length - t, state, search)
             exceeds = .true.
             if (search%outcome == found_none) then
                call signal%evaluate(length, value, slope)
@@ -119,42 +118,42 @@ contains
          end if
          attempt = attempt + 1
          if (search%outcome == found_spent .or. (popcnt(attempt) == 1 .and. attempt >= 16)) then
-            call look_ahead(signal, t, length, &
-               merge(further_looks, looks_of_phase, search%outcome == found_spent), value, time)
+            call sample_ahead(signal, t, length, &
+               merge(further_evaluations, phase_evaluations, search%outcome == found_spent), value, time)
             exceeds = exceeds .or. value > threshold
          end if
-         level = raised(max(value, level), least, mine)
+         level = raised_level(max(value, level), min_scale, state)
       end do
-      if (present(looks)) looks = mine
+      if (present(looks)) looks = state
    end subroutine greatest_value
 
-   !> The first zero, with what is left of looks; where they are spent the tolerance is raised.
-   subroutine seek(signal, limit, looks, search)
+   !> The first zero within the evaluations that remain; if they are used up, the tolerance is raised tenfold.
+   subroutine search_with_budget(signal, limit, looks, search)
       class(viewed_signal_t), intent(in) :: signal
       real(wp), intent(in) :: limit
       type(extreme_search_t), intent(inout) :: looks
       type(search_t), intent(out) :: search
 
-      call first_zero(signal, limit, search, most_evaluations=looks%left)
-      looks%left = looks%left - search%evaluations
-      if (looks%left > 0) return
-      looks%left = further_looks
+      call first_zero(signal, limit, search, most_evaluations=looks%remaining)
+      looks%remaining = looks%remaining - search%evaluations
+      if (looks%remaining > 0) return
+      looks%remaining = further_evaluations
       looks%tolerance = 10.0_wp*looks%tolerance
-   end subroutine seek
+   end subroutine search_with_budget
 
-   !> The best of samples ahead, then of those ever closer about the best, while that gains.
-   subroutine look_ahead(signal, from, to, samples, value, time)
+   !> The maximum over samples, then over ever closer samples about the highest one, as long as the maximum increases.
+   subroutine sample_ahead(signal, from, to, samples, value, time)
       class(viewed_signal_t), intent(in) :: signal
       real(wp), intent(in) :: from
       real(wp), intent(in) :: to
-      !> So many, and about each best a hundred
+      !> Number of samples of the whole interval; a hundred samples are taken about each highest one
       integer(i8), intent(in) :: samples
-      !> The best so far, and where
+      !> The maximum found until now and its instant
       real(wp), intent(inout) :: value
       real(wp), intent(inout) :: time
 
       integer, parameter :: zooms = 10
-      real(wp) :: before, first, here, last, slope, t, width
+      real(wp) :: previous, first, sample, last, slope, t, width
       integer(i8) :: i, count
       integer :: zoom
 
@@ -162,47 +161,47 @@ contains
       last = to
       count = samples
       do zoom = 1, zooms
-         before = value
+         previous = value
          width = (last - first)/real(count, wp)
          do i = 0, count
             t = first + width*real(i, wp)
-            call signal%evaluate(t, here, slope)
-            if (here <= value) cycle
-            value = here
+            call signal%evaluate(t, sample, slope)
+            if (sample <= value) cycle
+            value = sample
             time = t
          end do
-         if (zoom > 2 .and. .not. value - before > peak_tolerance*abs(value)) exit
+         if (zoom > 2 .and. .not. value - previous > peak_tolerance*abs(value)) exit
          first = max(from, time - width)
          last = min(to, time + width)
-         count = looks_of_phase
+         count = phase_evaluations
       end do
-   end subroutine look_ahead
+   end subroutine sample_ahead
 
-   !> What a better peak must reach.
-   elemental function raised(level, scale, looks) result(higher)
-      !> The best so far
+   !> The level that a higher maximum must reach.
+   elemental function raised_level(level, scale, looks) result(higher)
+      !> The maximum found until now
       real(wp), intent(in) :: level
-      !> What counts where that is near zero
+      !> Magnitude that replaces a maximum near zero
       real(wp), intent(in) :: scale
-      !> They tell the tolerance
+      !> The search that has the tolerance
       type(extreme_search_t), intent(in) :: looks
       real(wp) :: higher
 
       higher = level + looks%tolerance*max(abs(level), scale) + tiny(1.0_wp)
-   end function raised
+   end function raised_level
 
-   !> When a signal was last above a level.
+   !> Instant at which a signal was last above a level (its last exceedance).
    subroutine last_time_above(signal, length, level, time, stays_above, from)
-      !> The signal, without a surface that relaxes
+      !> The signal, without a relaxing contact
       class(viewed_signal_t), intent(in) :: signal
       !> Length of the phase
       real(wp), intent(in) :: length
       real(wp), intent(in) :: level
-      !> When, 0: never
+      !> The last exceedance; 0: none
       real(wp), intent(out) :: time
-      !> It is above at the end
+      !> The signal is above the level at the end of the phase
       logical, intent(out) :: stays_above
-      !> What was before matters not; default: all does
+      !> Start of the search; default: the start of the phase
       real(wp), intent(in), optional :: from
 
       class(viewed_signal_t), allocatable :: part

@@ -1,4 +1,4 @@
-!> Two signals as one.
+!> The sum of two signals as one signal.
 module summed_signal
    use certified_search, only: bounds_t, viewed_signal_t
    use kinds, only: wp
@@ -15,8 +15,8 @@ module summed_signal
       procedure :: view
    end type summed_signal_t
 
-   !> More than any bound that says something.
-   real(wp), parameter :: endless = 0.25_wp*huge(1.0_wp)
+   !> Replaces a bound that is unknown, so that sums of bounds do not overflow.
+   real(wp), parameter :: unbounded = 0.25_wp*huge(1.0_wp)
 
 contains
 
@@ -25,54 +25,54 @@ contains
       class(summed_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> s and s'
+      !> Value and slope of the signal
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
-      real(wp) :: more, more_slope
+      real(wp) :: second_value, second_slope
 
       call self%first%evaluate(t, value, slope)
-      call self%second%evaluate(t, more, more_slope)
-      value = value + more
-      slope = slope + more_slope
+      call self%second%evaluate(t, second_value, second_slope)
+      value = value + second_value
+      slope = slope + second_slope
    end subroutine evaluate
 
-   !> Value, slope and bounds of a derivative of the signal at an instant.
+   !> A derivative of the signal at an instant, with bounds that hold from that instant on.
    subroutine find_bounds(self, t, order, here)
       class(summed_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Which derivative, 0: the signal itself
+      !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> What is there
+      !> Values and bounds at the instant
       type(bounds_t), intent(out) :: here
 
-      type(bounds_t) :: one, other
+      type(bounds_t) :: first_bounds, second_bounds
 
-      call self%first%find_bounds(t, order, one)
-      call self%second%find_bounds(t, order, other)
-      here%value = one%value + other%value
-      here%slope = one%slope + other%slope
-      here%curvature = one%curvature + other%curvature
-      here%bound = one%bound + other%bound
-      here%bound_both = one%bound_both + other%bound_both
-      here%bound_jerk = min(one%bound_jerk, endless) + min(other%bound_jerk, endless)
-      here%rounding = one%rounding + other%rounding
-      here%signal = one%signal + other%signal
-      here%signal_rounding = one%signal_rounding + other%signal_rounding
-      here%floor = max(one%floor, -endless) + max(other%floor, -endless)
+      call self%first%find_bounds(t, order, first_bounds)
+      call self%second%find_bounds(t, order, second_bounds)
+      here%value = first_bounds%value + second_bounds%value
+      here%slope = first_bounds%slope + second_bounds%slope
+      here%curvature = first_bounds%curvature + second_bounds%curvature
+      here%bound = first_bounds%bound + second_bounds%bound
+      here%bound_both = first_bounds%bound_both + second_bounds%bound_both
+      here%bound_jerk = min(first_bounds%bound_jerk, unbounded) + min(second_bounds%bound_jerk, unbounded)
+      here%rounding = first_bounds%rounding + second_bounds%rounding
+      here%signal = first_bounds%signal + second_bounds%signal
+      here%signal_rounding = first_bounds%signal_rounding + second_bounds%signal_rounding
+      here%floor = max(first_bounds%floor, -unbounded) + max(second_bounds%floor, -unbounded)
    end subroutine find_bounds
 
-   !> offset + factor times a derivative of the signal, from an instant on.
+   !> The signal offset + factor d(from + t), with d the derivative of the given order of this signal.
    subroutine view(self, from, factor, offset, order, part)
       class(summed_signal_t), intent(in) :: self
-      !> The instant
+      !> Instant that becomes t = 0
       real(wp), intent(in) :: from
       real(wp), intent(in) :: factor
       real(wp), intent(in) :: offset
-      !> 0: the signal itself, 1: its slope
+      !> 0: d is the signal itself, 1: d is its slope
       integer, intent(in) :: order
-      !> The same as a signal
+      !> The new signal
       class(viewed_signal_t), allocatable, intent(out) :: part
 
       type(summed_signal_t), allocatable :: summed
