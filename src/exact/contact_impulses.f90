@@ -107,7 +107,7 @@ contains
          ! the contact that is hit closes; rounding may have made its velocity positive. Another contact in
          ! `comes_to_rest` may open and still take part, because it adds no energy without restitution
          if (k == first) velocity = min(velocity, 0.0_wp)
-         call take_part(k, part_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
+         call take_part(k, role_of(k), velocity, self%states(k)%contact%settings%restitution, struck, n)
       end do
       if (allocated(self%beam%nodal_shape)) then
          associate (shape => self%beam%nodal_shape)
@@ -133,24 +133,24 @@ contains
          associate (state => self%states(struck(a)%contact))
             state%lost_at_impacts = state%lost_at_impacts - struck(a)%energy_change
          end associate
-         call enter_impact(self, struck(a), hop_tolerance, captures, motion, response)
+         call record_outcome(self, struck(a), hop_tolerance, captures, motion, response)
       end do
 
    contains
 
       !> Role of a contact in the impact problem: one of `rebounds`, `comes_to_rest` and `holds`.
-      pure function part_of(k) result(part)
+      pure function role_of(k) result(part)
          integer, intent(in) :: k
          integer :: part
 
          part = rebounds
          if (captures(k)%is_in) part = comes_to_rest
          if (self%states(k)%is_closed) part = holds
-      end function part_of
+      end function role_of
    end subroutine solve_impact
 
    !> Record the outcome of an impact problem at one contact: event, capture, or start of a flight.
-   subroutine enter_impact(self, struck, hop_tolerance, captures, motion, response)
+   subroutine record_outcome(self, struck, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(struck_t), intent(in) :: struck
       real(wp), intent(in) :: hop_tolerance
@@ -167,20 +167,20 @@ contains
          outcome = outcome_of(struck, noise)
          select case (struck%part)
          case (holds)
-            if (outcome == is_pushed) call keep_impulse(event_closed_impulse, struck%before, struck%impulse, &
+            if (outcome == is_pushed) call record_impulse(event_closed_impulse, struck%before, struck%impulse, &
                struck%energy_change)
-            if (outcome == is_thrown_off) call keep_impulse(event_release, struck%before, 0.0_wp, 0.0_wp)
+            if (outcome == is_thrown_off) call record_impulse(event_release, struck%before, 0.0_wp, 0.0_wp)
          case (comes_to_rest)
             capture%velocity = capture%velocity + struck%before
             capture%impulse = capture%impulse + struck%impulse
             capture%energy_change = capture%energy_change + struck%energy_change
             if (outcome == is_thrown_off) then
-               if (capture%impulse > 0.0_wp) call keep_impulse(event_impact, capture%velocity, capture%impulse, &
+               if (capture%impulse > 0.0_wp) call record_impulse(event_impact, capture%velocity, capture%impulse, &
                   capture%energy_change)
                capture = capture_t()
             end if
          case (rebounds)
-            if (outcome /= is_thrown_off) call keep_impulse(event_impact, struck%before, struck%impulse, &
+            if (outcome /= is_thrown_off) call record_impulse(event_impact, struck%before, struck%impulse, &
                struck%energy_change)
             capture%is_in = .not. struck%after > 0.0_wp
             if (outcome == is_hit .and. .not. capture%is_in) outcome = is_thrown_off
@@ -191,7 +191,7 @@ contains
    contains
 
       !> Append an event with its impulse, and add the impulse to the measures.
-      subroutine keep_impulse(kind, before, impulse, energy_change)
+      subroutine record_impulse(kind, before, impulse, energy_change)
          integer, intent(in) :: kind
          real(wp), intent(in) :: before
          real(wp), intent(in) :: impulse
@@ -204,7 +204,7 @@ contains
          event%energy_change = energy_change
          call append_event(response, event)
          if (kind /= event_release) call measure_impulse(motion%observers%measures, struck%contact, motion%tau, impulse)
-      end subroutine keep_impulse
-   end subroutine enter_impact
+      end subroutine record_impulse
+   end subroutine record_outcome
 
 end module contact_impulses

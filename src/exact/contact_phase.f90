@@ -45,7 +45,7 @@ module contact_phase
       real(wp) :: start_energy = 0.0_wp
       !> Histories of each contact, [contacts], and the number of samples recorded in them
       type(contact_record_t), allocatable :: records(:)
-      integer :: kept = 0
+      integer :: recorded = 0
       !> The phase as an interval that observers can evaluate
       type(phase_interval_t) :: interval
       !> State from which the run continues (if `q` is allocated), and after the run its last state; unallocated: not
@@ -80,7 +80,7 @@ contains
          .not. all(self%now%states%is_rigid)) call keep_start(self%now%states, self%interval%at_start)
       self%interval%z_end => self%now%set%state(:, 3)
       self%interval%v_end => self%now%set%state(:, 4)
-      if (keeps_losses(self, motion)) then
+      if (needs_losses(self, motion)) then
          call move_to(self%now, 0.0_wp, self%interval%z_end, self%interval%v_end)
          self%start_energy = sum(modal_energy(self%now%set%constrained%oscillators, self%interval%z_end, &
             self%interval%v_end))
@@ -97,22 +97,22 @@ contains
       real(wp), intent(in) :: limit
 
       type(search_t) :: search
-      logical :: is_told(size(self%now%states))
+      logical :: is_decided(size(self%now%states))
       integer :: ended_by, k
 
       self%search = search_t(outcome=found_none, time=limit)
       if (self%now%longest < limit) self%search = search_t(outcome=found_break, time=self%now%longest)
       self%ended = 0
-      is_told = .not. self%now%states%is_active
+      is_decided = .not. self%now%states%is_active
       if (can_search_rows(self%now)) then
-         call search_contacts(self%now, self%search%time, self%interval%searches, is_told, self%ended, self%ended_by, &
-            self%search%time)
+         call search_contacts(self%now, self%search%time, self%interval%searches, is_decided, self%ended, &
+            self%ended_by, self%search%time)
          if (self%ended > 0) self%search%outcome = found_zero
          ! each evaluation computes the sums of all active contacts
          self%search%evaluations = self%now%path%evaluations*count(self%now%states%is_active)
       end if
       do k = 1, size(self%now%states)
-         if (is_told(k)) cycle
+         if (is_decided(k)) cycle
          call search_contact(self%now, k, self%search%time, search, ended_by)
          self%search%evaluations = self%search%evaluations + search%evaluations
          if (self%ended /= k .or. search%outcome /= found_none) self%interval%searches(k) = search
@@ -126,7 +126,7 @@ contains
          associate (state => self%now%states(k), search => self%interval%searches(k))
             if (.not. state%is_active .or. state%is_closed .or. state%hop_tolerance <= 0.0_wp) cycle
             state%is_low = state%is_low .and. search%greatest < state%hop_tolerance
-            if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call judge_hop(self, k)
+            if (state%is_low .and. .not. search%ceiling < state%hop_tolerance) call check_hop_height(self, k)
          end associate
       end do
       if (self%ended == 0) return
@@ -139,11 +139,11 @@ contains
 
    !> Decide whether the gap of a flight is certain to stay below the hop tolerance during the phase, up to the rounding
    !> error of the gap.
-   subroutine judge_hop(self, k)
+   subroutine check_hop_height(self, k)
       class(contact_phase_t), intent(inout) :: self
       integer, intent(in) :: k
 
-      class(viewed_signal_t), allocatable :: room
+      class(viewed_signal_t), allocatable :: margin
       class(viewed_signal_t), pointer :: gap
       type(search_t) :: rise
       real(wp) :: noise
@@ -151,12 +151,12 @@ contains
       associate (state => self%now%states(k), constrained => self%now%set%constrained)
          call signal_of(self%now, k, whole_gap, gap)
          noise = 4.0_wp*epsilon(1.0_wp)*(abs(constrained%static_gap(k)) + sum(abs(constrained%value(:, k)*self%now%z)))
-         call gap%view(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, room)
-         call first_zero(room, self%search%time, rise)
+         call gap%view(0.0_wp, -1.0_wp, state%hop_tolerance + noise, 0, margin)
+         call first_zero(margin, self%search%time, rise)
          state%is_low = rise%outcome == found_none
          self%search%evaluations = self%search%evaluations + rise%evaluations
       end associate
-   end subroutine judge_hop
+   end subroutine check_hop_height
 
    !> State of the free modes at a time in the phase.
    subroutine go_to(self, time, q, v, node)
@@ -191,30 +191,30 @@ contains
       type(asked_t), intent(in) :: asked
       type(sample_t), intent(inout) :: sample
 
-      real(wp), dimension(size(self%now%z)) :: z, v, alone, alone_rate
+      real(wp), dimension(size(self%now%z)) :: z, v, unforced, unforced_rate
       complex(wp), allocatable :: term(:)
       real(wp) :: gap, rate, total, node(2)
       integer :: k
       logical :: is_constrained
 
-      self%kept = self%kept + 1
+      self%recorded = self%recorded + 1
       call sample_moments(self%interval%moments, time, sample)
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained)
          if (size(set%compliant) > 0) then
             allocate (term, source=terms_at(set%joint, now%amplitude, time))
-            call move_alone(now, time, alone, alone_rate)
+            call move_alone(now, time, unforced, unforced_rate)
          else
             allocate (term(0))
             call next_sample(set%sampler, constrained%oscillators, now%z, now%v, step, time)
-            alone = set%sampler%z
-            alone_rate = set%sampler%v
+            unforced = set%sampler%z
+            unforced_rate = set%sampler%v
          end if
-         z = alone
-         v = alone_rate
+         z = unforced
+         v = unforced_rate
          if (now%loads%count > 0) then
             call find_rows_at(set%forced, now%forced, 1, size(z), time, z, v)
-            z = alone + z
-            v = alone_rate + v
+            z = unforced + z
+            v = unforced_rate + v
          end if
          total = 0.0_wp
          do k = 1, size(now%states)
@@ -226,18 +226,19 @@ contains
                ! the gap is exactly zero, not only to rounding
                if (is_constrained) gap = 0.0_wp
                if (is_constrained) rate = 0.0_wp
-               if (allocated(record%eta)) record%eta(self%kept) = sign*gap
-               if (allocated(record%velocity)) record%velocity(self%kept) = sign*rate
+               if (allocated(record%eta)) record%eta(self%recorded) = sign*gap
+               if (allocated(record%velocity)) record%velocity(self%recorded) = sign*rate
                if (asked%history(force_stop)) then
                   if (set%is_closed(k)) then
                      if (time > 0.0_wp .or. now%states(k)%is_rigid) then
-                        record%force(self%kept) = self%force_scale*force_at(now, k, time, alone, alone_rate, term)
+                        record%force(self%recorded) = self%force_scale*force_at(now, k, time, unforced, unforced_rate, &
+                           term)
                      else
                         ! computed from the state: with large and stiff dampers the sum of the terms loses digits at
                         ! time 0
-                        record%force(self%kept) = self%force_scale*force_in(now%states(k), rate)
+                        record%force(self%recorded) = self%force_scale*force_in(now%states(k), rate)
                      end if
-                     total = total + record%force(self%kept)
+                     total = total + record%force(self%recorded)
                   end if
                end if
                if (k /= now%release_contact) cycle
@@ -255,8 +256,8 @@ contains
             sample%history(velocity_stop) = sum(constrained%tip_value*v)
          end if
          sample%history(force_stop) = total
-         if (asked%energy) call sample_energy(self, time, reshape([z, v, alone, alone_rate], [size(z), 4]), term, &
-            sample)
+         if (asked%energy) call sample_energy(self, time, reshape([z, v, unforced, unforced_rate], [size(z), 4]), &
+            term, sample)
       end associate
    end subroutine take_sample
 
@@ -283,7 +284,7 @@ contains
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) then
                if (allocated(self%records(k)%energy)) then
-                  self%records(k)%dissipated(self%kept) = now%states(k)%lost_at_impacts
+                  self%records(k)%dissipated(self%recorded) = now%states(k)%lost_at_impacts
                end if
                cycle
             end if
@@ -303,8 +304,8 @@ contains
                sample%lost(2) = sample%lost(2) + (state%dissipated - now%states(k)%dissipated)
             end if
             if (.not. allocated(self%records(k)%energy)) cycle
-            self%records(k)%energy(self%kept) = energy_in(state)
-            self%records(k)%dissipated(self%kept) = state%dissipated + state%lost_at_impacts
+            self%records(k)%energy(self%recorded) = energy_in(state)
+            self%records(k)%dissipated(self%recorded) = state%dissipated + state%lost_at_impacts
          end do
       end associate
    end subroutine sample_energy
@@ -343,33 +344,33 @@ contains
       type(motion_t), intent(inout) :: motion
 
       real(wp) :: state(size(self%now%z), 4), lost(1 + size(self%now%set%compliant)), work
-      complex(wp) :: term(self%now%set%joint%count), turn(size(self%now%forced%frequency))
+      complex(wp) :: term(self%now%set%joint%count), phasor(size(self%now%forced%frequency))
       integer :: k, place
 
       associate (now => self%now, set => self%now%set, constrained => self%now%set%constrained, &
          time => self%search%time, &
          ledger => motion%recorder%ledger)
-         turn = turn_of(now%forced%frequency, time)
+         phasor = turn_of(now%forced%frequency, time)
          if (size(set%compliant) > 0) call find_last_terms(set, now%amplitude, time, term)
          ! observers evaluate the state at the end of the phase again
          call keep_state(now, time, term)
          self%interval%z_end(:) = set%last%z
          self%interval%v_end(:) = set%last%v
-         if (now%loads%count > 0) call move_to(now, time, self%interval%z_end, self%interval%v_end, turn)
-         if (keeps_losses(self, motion)) then
+         if (now%loads%count > 0) call move_to(now, time, self%interval%z_end, self%interval%v_end, phasor)
+         if (needs_losses(self, motion)) then
             state = reshape([self%interval%z_end, self%interval%v_end, set%last%z, set%last%v], shape(state))
             call find_losses(self%now, self%interval%at_start, self%start_energy, time, state, term, lost, work)
             ledger%dissipated_beam = ledger%dissipated_beam + lost(1)
             ledger%work = ledger%work + work
          else if (motion%observers%measures%is_wanted) then
-            ledger%work = ledger%work + work_of_loads(now, time, turn, set%last%z, set%last%v)
+            ledger%work = ledger%work + work_of_loads(now, time, phasor, set%last%z, set%last%v)
          end if
          do k = 1, size(now%states)
             if (now%states(k)%is_rigid) cycle
             place = findloc(set%compliant, k, dim=1)
             if (place > 0) then
                call keep_indentation(self%now, place, time, term, now%states(k))
-               if (keeps_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
+               if (needs_losses(self, motion)) now%states(k)%dissipated = now%states(k)%dissipated + lost(1 + place)
                if (self%ended == k) call indent(now%states(k), now%states(k)%depth)
             else
                call leave_behind(constrained%static_gap(k) + sum(constrained%value(:, k)*self%interval%z_end), time, &
@@ -384,14 +385,14 @@ contains
    end subroutine finish_energy_balance
 
    !> Is dissipation computed in this phase? Measures alone require it only if a compliant contact is closed.
-   pure function keeps_losses(self, motion) result(keeps)
+   pure function needs_losses(self, motion) result(needs)
       class(contact_phase_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
-      logical :: keeps
+      logical :: needs
 
-      keeps = motion%recorder%asked%energy .or. (motion%observers%measures%is_wanted .and. &
+      needs = motion%recorder%asked%energy .or. (motion%observers%measures%is_wanted .and. &
          size(self%now%set%compliant) > 0)
-   end function keeps_losses
+   end function needs_losses
 
    !> Project the gap of the contact that ends the phase: a rigid contact penetrated by rounding gets gap zero, a beam
    !> that leaves a compliant contact gets the displacement of that contact. The static shape is used because it needs
@@ -400,18 +401,18 @@ contains
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
 
-      real(wp), parameter :: least = 5.0e-12_wp
-      real(wp) :: dip, force, reached
+      real(wp), parameter :: min_correction = 5.0e-12_wp
+      real(wp) :: correction, force, displacement
 
       if (self%ended == 0) return
       associate (constrained => self%now%set%constrained, state => self%now%states(self%ended))
          if (state%is_rigid .neqv. self%ended_by == end_gap) return
-         reached = sum(constrained%value(:, self%ended)*self%interval%z_end)
-         dip = -state%depth - constrained%static_gap(self%ended) - reached
-         if (state%is_rigid .and. dip < least) return
+         displacement = sum(constrained%value(:, self%ended)*self%interval%z_end)
+         correction = -state%depth - constrained%static_gap(self%ended) - displacement
+         if (state%is_rigid .and. correction < min_correction) return
          associate (shape => moved_by(self%now%set, self%ended, constrained%oscillators%square))
-            force = dip/sum(constrained%value(:, self%ended)*shape)
-            if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(reached + 0.5_wp*dip))
+            force = correction/sum(constrained%value(:, self%ended)*shape)
+            if (state%is_rigid) call charge_event(motion%recorder%ledger, force*(displacement + 0.5_wp*correction))
             self%interval%z_end = self%interval%z_end + shape*force
          end associate
       end associate
@@ -423,7 +424,7 @@ contains
       logical, intent(in) :: is_last
       type(motion_t), intent(inout) :: motion
 
-      integer :: kept
+      integer :: recorded
 
       associate (interval => self%interval, observers => motion%observers)
          if (is_last) call end_variations(self, 0, motion)
@@ -441,10 +442,10 @@ contains
          interval%now => self%now
          if (allocated(interval%moments%place)) interval%places = size(interval%moments%place)
          if (allocated(interval%signals)) deallocate (interval%signals)
-         kept = 0
-         if (allocated(observers%sections)) kept = observers%sections%count
+         recorded = 0
+         if (allocated(observers%sections)) recorded = observers%sections%count
          call observe(observers, interval)
-         if (allocated(observers%sections)) call keep_modes(self%now, motion%tau, self%search%time, kept + 1, &
+         if (allocated(observers%sections)) call keep_modes(self%now, motion%tau, self%search%time, recorded + 1, &
             observers%sections)
       end associate
    end subroutine measure

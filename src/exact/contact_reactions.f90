@@ -17,7 +17,7 @@ module contact_reactions
    public :: find_reactions, leaving_orders, settle_touched
 
    !> Upper bound of sum |q'| of a beam at rest, as a share of 1 + sum |q|, with room for rounding errors.
-   real(wp), parameter :: most_creep = 1.0e-6_wp
+   real(wp), parameter :: max_creep = 1.0e-6_wp
 
    !> Relative rounding error of a sum over the modes.
    real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
@@ -70,108 +70,110 @@ contains
       type(motion_t), intent(in) :: motion
       integer :: order(size(self%reactions%place))
 
-      real(wp), dimension(size(motion%q)) :: jerk, spread
-      logical, dimension(size(order)) :: bears, leaves
+      real(wp), dimension(size(motion%q)) :: jerk, jerk_magnitude
+      logical, dimension(size(order)) :: is_loaded, is_opening
       integer :: a
 
-      call find_sides(self%reactions, bears, leaves)
-      order = merge(2, 0, leaves)
-      if (all(bears .or. leaves)) return
-      call find_jerk(self, motion, self%reactions, jerk, spread)
+      call classify_reactions(self%reactions, is_loaded, is_opening)
+      order = merge(2, 0, is_opening)
+      if (all(is_loaded .or. is_opening)) return
+      call find_jerk(self, motion, self%reactions, jerk, jerk_magnitude)
       do a = 1, size(order)
-         if (bears(a) .or. leaves(a)) cycle
+         if (is_loaded(a) .or. is_opening(a)) cycle
          associate (b => self%beam%value(:, self%reactions%place(a)))
-            if (sum(b*jerk) > rounding*sum(abs(b)*spread)) order(a) = 3
+            if (sum(b*jerk) > rounding*sum(abs(b)*jerk_magnitude)) order(a) = 3
          end associate
       end do
    end function leaving_orders
 
    !> Separate rigid contacts with a positive reaction, those that open with a positive acceleration, and the rest, for
    !> which both vanish.
-   pure subroutine find_sides(reactions, bears, leaves)
+   pure subroutine classify_reactions(reactions, is_loaded, is_opening)
       type(reactions_t), intent(in) :: reactions
-      logical, intent(out) :: bears(:)
-      logical, intent(out) :: leaves(:)
+      logical, intent(out) :: is_loaded(:)
+      logical, intent(out) :: is_opening(:)
 
       integer :: a
 
-      do a = 1, size(bears)
-         bears(a) = reactions%force(a)*reactions%mobility(a, a) > reactions%noise(a)
-         leaves(a) = .not. bears(a) .and. &
+      do a = 1, size(is_loaded)
+         is_loaded(a) = reactions%force(a)*reactions%mobility(a, a) > reactions%noise(a)
+         is_opening(a) = .not. is_loaded(a) .and. &
             reactions%free(a) + sum(reactions%mobility(:, a)*reactions%force) > reactions%noise(a)
       end do
-   end subroutine find_sides
+   end subroutine classify_reactions
 
    !> Rates of change of the modal accelerations. Contacts with a positive reaction stay closed. For contacts with zero
    !> reaction and zero acceleration, the rates of both are complementary. One problem is solved over all these contacts
    !> because the effect of a load on one contact depends on which others stay closed.
-   subroutine find_jerk(self, motion, reactions, jerk, spread)
+   subroutine find_jerk(self, motion, reactions, jerk, jerk_magnitude)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       type(reactions_t), intent(in) :: reactions
       !> Rates of change of the accelerations of the free modes, [modes]
       real(wp), intent(out) :: jerk(:)
       !> Sum of the magnitudes of the summands of each rate, [modes]
-      real(wp), intent(out) :: spread(:)
+      real(wp), intent(out) :: jerk_magnitude(:)
 
-      real(wp) :: moves(size(motion%q))
-      logical, dimension(size(reactions%place)) :: bears, leaves
+      real(wp) :: magnitude(size(motion%q))
+      logical, dimension(size(reactions%place)) :: is_loaded, is_opening
       real(wp), allocatable :: rate(:)
       logical, allocatable :: holds(:)
-      integer, allocatable :: asked(:)
+      integer, allocatable :: undecided(:)
       integer :: a, k
 
       jerk = acceleration_of(self%beam%oscillators, motion%v, reactions%acceleration)
-      moves = spread_of(self, motion, reactions)
+      magnitude = magnitude_of(self, motion, reactions)
       associate (beam => self%beam%oscillators)
-         spread = beam%square*(abs(motion%v) + beam%two_zeta*moves) + beam%mass_rate(:size(moves))*moves
+         jerk_magnitude = beam%square*(abs(motion%v) + beam%two_zeta*magnitude) &
+            + beam%mass_rate(:size(magnitude))*magnitude
       end associate
       if (self%loads%count > 0) then
          jerk = jerk + self%load_rate
-         spread = spread + abs(self%load_rate)
+         jerk_magnitude = jerk_magnitude + abs(self%load_rate)
       end if
       do k = 1, size(self%states)
          associate (state => self%states(k), b => self%beam%value(:, k))
             if (state%is_rigid .or. .not. state%is_closed) cycle
-            associate (yields => -(state%spring%stiffness + state%spring%branch_stiffness) &
+            associate (spring_rate => -(state%spring%stiffness + state%spring%branch_stiffness) &
                *velocity_of(self, k, motion) - state%spring%relaxation_rate*state%branch_force, &
-               damps => state%spring%viscosity)
-               jerk = jerk + b*(yields - damps*sum(b*reactions%acceleration))
-               spread = spread + abs(b)*(abs(yields) + damps*sum(abs(b)*moves))
+               viscosity => state%spring%viscosity)
+               jerk = jerk + b*(spring_rate - viscosity*sum(b*reactions%acceleration))
+               jerk_magnitude = jerk_magnitude + abs(b)*(abs(spring_rate) + viscosity*sum(abs(b)*magnitude))
             end associate
          end associate
       end do
-      call find_sides(reactions, bears, leaves)
-      allocate (asked, source=pack([(a, a=1, size(leaves))], .not. leaves))
-      allocate (rate(size(asked)), holds(size(asked)))
-      associate (b => self%beam%value(:, reactions%place(asked)))
-         call solve_complementarity(reactions%mobility(asked, asked), matmul(jerk, b), rate, holds, bears(asked))
+      call classify_reactions(reactions, is_loaded, is_opening)
+      allocate (undecided, source=pack([(a, a=1, size(is_opening))], .not. is_opening))
+      allocate (rate(size(undecided)), holds(size(undecided)))
+      associate (b => self%beam%value(:, reactions%place(undecided)))
+         call solve_complementarity(reactions%mobility(undecided, undecided), matmul(jerk, b), rate, holds, &
+            is_loaded(undecided))
          jerk = jerk + matmul(b, rate)
-         do a = 1, size(asked)
-            spread = spread + abs(b(:, a)*rate(a))
+         do a = 1, size(undecided)
+            jerk_magnitude = jerk_magnitude + abs(b(:, a)*rate(a))
          end do
       end associate
    end subroutine find_jerk
 
    !> Sum of the magnitudes of the summands of each modal acceleration, [modes].
-   function spread_of(self, motion, reactions) result(spread)
+   function magnitude_of(self, motion, reactions) result(magnitude)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       type(reactions_t), intent(in) :: reactions
-      real(wp) :: spread(size(motion%q))
+      real(wp) :: magnitude(size(motion%q))
 
       integer :: k
 
-      spread = self%beam%oscillators%square*abs(motion%q)
+      magnitude = self%beam%oscillators%square*abs(motion%q)
       do k = 1, size(reactions%place)
-         spread = spread + abs(self%beam%value(:, reactions%place(k)))*reactions%force(k)
+         magnitude = magnitude + abs(self%beam%value(:, reactions%place(k)))*reactions%force(k)
       end do
-      if (self%loads%count > 0) spread = spread + abs(self%load)
+      if (self%loads%count > 0) magnitude = magnitude + abs(self%load)
       do k = 1, size(self%states)
          if (self%states(k)%is_rigid .or. .not. self%states(k)%is_closed) cycle
-         spread = spread + abs(self%beam%value(:, k)*force_of(self, k, motion))
+         magnitude = magnitude + abs(self%beam%value(:, k)*force_of(self, k, motion))
       end do
-   end function spread_of
+   end function magnitude_of
 
    !> Decide for each touched compliant contact (zero gap, zero force) whether it closes, opens or stays touched, and
    !> whether the beam is at rest.
@@ -181,48 +183,48 @@ contains
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      real(wp) :: place, speed
+      real(wp) :: displacements, speeds
       integer :: i
 
       self%is_at_rest = .false.
-      place = 0.0_wp
-      speed = 0.0_wp
-      !$omp simd reduction(+:place, speed)
+      displacements = 0.0_wp
+      speeds = 0.0_wp
+      !$omp simd reduction(+:displacements, speeds)
       do i = 1, size(motion%q)
-         place = place + abs(motion%q(i))
-         speed = speed + abs(motion%v(i))
+         displacements = displacements + abs(motion%q(i))
+         speeds = speeds + abs(motion%v(i))
       end do
-      if (.not. any(self%states%is_touched) .and. speed > most_creep*(1.0_wp + place)) return
-      call ask_touched(self, motion, response)
+      if (.not. any(self%states%is_touched) .and. speeds > max_creep*(1.0_wp + displacements)) return
+      call resolve_touched(self, motion, response)
    end subroutine settle_touched
 
    !> Decide for touched contacts and for rest if any contact is touched or the beam hardly moves.
-   subroutine ask_touched(self, motion, response)
+   subroutine resolve_touched(self, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(motion_t), intent(in) :: motion
       !> Receives the events
       type(response_t), intent(inout) :: response
 
-      real(wp), dimension(size(motion%q)) :: jerk, spread, jerk_spread
+      real(wp), dimension(size(motion%q)) :: jerk, magnitude, jerk_magnitude
       integer :: k
 
       if (self%loads%count > 0) call find_load(self, motion%tau)
       call find_reactions(self, pack([(k, k=1, size(self%states))], self%states%is_rigid .and. self%states%is_closed), &
          motion)
-      spread = spread_of(self, motion, self%reactions)
+      magnitude = magnitude_of(self, motion, self%reactions)
       if (any(self%states%is_touched)) then
-         call find_jerk(self, motion, self%reactions, jerk, jerk_spread)
+         call find_jerk(self, motion, self%reactions, jerk, jerk_magnitude)
          do k = 1, size(self%states)
-            if (self%states(k)%is_touched) call leave_or_press(self, k, motion, reshape([ &
-               self%reactions%acceleration, spread, jerk, jerk_spread], [size(jerk), 4]), response)
+            if (self%states(k)%is_touched) call open_or_close(self, k, motion, reshape([ &
+               self%reactions%acceleration, magnitude, jerk, jerk_magnitude], [size(jerk), 4]), response)
          end do
       end if
-      self%is_at_rest = is_at_rest(self, motion, self%reactions%acceleration, spread)
-   end subroutine ask_touched
+      self%is_at_rest = is_at_rest(self, motion, self%reactions%acceleration, magnitude)
+   end subroutine resolve_touched
 
    !> Close or open a touched compliant contact, or leave it touched: the sign of the first derivative of the gap that
    !> exceeds its rounding error decides.
-   subroutine leave_or_press(self, k, motion, changes, response)
+   subroutine open_or_close(self, k, motion, changes, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
@@ -232,42 +234,42 @@ contains
       !> Receives the event of a closing contact
       type(response_t), intent(inout) :: response
 
-      real(wp) :: push(3), error(3)
+      real(wp) :: derivative(3), error(3)
       integer :: order
 
       associate (b => self%beam%value(:, k), state => self%states(k))
          state%is_touched = gap_of(self, k, motion%q) <= noise_of(self, k, motion)
          if (.not. state%is_touched) return
-         push = [velocity_of(self, k, motion), sum(b*changes(:, 1)), sum(b*changes(:, 3))]
+         derivative = [velocity_of(self, k, motion), sum(b*changes(:, 1)), sum(b*changes(:, 3))]
          error = [speed_noise(self, k, motion), rounding*sum(abs(b)*changes(:, 2)), rounding*sum(abs(b)*changes(:, 4))]
-         order = findloc(abs(push) > error, .true., dim=1)
+         order = findloc(abs(derivative) > error, .true., dim=1)
          if (order == 0) then
             state%start_order = 3
-         else if (push(order) < 0.0_wp) then
+         else if (derivative(order) < 0.0_wp) then
             call close_contact(self, k, order, motion, response)
          else
             state%is_touched = .false.
             state%start_order = order
          end if
       end associate
-   end subroutine leave_or_press
+   end subroutine open_or_close
 
    !> Is the beam at rest until loads change? Velocities and accelerations are then rounding errors, loads are constant,
    !> and no contact is relaxing.
-   function is_at_rest(self, motion, acceleration, spread) result(answer)
+   function is_at_rest(self, motion, acceleration, magnitude) result(answer)
       type(phase_state_t), intent(in) :: self
       type(motion_t), intent(in) :: motion
       !> Accelerations of the free modes, [modes]
       real(wp), intent(in) :: acceleration(:)
       !> Sum of the magnitudes of the summands of each acceleration, [modes]
-      real(wp), intent(in) :: spread(:)
+      real(wp), intent(in) :: magnitude(:)
       logical :: answer
 
       type(load_segment_t) :: segment
       integer :: g, k
 
-      answer = all(abs(acceleration) <= rounding*spread) .and. &
-         all(abs(motion%v)*max(self%beam%oscillators%frequency, 1.0_wp) <= rounding*spread)
+      answer = all(abs(acceleration) <= rounding*magnitude) .and. &
+         all(abs(motion%v)*max(self%beam%oscillators%frequency, 1.0_wp) <= rounding*magnitude)
       do g = 1, self%loads%count
          if (.not. answer) return
          segment = load_segment_at(self%loads%course(g), motion%tau)

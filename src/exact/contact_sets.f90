@@ -61,15 +61,14 @@ module contact_sets
    end type contact_set_t
 
    !> Maximum number and bytes of stored sets; four stops on both sides have 81 sets.
-   integer, parameter :: most_sets = 128
-   real(wp), parameter :: most_bytes = 1.0e8_wp
+   integer, parameter :: max_sets = 128
+   real(wp), parameter :: max_bytes = 1.0e8_wp
 
    type :: set_place_t
       type(contact_set_t), pointer :: set => null()
    end type set_place_t
 
-   !> The sets of a run, stored for the next run with the same beam, damping and stops. If the store is full, the oldest
-   !> sets are deallocated.
+   !> Contact sets, reused by later runs with the same beam, damping and stops. A full store drops its oldest sets.
    type :: set_store_t
       private
       !> Beam and contacts of the present run
@@ -78,12 +77,12 @@ module contact_sets
       type(impedance_t), allocatable :: spring(:)
       !> Number of runs so far
       integer :: run = 0
-      type(set_place_t) :: place(most_sets)
+      type(set_place_t) :: place(max_sets)
       integer :: count = 0
       !> A set that must not be deallocated: stored signals point to its oscillators
       type(contact_set_t), pointer, public :: in_use => null()
    contains
-      final :: empty
+      final :: drop_all
    end type set_store_t
 
 contains
@@ -98,13 +97,13 @@ contains
       type(impedance_t), intent(in) :: spring(:)
       type(set_store_t), intent(inout) :: store
 
-      if (.not. is_alike(store, beam, is_rigid, spring)) then
-         call empty(store)
+      if (.not. is_reusable(store, beam, is_rigid, spring)) then
+         call drop_all(store)
          store%is_rigid = is_rigid
          store%spring = spring
-      else if (.not. is_damped_alike(store%beam, beam)) then
-         if (is_damped_by_mass(store%beam) .or. is_damped_by_mass(beam)) then
-            call empty(store)
+      else if (.not. has_same_damping(store%beam, beam)) then
+         if (has_mass_damping(store%beam) .or. has_mass_damping(beam)) then
+            call drop_all(store)
          else
             call drop_compliant(store)
          end if
@@ -115,7 +114,7 @@ contains
    end subroutine open_sets
 
    !> Can the sets of a store serve these contacts, apart from their heights and the damping of the beam?
-   pure function is_alike(store, beam, is_rigid, spring) result(answer)
+   pure function is_reusable(store, beam, is_rigid, spring) result(answer)
       type(set_store_t), intent(in) :: store
       type(free_beam_t), intent(in) :: beam
       logical, intent(in) :: is_rigid(:)
@@ -135,10 +134,10 @@ contains
             all(is_equal(beam%value, old%value)) .and. all(is_equal(beam%tip_value, old%tip_value)) .and. &
             all(is_equal(beam%tip_sign, old%tip_sign))
       end associate
-   end function is_alike
+   end function is_reusable
 
    !> Have two beams with the same modes the same damping?
-   pure function is_damped_alike(beam, old) result(answer)
+   pure function has_same_damping(beam, old) result(answer)
       type(free_beam_t), intent(in) :: beam
       type(free_beam_t), intent(in) :: old
       logical :: answer
@@ -146,33 +145,33 @@ contains
       answer = is_equal(beam%oscillators%two_zeta, old%oscillators%two_zeta) .and. &
          all(is_equal(beam%oscillators%mass_rate, old%oscillators%mass_rate)) .and. &
          (beam%has_own_rates .eqv. old%has_own_rates)
-   end function is_damped_alike
+   end function has_same_damping
 
    !> Is damping not purely stiffness-proportional? It may then change the order of the modes, and a rigid contact may
    !> have to apply a force instead of being a constraint.
-   pure function is_damped_by_mass(beam) result(answer)
+   pure function has_mass_damping(beam) result(answer)
       type(free_beam_t), intent(in) :: beam
       logical :: answer
 
       answer = beam%has_own_rates .or. any(beam%oscillators%mass_rate > 0.0_wp)
-   end function is_damped_by_mass
+   end function has_mass_damping
 
    !> Deallocate the sets with compliant contacts, because damping changes their terms.
    subroutine drop_compliant(store)
       type(set_store_t), intent(inout) :: store
 
-      integer :: i, kept
+      integer :: i, remaining
 
-      kept = 0
+      remaining = 0
       do i = 1, store%count
          if (size(store%place(i)%set%compliant) > 0) then
             deallocate (store%place(i)%set)
          else
-            kept = kept + 1
-            store%place(kept)%set => store%place(i)%set
+            remaining = remaining + 1
+            store%place(remaining)%set => store%place(i)%set
          end if
       end do
-      store%count = kept
+      store%count = remaining
    end subroutine drop_compliant
 
    !> Are two values equal to the last bit?
@@ -209,7 +208,7 @@ contains
             end if
             call find_static_state(store%beam, set%constrained)
             set%sampler = sampler_t(matrices=step_matrices_t())
-            call find_rest(set)
+            call find_equilibrium(set)
             set%run = store%run
          end if
          return
@@ -235,7 +234,7 @@ contains
          bytes = bytes + bytes_of(store%place(i)%set)
       end do
       first = 1
-      do while (first <= store%count .and. (store%count == most_sets .or. bytes > most_bytes))
+      do while (first <= store%count .and. (store%count == max_sets .or. bytes > max_bytes))
          if (associated(store%place(first)%set, store%in_use)) then
             first = first + 1
             cycle
@@ -261,7 +260,7 @@ contains
    end function bytes_of
 
    !> Deallocate all sets.
-   subroutine empty(store)
+   subroutine drop_all(store)
       type(set_store_t), intent(inout) :: store
 
       integer :: i
@@ -270,7 +269,7 @@ contains
          deallocate (store%place(i)%set)
       end do
       store%count = 0
-   end subroutine empty
+   end subroutine drop_all
 
    subroutine make_set(beam, is_rigid, spring, is_closed, set, error)
       type(free_beam_t), intent(in) :: beam
@@ -305,11 +304,11 @@ contains
                - matmul(constrained%share(:, set%compliant), joint%force(:, m))
          end do
       end associate
-      call find_rest(set)
+      call find_equilibrium(set)
    end subroutine make_set
 
    !> Static equilibrium on compliant contacts, relative to that of the constrained beam.
-   pure subroutine find_rest(set)
+   pure subroutine find_equilibrium(set)
       type(contact_set_t), intent(inout) :: set
 
       if (size(set%compliant) == 0) return
@@ -323,13 +322,12 @@ contains
          set%rest_reaction = constrained%static_force + matmul(constrained%reaction, set%rest) &
             - matmul(constrained%share(:, set%compliant), set%rest_force)
       end associate
-   end subroutine find_rest
+   end subroutine find_equilibrium
 
-   !> Response of the set's modes to a unit force at a contact, each mode divided by its divisor (1: velocities after an
+   !> Response of the set's modes to a unit force at contact k, each mode divided by its divisor (1: velocities after an
    !> impulse, W^2: displacements). Rigid contacts in `compliant` do not move.
    pure function moved_by(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
-      !> The contact
       integer, intent(in) :: k
       !> [modes]
       real(wp), intent(in) :: divisor(:)
@@ -405,7 +403,7 @@ contains
       real(wp), intent(out) :: z(:)
       real(wp), intent(out) :: v(:)
 
-      real(wp), dimension(size(z0)) :: alone, alone_rate
+      real(wp), dimension(size(z0)) :: uncoupled, uncoupled_rate
       complex(wp) :: rate
       integer :: i, m
 
@@ -422,9 +420,9 @@ contains
          end associate
       end do
       if (size(set%joint%inactive) == 0) return
-      call propagate(set%constrained%oscillators, time, z0, v0, alone, alone_rate)
-      z(set%joint%inactive) = alone(set%joint%inactive)
-      v(set%joint%inactive) = alone_rate(set%joint%inactive)
+      call propagate(set%constrained%oscillators, time, z0, v0, uncoupled, uncoupled_rate)
+      z(set%joint%inactive) = uncoupled(set%joint%inactive)
+      v(set%joint%inactive) = uncoupled_rate(set%joint%inactive)
    end subroutine state_of_terms
 
    !> Prepare the power forms, over all pairs of terms, from which dissipation follows.

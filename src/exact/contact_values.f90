@@ -126,28 +126,28 @@ contains
 
    !> Negative acceleration of a gap without a force at this contact: positive if a reaction is needed to keep the gap
    !> at zero.
-   function reaction_demand(self, k, motion, noise) result(pull)
+   function reaction_demand(self, k, motion, noise) result(demand)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       type(motion_t), intent(in) :: motion
       !> Rounding error of the result
       real(wp), intent(out), optional :: noise
-      real(wp) :: pull
+      real(wp) :: demand
 
-      real(wp), allocatable :: others(:)
+      real(wp), allocatable :: compliant(:)
 
       associate (b => self%beam%value(:, k), square => self%beam%oscillators%square, &
          two_zeta => self%beam%oscillators%two_zeta, mass_rate => self%beam%oscillators%mass_rate(:size(motion%q)))
-         pull = sum(b*square*(motion%q + two_zeta*motion%v)) + sum(b*mass_rate*motion%v)
+         demand = sum(b*square*(motion%q + two_zeta*motion%v)) + sum(b*mass_rate*motion%v)
          if (present(noise)) noise = sum(abs(b)*(square*(abs(motion%q) + two_zeta*abs(motion%v)) &
             + mass_rate*abs(motion%v)))
          if (.not. all(self%states%is_rigid)) then
-            allocate (others, source=yielding_forces(self, motion))
-            pull = pull - sum(b*others)
-            if (present(noise)) noise = noise + sum(abs(b*others))
+            allocate (compliant, source=yielding_forces(self, motion))
+            demand = demand - sum(b*compliant)
+            if (present(noise)) noise = noise + sum(abs(b*compliant))
          end if
          if (self%loads%count > 0) then
-            pull = pull - sum(b*self%load)
+            demand = demand - sum(b*self%load)
             if (present(noise)) noise = noise + sum(abs(b*self%load))
          end if
          if (present(noise)) noise = 4.0_wp*epsilon(1.0_wp)*noise

@@ -54,22 +54,22 @@ contains
       !> State from which the run continues, if `q` is allocated; on return the state at the end of the run
       type(section_state_t), intent(inout), optional :: carried
 
-      type(free_modes_t), target :: own
+      type(free_modes_t), target :: own_modes
       type(free_modes_t), allocatable :: chosen
       type(free_modes_t), pointer :: base
       type(mode_check_t) :: check
       type(set_store_t), target :: own_sets
-      type(set_store_t), pointer :: kept
+      type(set_store_t), pointer :: store
       integer :: lowest
 
-      kept => own_sets
-      if (present(sets)) kept => sets
-      base => own
+      store => own_sets
+      if (present(sets)) store => sets
+      base => own_modes
       if (present(shared)) then
          if (allocated(shared%lambda)) base => shared
       end if
       if (.not. allocated(base%lambda)) then
-         call find_base_modes(model, settings, own, error)
+         call find_base_modes(model, settings, own_modes, error)
          if (allocated(error)) return
       end if
       lowest = unknown
@@ -79,14 +79,14 @@ contains
       call choose_modes(model, settings, base, chosen, lowest, check, error)
       if (allocated(error)) return
       if (allocated(chosen)) then
-         call run_in_modes(model, chosen, check%kept, settings, kept, response, error, carried)
+         call run_in_modes(model, chosen, check%kept, settings, store, response, error, carried)
       else
-         call run_in_modes(model, base, check%kept, settings, kept, response, error, carried)
+         call run_in_modes(model, base, check%kept, settings, store, response, error, carried)
       end if
       if (present(carried)) carried%lowest_modes = lowest
       response%mode_check = check
       response%evaluations = response%evaluations + check%evaluations
-      if (associated(base, own)) response%factorisations = response%factorisations + 1
+      if (associated(base, own_modes)) response%factorisations = response%factorisations + 1
    end subroutine exact_response
 
    !> Choose the modes of a run: the smallest number that a comparison with a larger number shows to suffice.
@@ -133,7 +133,7 @@ contains
       if (allocated(error)) return
       if (lowest == 0 .and. size(base%lambda) < check%all_modes .and. &
          takes_few_modes(model%mesh%elements, settings)) then
-         call take_most(model, settings, base, modes, lowest, error)
+         call take_maximum(model, settings, base, modes, lowest, error)
          if (allocated(error)) return
       end if
       check%kept = size(base%lambda)
@@ -147,14 +147,14 @@ contains
       type(free_modes_t), intent(in) :: modes
       logical :: answer
 
-      real(wp), parameter :: least_flexibility = 1.0e-20_wp
+      real(wp), parameter :: min_flexibility = 1.0e-20_wp
 
-      answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < least_flexibility
+      answer = modes%node_flexibility > 0.0_wp .and. modes%node_flexibility < min_flexibility
    end function has_stiff_node
 
    !> Choose the modes if no tried number suffices and `base` does not hold all modes: all modes of the mesh, or the
    !> maximum number of lowest modes if the mesh is too large.
-   subroutine take_most(model, settings, base, modes, lowest, error)
+   subroutine take_maximum(model, settings, base, modes, lowest, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(in) :: base
@@ -171,7 +171,7 @@ contains
          lowest = most_count
          call find_few_modes(model, settings, lowest, modes, error, base)
       end if
-   end subroutine take_most
+   end subroutine take_maximum
 
    !> Try increasing numbers of modes until two trials agree or no further trial can be afforded.
    subroutine try_numbers(model, settings, base, modes, lowest, check, error)
@@ -189,7 +189,7 @@ contains
 
       type(trial_t), allocatable :: fewer, more, enough
       type(trials_t) :: trials
-      type(mode_check_t) :: early, of_enough
+      type(mode_check_t) :: early, enough_check
       integer :: count
 
       lowest = 0
@@ -208,7 +208,7 @@ contains
             if (check%agrees) early = check
             ! agreement up to the first contacts alone is used if no later comparison agrees for longer
             if (check%agrees .or. (early%agrees .and. .not. allocated(enough))) then
-               of_enough = early
+               enough_check = early
                call move_alloc(fewer, enough)
             end if
             if (check%agrees .or. trials%stalled >= most_stalled) exit
@@ -217,9 +217,9 @@ contains
          count = next_count(count)
       end do
       if (.not. allocated(enough)) return
-      of_enough%evaluations = check%evaluations
-      of_enough%work = check%work
-      check = of_enough
+      enough_check%evaluations = check%evaluations
+      enough_check%work = check%work
+      check = enough_check
       lowest = enough%count
       allocate (modes, source=enough%modes)
    end subroutine try_numbers
@@ -257,12 +257,12 @@ contains
    end subroutine try_modes
 
    !> Run with the first `kept` modes.
-   subroutine run_in_modes(model, modes, kept, settings, sets, response, error, carried)
+   subroutine run_in_modes(model, modes, mode_count, settings, sets, response, error, carried)
       type(beam_model_t), intent(in) :: model
       !> Modes of the free beam, shared with other runs
       type(free_modes_t), intent(in) :: modes
       !> Number of modes used, from the first
-      integer, intent(in) :: kept
+      integer, intent(in) :: mode_count
       !> Stop, damping, samples, tolerances, output
       type(run_settings_t), intent(in) :: settings
       type(set_store_t), target, intent(inout) :: sets
@@ -272,17 +272,17 @@ contains
       type(failure_t), allocatable, intent(out) :: error
       type(section_state_t), intent(inout), optional :: carried
 
-      type(free_modes_t) :: few
-      type(run_settings_t) :: ours
+      type(free_modes_t) :: reduced
+      type(run_settings_t) :: reduced_settings
 
-      if (kept == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
+      if (mode_count == size(modes%lambda) .and. .not. allocated(settings%mode_ratios) .and. &
          settings%zeta_mass <= 0.0_wp) then
          call run_among_contacts(model, modes, settings, sets, response, error, carried)
       else
-         few = modes
-         ours = settings
-         call take_modes(kept, few, ours)
-         call run_among_contacts(model, few, ours, sets, response, error, carried)
+         reduced = modes
+         reduced_settings = settings
+         call take_modes(mode_count, reduced, reduced_settings)
+         call run_among_contacts(model, reduced, reduced_settings, sets, response, error, carried)
       end if
    end subroutine run_in_modes
 
@@ -347,14 +347,14 @@ contains
       type(recorder_t), intent(in) :: recorder
       type(response_t), intent(inout) :: response
 
-      integer :: i, kept
+      integer :: i, mode_count
 
-      kept = size(recorder%shape_z, 1)
+      mode_count = size(recorder%shape_z, 1)
       do i = 1, modes%elements
-         response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_z) - height
-         response%shape_slope(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_z)
-         response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :kept), recorder%shape_v)
-         response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :kept), recorder%shape_v)
+         response%shape_displacement(i, :) = matmul(modes%mode(2*i - 1, :mode_count), recorder%shape_z) - height
+         response%shape_slope(i, :) = matmul(modes%mode(2*i, :mode_count), recorder%shape_z)
+         response%shape_velocity(i, :) = matmul(modes%mode(2*i - 1, :mode_count), recorder%shape_v)
+         response%shape_slope_velocity(i, :) = matmul(modes%mode(2*i, :mode_count), recorder%shape_v)
       end do
       associate (node => modes%stop_dof/2 + 1)
          response%shape_displacement(node, :) = response%shape_displacement(node, :) + recorder%shape_node(1, :)
@@ -363,12 +363,12 @@ contains
       response%shape_displacement(0, :) = -height
       associate (dofs => modes%root_dofs)
          if (dofs(1) > 0) then
-            response%shape_displacement(0, :) = matmul(modes%mode(dofs(1), :kept), recorder%shape_z) - height
-            response%shape_velocity(0, :) = matmul(modes%mode(dofs(1), :kept), recorder%shape_v)
+            response%shape_displacement(0, :) = matmul(modes%mode(dofs(1), :mode_count), recorder%shape_z) - height
+            response%shape_velocity(0, :) = matmul(modes%mode(dofs(1), :mode_count), recorder%shape_v)
          end if
          if (dofs(2) > 0) then
-            response%shape_slope(0, :) = matmul(modes%mode(dofs(2), :kept), recorder%shape_z)
-            response%shape_slope_velocity(0, :) = matmul(modes%mode(dofs(2), :kept), recorder%shape_v)
+            response%shape_slope(0, :) = matmul(modes%mode(dofs(2), :mode_count), recorder%shape_z)
+            response%shape_slope_velocity(0, :) = matmul(modes%mode(dofs(2), :mode_count), recorder%shape_v)
          end if
       end associate
    end subroutine fill_shapes

@@ -63,7 +63,7 @@ contains
       associate (beam => phase%now%beam, now => phase%now)
          now%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
          call make_beam(model, modes, settings, contacts, beam)
-         if (has_loads(settings)) call take_loads(model, modes, settings, now)
+         if (has_loads(settings)) call set_up_loads(model, modes, settings, now)
          if (allocated(response%moments)) call make_moments(model, modes, settings, contacts, now%loads, &
             phase%interval%moments)
          allocate (now%states(size(contacts)), phase%interval%searches(size(contacts)), &
@@ -75,15 +75,16 @@ contains
          end do
          rest = 0.0_wp
          rest_energy = no_rest
-         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_rest(now, is_active, rest, rest_energy)
-         if (goes_on(phase)) then
+         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_equilibrium(now, is_active, rest, &
+            rest_energy)
+         if (is_continued(phase)) then
             allocate (motion%q, source=phase%carried%q)
             allocate (motion%v, source=phase%carried%v)
             call put_state(phase%carried, now)
             allocate (response%starts_closed(size(contacts)))
             response%starts_closed(contacts%number) = phase%carried%is_closed
          else
-            call begin_anew(model, modes, settings, is_active, now, motion, error)
+            call set_initial_state(model, modes, settings, is_active, now, motion, error)
             if (allocated(error)) return
          end if
          response%initial_energy = 0.5_wp*sum(beam%oscillators%square*motion%q**2 + motion%v**2) &
@@ -93,7 +94,7 @@ contains
          call open_accumulator(.false., response%initial_energy, 0.0_wp, rest_energy, settings%height_ratio, &
             motion%observers%measures%of(0)%accumulator)
          do k = 1, size(contacts)
-            if (now%states(k)%is_node) call free_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
+            if (now%states(k)%is_node) call release_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
                motion%recorder%ledger)
             ! a contact that cannot be reached with the initial energy is inactive
             now%states(k)%is_active = is_active(k) .and. (now%loads%count > 0 .or. -beam%height(k) <= 1.001_wp &
@@ -107,11 +108,11 @@ contains
          phase%force_scale = settings%height_ratio
          phase%hop_tolerance = settings%response%hop_tolerance
       end associate
-      call begin(settings, phase, motion, response)
+      call start_motion(settings, phase, motion, response)
    end subroutine start_exact
 
    !> Open the observers, and find the contacts closed at the start.
-   subroutine begin(settings, phase, motion, response)
+   subroutine start_motion(settings, phase, motion, response)
       type(run_settings_t), intent(in) :: settings
       type(contact_phase_t), intent(inout) :: phase
       type(motion_t), intent(inout) :: motion
@@ -123,25 +124,25 @@ contains
          if (settings%poincare%wants_exponent .and. .not. allocated(motion%tangent)) call start_variation(phase%now, &
             motion%observers%sections, motion%tangent)
       end if
-      if (goes_on(phase)) then
+      if (is_continued(phase)) then
          call resume(phase%now, motion, response)
       else
          call begin_contacts_at_start(phase%now, settings%response%hop_tolerance, motion, response)
       end if
       call observe_events(motion%observers, response)
-   end subroutine begin
+   end subroutine start_motion
 
    !> Does the run continue an earlier motion?
-   pure function goes_on(phase)
+   pure function is_continued(phase)
       type(contact_phase_t), intent(in) :: phase
-      logical :: goes_on
+      logical :: is_continued
 
-      goes_on = .false.
-      if (allocated(phase%carried)) goes_on = allocated(phase%carried%q)
-   end function goes_on
+      is_continued = .false.
+      if (allocated(phase%carried)) is_continued = allocated(phase%carried%q)
+   end function is_continued
 
    !> Set the initial state given in &start, with the contacts that support the beam.
-   subroutine begin_anew(model, modes, settings, is_active, now, motion, error)
+   subroutine set_initial_state(model, modes, settings, is_active, now, motion, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
@@ -167,10 +168,10 @@ contains
                /(sum(now%beam%value(:, k)**2/now%beam%oscillators%square) + node_flexibility(state))
          end associate
       end do
-   end subroutine begin_anew
+   end subroutine set_initial_state
 
    !> Move an undamped massless node at once to the displacement of the modes, or onto the stop.
-   pure subroutine free_node(gap, state, ledger)
+   pure subroutine release_node(gap, state, ledger)
       !> Distance of the modal displacement from the stop
       real(wp), intent(in) :: gap
       type(contact_state_t), intent(inout) :: state
@@ -184,7 +185,7 @@ contains
       state%depth = max(0.0_wp, -gap)
       state%is_deformed = state%depth > 0.0_wp
       ledger%dissipated_beam = ledger%dissipated_beam + (before - energy_in(state))
-   end subroutine free_node
+   end subroutine release_node
 
    !> Start one variation of the state, whose growth is recorded at the sections.
    subroutine start_variation(now, sections, tangent)
@@ -203,7 +204,7 @@ contains
    end subroutine start_variation
 
    !> Set up the applied loads in the free modes.
-   subroutine take_loads(model, modes, settings, now)
+   subroutine set_up_loads(model, modes, settings, now)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(run_settings_t), intent(in) :: settings
@@ -213,7 +214,7 @@ contains
       allocate (now%loads%mode, source=matmul(transpose(modes%mode), now%loads%vector))
       allocate (now%load(size(modes%square)), now%load_rate(size(modes%square)))
       call find_load(now, 0.0_wp)
-   end subroutine take_loads
+   end subroutine set_up_loads
 
    !> Set up the beam and its contacts in the free modes.
    pure subroutine make_beam(model, modes, settings, contacts, beam)
@@ -244,7 +245,7 @@ contains
    end subroutine make_beam
 
    !> Static equilibrium without loads: contact forces and energy, in the modes of the motion.
-   pure subroutine find_rest(now, is_active, force, energy)
+   pure subroutine find_equilibrium(now, is_active, force, energy)
       type(phase_state_t), intent(in) :: now
       !> Active contacts, [contacts]
       logical, intent(in) :: is_active(:)
@@ -253,7 +254,7 @@ contains
       real(wp), intent(out) :: energy
 
       real(wp) :: compliance(size(is_active), size(is_active))
-      logical :: carries(size(is_active))
+      logical :: is_loaded(size(is_active))
       integer :: j, k
 
       do k = 1, size(is_active)
@@ -262,9 +263,9 @@ contains
          end do
          if (.not. now%states(k)%is_rigid) compliance(k, k) = compliance(k, k) + 1.0_wp/now%states(k)%spring%stiffness
       end do
-      call solve_complementarity(compliance, merge(-now%beam%height, huge(1.0_wp), is_active), force, carries)
+      call solve_complementarity(compliance, merge(-now%beam%height, huge(1.0_wp), is_active), force, is_loaded)
       energy = 0.5_wp*dot_product(force, now%beam%height)
-   end subroutine find_rest
+   end subroutine find_equilibrium
 
 
    !> Store contact records and measures in the response, contacts in the order of the input file.

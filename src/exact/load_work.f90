@@ -15,90 +15,90 @@ module load_work
 contains
 
    !> Work of all loads from the start of the phase to a time.
-   function work_of_loads(self, time, turn, z, v) result(work)
+   function work_of_loads(self, time, phasor, z, v) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
-      complex(wp), intent(in) :: turn(:)
+      complex(wp), intent(in) :: phasor(:)
       !> Homogeneous part (without the load response) of the state of the constrained modes at that time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
       real(wp) :: work
 
-      real(wp) :: alone(size(z))
+      real(wp) :: uncoupled(size(z))
 
       work = 0.0_wp
       if (self%loads%count == 0 .or. .not. time > 0.0_wp) return
-      work = work_on_driven_motion(self, time, turn)
-      alone = 1.0_wp
+      work = work_on_load_response(self, time, phasor)
+      uncoupled = 1.0_wp
       if (size(self%set%compliant) > 0) then
          work = work + work_on_terms(self, time)
-         alone = 0.0_wp
-         alone(self%set%joint%inactive) = 1.0_wp
+         uncoupled = 0.0_wp
+         uncoupled(self%set%joint%inactive) = 1.0_wp
       end if
-      call add_modes(self, alone, time, turn, z, v, work)
+      call add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
    end function work_of_loads
 
    !> Add the work on modes in free vibration, z'' + 2 a z' + W^2 z = 0: the integral of z is -(z' + 2 a z)/W^2, that of
    !> exp(s t) z' is exp(s t)(s z' + W^2 z)/(s^2 - 2 a s + W^2). If these forms would lose digits by cancellation, the
    !> closed form of a mode driven from rest is used.
-   pure subroutine add_modes(self, alone, time, turn, z, v, work)
+   pure subroutine add_uncoupled_modes(self, uncoupled, time, phasor, z, v, work)
       type(phase_state_t), intent(in) :: self
       !> 1: the mode vibrates freely, 0: it is coupled to compliant contacts, [modes]
-      real(wp), contiguous, intent(in) :: alone(:)
+      real(wp), contiguous, intent(in) :: uncoupled(:)
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
-      complex(wp), intent(in) :: turn(:)
+      complex(wp), intent(in) :: phasor(:)
       !> Homogeneous part of the state at that time, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
       real(wp), intent(inout) :: work
 
-      type(load_segment_t) :: steady, turning
-      logical :: has_driven, is_steady, turns
+      type(load_segment_t) :: ramp, harmonic_part
+      logical :: has_driven, has_ramp, has_harmonic
       integer :: g, m
 
       has_driven = size(self%set%forced%driven) > 0
       associate (set => self%set%forced, oscillators => self%set%constrained%oscillators, &
          segment => self%forced%segment)
          do g = 1, self%loads%count
-            is_steady = abs(segment(g)%constant) + abs(segment(g)%slope) > 0.0_wp
-            turns = swings(segment(g)%harmonic)
-            if (turns) work = work + work_of_harmonic(segment(g), turn(self%loads%harmonic(g)), alone, &
+            has_ramp = abs(segment(g)%constant) + abs(segment(g)%slope) > 0.0_wp
+            has_harmonic = is_nonzero(segment(g)%harmonic)
+            if (has_harmonic) work = work + work_of_harmonic(segment(g), phasor(self%loads%harmonic(g)), uncoupled, &
                oscillators%square, set%backward(:, g), self%z, self%v, z, v)
-            if (.not. (is_steady .or. has_driven)) cycle
-            steady = segment(g)
-            steady%harmonic = 0.0_wp
-            turning = load_segment_t(harmonic=segment(g)%harmonic, frequency=segment(g)%frequency)
+            if (.not. (has_ramp .or. has_driven)) cycle
+            ramp = segment(g)
+            ramp%harmonic = 0.0_wp
+            harmonic_part = load_segment_t(harmonic=segment(g)%harmonic, frequency=segment(g)%frequency)
             do m = 1, size(z)
-               if (.not. alone(m) > 0.0_wp) cycle
+               if (.not. uncoupled(m) > 0.0_wp) cycle
                associate (load => set%load(m, g), square => oscillators%square(m), &
                   is_slow => has_driven .and. is_driven(self, m, by_constant, 0))
                   if (is_slow) work = work + load*work_on_free_motion(make_driven_mode(oscillators, m), &
-                     [self%z(m), self%v(m)], steady, time)
-                  if (has_driven .and. turns) then
+                     [self%z(m), self%v(m)], ramp, time)
+                  if (has_driven .and. has_harmonic) then
                      if (is_driven(self, m, by_harmonic, g)) work = work &
-                        + load*work_on_free_motion(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], turning, &
-                        time)
+                        + load*work_on_free_motion(make_driven_mode(oscillators, m), [self%z(m), self%v(m)], &
+                        harmonic_part, time)
                   end if
-                  if (is_steady .and. .not. is_slow) then
-                     work = work + load*steady%constant*(z(m) - self%z(m))
-                     if (abs(steady%slope) > 0.0_wp) work = work + load*steady%slope*(time*z(m) + (v(m) - self%v(m) &
+                  if (has_ramp .and. .not. is_slow) then
+                     work = work + load*ramp%constant*(z(m) - self%z(m))
+                     if (abs(ramp%slope) > 0.0_wp) work = work + load*ramp%slope*(time*z(m) + (v(m) - self%v(m) &
                         + (oscillators%two_zeta*square + oscillators%mass_rate(m))*(z(m) - self%z(m)))/square)
                   end if
                end associate
             end do
          end do
       end associate
-   end subroutine add_modes
+   end subroutine add_uncoupled_modes
 
    !> Work of a harmonic load on modes in free vibration.
-   pure function work_of_harmonic(load, turn, alone, square, backward, z0, v0, z, v) result(work)
+   pure function work_of_harmonic(load, phasor, uncoupled, square, backward, z0, v0, z, v) result(work)
       type(load_segment_t), intent(in) :: load
       !> exp(i W t) of the load
-      complex(wp), intent(in) :: turn
+      complex(wp), intent(in) :: phasor
       !> 1: the mode vibrates freely, 0: it is coupled to compliant contacts, [modes]
-      real(wp), contiguous, intent(in) :: alone(:)
+      real(wp), contiguous, intent(in) :: uncoupled(:)
       !> W^2, [modes]
       real(wp), contiguous, intent(in) :: square(:)
       !> `unit_responses_t%backward` of the load, zero for modes driven from rest, [modes]
@@ -114,15 +114,15 @@ contains
       real(wp) :: cosine, even, odd, real_part, sine, imaginary_part
       integer :: i
 
-      cosine = real(turn, wp)
-      sine = aimag(turn)
+      cosine = real(phasor, wp)
+      sine = aimag(phasor)
       real_part = 0.0_wp
       imaginary_part = 0.0_wp
       !$omp simd reduction(+:real_part, imaginary_part) private(even, odd)
       do i = 1, size(z)
          associate (p => square(i)*z(i), r => load%frequency*v(i))
-            even = alone(i)*(p*cosine - r*sine - square(i)*z0(i))
-            odd = alone(i)*(p*sine + r*cosine - load%frequency*v0(i))
+            even = uncoupled(i)*(p*cosine - r*sine - square(i)*z0(i))
+            odd = uncoupled(i)*(p*sine + r*cosine - load%frequency*v0(i))
          end associate
          real_part = real_part + (real(backward(i), wp)*even - aimag(backward(i))*odd)
          imaginary_part = imaginary_part + (real(backward(i), wp)*odd + aimag(backward(i))*even)
@@ -131,12 +131,12 @@ contains
    end function work_of_harmonic
 
    !> Is the amplitude of a harmonic nonzero?
-   elemental function swings(harmonic) result(does)
+   elemental function is_nonzero(harmonic) result(does)
       complex(wp), intent(in) :: harmonic
       logical :: does
 
       does = abs(real(harmonic, wp)) + abs(aimag(harmonic)) > 0.0_wp
-   end function swings
+   end function is_nonzero
 
    !> Is a mode driven from rest by this part of a load?
    pure function is_driven(self, mode, part, load) result(is)
@@ -159,12 +159,12 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: work
 
-      complex(wp) :: rate, s, turn(self%loads%count)
+      complex(wp) :: rate, s, phasor(self%loads%count)
       complex(wp), dimension(self%set%joint%count) :: power
       integer :: g, m
 
       work = 0.0_wp
-      turn = exp(cmplx(0.0_wp, self%forced%segment%frequency*time, wp))
+      phasor = exp(cmplx(0.0_wp, self%forced%segment%frequency*time, wp))
       power = (1.0_wp, 0.0_wp)
       associate (load => self%set%forced%term_load, joint => self%set%joint, segment => self%forced%segment)
          power = terms_at(joint, power, time)
@@ -177,9 +177,9 @@ contains
                      - integral(s, time, power(m)))), wp)
                end if
                if (abs(segment(g)%harmonic) <= 0.0_wp) cycle
-               associate (turning => cmplx(0.0_wp, segment(g)%frequency, wp), c => segment(g)%harmonic)
-                  work = work + 0.5_wp*real(s*rate*(c*integral(s + turning, time, power(m)*turn(g)) &
-                     + conjg(c)*integral(s - turning, time, power(m)*conjg(turn(g)))), wp)
+               associate (sigma => cmplx(0.0_wp, segment(g)%frequency, wp), c => segment(g)%harmonic)
+                  work = work + 0.5_wp*real(s*rate*(c*integral(s + sigma, time, power(m)*phasor(g)) &
+                     + conjg(c)*integral(s - sigma, time, power(m)*conjg(phasor(g)))), wp)
                end associate
             end do
          end do
@@ -187,15 +187,15 @@ contains
    end function work_on_terms
 
    !> Work of all loads on the load response itself.
-   pure function work_on_driven_motion(self, time, turn) result(work)
+   pure function work_on_load_response(self, time, phasor) result(work)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       !> exp(i W t), [harmonics]
-      complex(wp), intent(in) :: turn(:)
+      complex(wp), intent(in) :: phasor(:)
       real(wp) :: work
 
       integer :: g, i, m
-      complex(wp) :: own, row
+      complex(wp) :: own_phasor, row
 
       work = 0.0_wp
       associate (set => self%set%forced, forced => self%forced)
@@ -204,35 +204,36 @@ contains
                work = work + set%load(set%driven(forced%pair(i))%mode, g)*work_on(forced%mode(i), forced%segment(g), &
                   time)
             end do
-            own = (1.0_wp, 0.0_wp)
-            if (self%loads%harmonic(g) > 0) own = turn(self%loads%harmonic(g))
+            own_phasor = (1.0_wp, 0.0_wp)
+            if (self%loads%harmonic(g) > 0) own_phasor = phasor(self%loads%harmonic(g))
             associate (segment => forced%segment(g))
                work = work + forced%slope(set%at%loads + g)*(segment%constant + 0.5_wp*segment%slope*time)*time
-               if (swings(segment%harmonic) .and. abs(forced%slope(set%at%loads + g)) > 0.0_wp) then
+               if (is_nonzero(segment%harmonic) .and. abs(forced%slope(set%at%loads + g)) > 0.0_wp) then
                   associate (s => cmplx(0.0_wp, segment%frequency, wp))
-                     work = work + forced%slope(set%at%loads + g)*real(segment%harmonic*integral(s, time, own), wp)
+                     work = work + forced%slope(set%at%loads + g)*real(segment%harmonic*integral(s, time, own_phasor), &
+                        wp)
                   end associate
                end if
                do m = 1, size(forced%frequency)
                   row = forced%harmonic(set%at%loads + g, m)
-                  if (swings(row)) work = work + work_on_harmonic(segment, own, row, forced%frequency(m), &
-                     turn(m), time)
+                  if (is_nonzero(row)) work = work + work_on_harmonic(segment, own_phasor, row, forced%frequency(m), &
+                     phasor(m), time)
                end do
             end associate
          end do
       end associate
-   end function work_on_driven_motion
+   end function work_on_load_response
 
    !> Work of a load on a point whose displacement is Re(row exp(i w t)).
-   pure function work_on_harmonic(load, own, row, w, turn, time) result(work)
+   pure function work_on_harmonic(load, own_phasor, row, w, phasor, time) result(work)
       type(load_segment_t), intent(in) :: load
       !> exp(i W t) of the load's own harmonic
-      complex(wp), intent(in) :: own
+      complex(wp), intent(in) :: own_phasor
       !> Complex amplitude of the displacement
       complex(wp), intent(in) :: row
       real(wp), intent(in) :: w
       !> exp(i w t)
-      complex(wp), intent(in) :: turn
+      complex(wp), intent(in) :: phasor
       real(wp), intent(in) :: time
       real(wp) :: work
 
@@ -240,12 +241,12 @@ contains
 
       s = cmplx(0.0_wp, w, wp)
       work = 0.0_wp
-      if (abs(load%constant) > 0.0_wp) work = load%constant*real(row*(turn - 1.0_wp), wp)
-      if (abs(load%slope) > 0.0_wp) work = work + load%slope*real(row*(time*turn - integral(s, time, turn)), wp)
-      if (.not. swings(load%harmonic)) return
-      associate (up => cmplx(0.0_wp, w + load%frequency, wp), down => cmplx(0.0_wp, w - load%frequency, wp))
-         work = work + 0.5_wp*real(s*row*(load%harmonic*integral(up, time, turn*own) &
-            + conjg(load%harmonic)*integral(down, time, turn*conjg(own))), wp)
+      if (abs(load%constant) > 0.0_wp) work = load%constant*real(row*(phasor - 1.0_wp), wp)
+      if (abs(load%slope) > 0.0_wp) work = work + load%slope*real(row*(time*phasor - integral(s, time, phasor)), wp)
+      if (.not. is_nonzero(load%harmonic)) return
+      associate (plus => cmplx(0.0_wp, w + load%frequency, wp), minus => cmplx(0.0_wp, w - load%frequency, wp))
+         work = work + 0.5_wp*real(s*row*(load%harmonic*integral(plus, time, phasor*own_phasor) &
+            + conjg(load%harmonic)*integral(minus, time, phasor*conjg(own_phasor))), wp)
       end associate
    end function work_on_harmonic
 

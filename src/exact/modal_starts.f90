@@ -20,7 +20,7 @@ module modal_starts
    real(wp), parameter :: tolerance = 1.0e-10_wp
 
    !> Maximum number of contacts of which all subsets are tried as supports of a beam with a slow mode.
-   integer, parameter :: most_carrying = 12
+   integer, parameter :: max_supports = 12
 
    !> The beam in its free modes, as a flexible body under static contact forces.
    type, extends(flexible_beam_t) :: modal_beam_t
@@ -33,12 +33,12 @@ module modal_starts
 contains
 
    !> Find the initial state of the free modes and the contact forces.
-   subroutine find_modal_start(model, modes, start, several, is_active, q, v, forces, error)
+   subroutine find_modal_start(model, modes, start, phase, is_active, q, v, forces, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(in) :: modes
       type(start_settings_t), intent(in) :: start
       !> The beam, its contacts and the loads on it
-      type(phase_state_t), intent(in) :: several
+      type(phase_state_t), intent(in) :: phase
       !> Contacts that are active (not shadowed by another contact), [contacts]
       logical, intent(in) :: is_active(:)
       !> Modal displacements and velocities, [modes]
@@ -54,17 +54,17 @@ contains
 
       allocate (q(size(modes%square)), v(size(modes%square)), source=0.0_wp)
       forces = 0.0_wp
-      beam%row = several%beam%value
-      beam%square = several%beam%oscillators%square
+      beam%row = phase%beam%value
+      beam%square = phase%beam%oscillators%square
       select case (start%kind)
       case (start_release)
-         associate (b => several%beam%value(:, several%release_contact), square => several%beam%oscillators%square)
-            q(:) = (1.0_wp + several%beam%height(several%release_contact))*b &
-               /(square*(sum(b**2/square) + node_flexibility(several%states(several%release_contact))))
+         associate (b => phase%beam%value(:, phase%release_contact), square => phase%beam%oscillators%square)
+            q(:) = (1.0_wp + phase%beam%height(phase%release_contact))*b &
+               /(square*(sum(b**2/square) + node_flexibility(phase%states(phase%release_contact))))
          end associate
       case (start_balance)
-         call find_balance(several, beam, is_active, q, forces, error)
-         if (is_mechanism(model)) call check_balance(several, forces, error)
+         call find_balance(phase, beam, is_active, q, forces, error)
+         if (is_mechanism(model)) call check_balance(phase, forces, error)
       case (start_velocity, start_drop, start_mode, start_table)
          if (is_in_mode(start)) then
             associate (tip => modes%mode(modes%tip_dof, start%mode))
@@ -78,8 +78,8 @@ contains
          end if
       end select
       ! for a release the start was checked before the modes were found
-      if (start%kind /= start_release) call check_start(beam, several%states%contact, forces, q, error)
-      if (.not. allocated(error)) call move_onto_contacts(beam, several%states%contact, is_active, forces, q, error)
+      if (start%kind /= start_release) call check_start(beam, phase%states%contact, forces, q, error)
+      if (.not. allocated(error)) call move_onto_contacts(beam, phase%states%contact, is_active, forces, q, error)
    end subroutine find_modal_start
 
    !> Flexibility of a massless node at a stop; 0: there is none.
@@ -92,8 +92,8 @@ contains
    end function node_flexibility
 
    !> Static equilibrium under the loads at tau = 0 with unilateral contact forces.
-   subroutine find_balance(several, beam, is_active, q, forces, error)
-      type(phase_state_t), intent(in) :: several
+   subroutine find_balance(phase, beam, is_active, q, forces, error)
+      type(phase_state_t), intent(in) :: phase
       type(modal_beam_t), intent(in) :: beam
       logical, intent(in) :: is_active(:)
       !> [modes]
@@ -107,14 +107,14 @@ contains
       integer :: k
 
       load = 0.0_wp
-      if (several%loads%count > 0) load = matmul(several%loads%mode, value_at(several%loads%course, 0.0_wp))
+      if (phase%loads%count > 0) load = matmul(phase%loads%mode, value_at(phase%loads%course, 0.0_wp))
       if (any(beam%square < slow**2)) then
          place = pack([(k, k=1, size(is_active))], is_active)
-         call find_slow_balance(several, place, load, q, forces)
+         call find_slow_balance(phase, place, load, q, forces)
          return
       end if
       q = load/beam%square
-      call carry(beam, several%states%contact, is_active, q, forces, error)
+      call carry(beam, phase%states%contact, is_active, q, forces, error)
    end subroutine find_balance
 
    !> Report an error if a beam that rotates freely about its root is supported by no contact.
@@ -147,8 +147,8 @@ contains
    !> Static equilibrium if the flexibility of a slow mode exceeds the others by orders of magnitude. All subsets of
    !> contacts are tried, and the subset with the smallest violation is used: tension in a contact of the subset, or
    !> penetration of another contact.
-   subroutine find_slow_balance(several, place, load, q, forces)
-      type(phase_state_t), intent(in) :: several
+   subroutine find_slow_balance(phase, place, load, q, forces)
+      type(phase_state_t), intent(in) :: phase
       !> Contacts that can support the beam
       integer, intent(in) :: place(:)
       !> [modes]
@@ -158,33 +158,33 @@ contains
       !> [contacts]
       real(wp), intent(inout) :: forces(:)
 
-      complex(wp), allocatable :: flexibility(:), push(:)
+      complex(wp), allocatable :: flexibility(:), contact_force(:)
       complex(wp) :: z(size(load))
-      real(wp) :: gap(size(place)), least, miss
-      integer, allocatable :: among(:)
-      integer :: k, set
+      real(wp) :: gap(size(place)), min_violation, violation
+      integer, allocatable :: subset(:)
+      integer :: k, choice
 
-      least = huge(1.0_wp)
-      associate (beam => several%beam)
-         do set = 0, 2**min(size(place), most_carrying) - 1
-            among = pack([(k, k=1, size(place))], [(btest(set, k - 1), k=1, size(place))])
-            flexibility = [(cmplx(flexibility_of(place(among(k))), 0.0_wp, wp), k=1, size(among))]
-            allocate (push(size(among)))
-            call find_point_forces(cmplx(beam%oscillators%square, 0.0_wp, wp), beam%value(:, place(among)), &
-               flexibility, cmplx(load, 0.0_wp, wp), cmplx(beam%height(place(among)), 0.0_wp, wp), push, z)
+      min_violation = huge(1.0_wp)
+      associate (beam => phase%beam)
+         do choice = 0, 2**min(size(place), max_supports) - 1
+            subset = pack([(k, k=1, size(place))], [(btest(choice, k - 1), k=1, size(place))])
+            flexibility = [(cmplx(flexibility_of(place(subset(k))), 0.0_wp, wp), k=1, size(subset))]
+            allocate (contact_force(size(subset)))
+            call find_point_forces(cmplx(beam%oscillators%square, 0.0_wp, wp), beam%value(:, place(subset)), &
+               flexibility, cmplx(load, 0.0_wp, wp), cmplx(beam%height(place(subset)), 0.0_wp, wp), contact_force, z)
             gap = matmul(real(z, wp), beam%value(:, place)) - beam%height(place)
-            gap(among) = 0.0_wp
+            gap(subset) = 0.0_wp
             ! violation: the maximum of relative tension and relative penetration
-            miss = max(0.0_wp, -minval([real(push, wp), 0.0_wp])/(sum(abs(push)) + tiny(1.0_wp)), &
-               -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
-            if (miss < least) then
-               least = miss
+            violation = max(0.0_wp, -minval([real(contact_force, wp), 0.0_wp])/(sum(abs(contact_force)) &
+               + tiny(1.0_wp)), -minval([gap, 0.0_wp])/(maxval(abs(beam%height(place))) + 1.0_wp))
+            if (violation < min_violation) then
+               min_violation = violation
                q = real(z, wp)
                forces = 0.0_wp
-               forces(place(among)) = max(real(push, wp), 0.0_wp)
+               forces(place(subset)) = max(real(contact_force, wp), 0.0_wp)
             end if
-            deallocate (push)
-            if (least <= tolerance) exit
+            deallocate (contact_force)
+            if (min_violation <= tolerance) exit
          end do
       end associate
 
@@ -196,7 +196,7 @@ contains
          real(wp) :: value
 
          value = 0.0_wp
-         if (.not. several%states(k)%is_rigid) value = 1.0_wp/several%states(k)%spring%stiffness
+         if (.not. phase%states(k)%is_rigid) value = 1.0_wp/phase%states(k)%spring%stiffness
       end function flexibility_of
    end subroutine find_slow_balance
 

@@ -129,7 +129,7 @@ contains
          ! the rotation about a pinned root causes no moment
          where (constrained%oscillators%square <= rigid_square) weight = 0.0_wp
          if (size(now%set%compliant) > 0) then
-            call find_compliant(now, static, weight, of_forces(now, mass, contact), signal)
+            call make_compliant_signal(now, static, weight, force_moments(now, mass, contact), signal)
          else
             allocate (modal)
             call make_modal_signal(constrained%oscillators, static, weight, modal)
@@ -139,14 +139,14 @@ contains
          end if
       end associate
       if (now%loads%count == 0) return
-      call find_terms(now, weight, of_forces(now, mass, moments%contact(:, p)), moments%load(:, p) &
+      call find_load_terms(now, weight, force_moments(now, mass, moments%contact(:, p)), moments%load(:, p) &
          + matmul(mass, now%set%forced%load) - matmul(moments%contact(now%set%constrained%closed, p), &
          now%set%forced%share), terms)
       call add_terms(terms, now%longest, signal)
    end subroutine find_signal
 
    !> Moment per unit of the force of each contact in `compliant`, [compliant].
-   pure function of_forces(now, mass, contact) result(moment)
+   pure function force_moments(now, mass, contact) result(moment)
       type(phase_state_t), intent(in) :: now
       !> Moment per unit of force on the constrained modes, [modes]
       real(wp), intent(in) :: mass(:)
@@ -162,58 +162,59 @@ contains
                - sum(contact(constrained%closed)*constrained%share(:, compliant(m)))
          end do
       end associate
-   end function of_forces
+   end function force_moments
 
    !> The moment with closed compliant contacts, without the load response.
-   subroutine find_compliant(now, static, weight, of_force, signal)
+   subroutine make_compliant_signal(now, static, weight, force_moment, signal)
       type(phase_state_t), intent(in) :: now
       !> Static moment with rigid contacts alone
       real(wp), intent(in) :: static
       !> Moment per unit of constrained mode, [modes]
       real(wp), intent(in) :: weight(:)
       !> Moment per unit of the force of each compliant contact, [compliant]
-      real(wp), intent(in) :: of_force(:)
+      real(wp), intent(in) :: force_moment(:)
       class(viewed_signal_t), allocatable, intent(out) :: signal
 
       type(exponential_signal_t), allocatable :: exponential
-      type(summed_signal_t), allocatable :: whole
-      type(modal_signal_t), allocatable :: alone
-      real(wp) :: own(size(weight))
+      type(summed_signal_t), allocatable :: total
+      type(modal_signal_t), allocatable :: uncoupled
+      real(wp) :: uncoupled_weight(size(weight))
       integer :: m
 
       associate (set => now%set, joint => now%set%joint, oscillators => now%set%constrained%oscillators)
          allocate (exponential)
-         exponential%offset = static + sum(weight*set%rest) + sum(of_force*set%rest_force)
+         exponential%offset = static + sum(weight*set%rest) + sum(force_moment*set%rest_force)
          allocate (exponential%exponent, source=joint%exponent)
          allocate (exponential%amplitude, source=[(now%amplitude(m)*((1.0_wp + oscillators%two_zeta &
-            *joint%exponent(m))*sum(weight*joint%shape(:, m)) + sum(of_force*joint%force(:, m))), m=1, joint%count)])
+            *joint%exponent(m))*sum(weight*joint%shape(:, m)) + sum(force_moment*joint%force(:, m))), m=1, &
+            joint%count)])
          if (size(joint%inactive) == 0) then
             call move_alloc(exponential, signal)
             return
          end if
          ! modes with nodes at all compliant contacts are uncoupled
-         own = 0.0_wp
-         own(joint%inactive) = weight(joint%inactive)
-         allocate (alone)
-         call make_modal_signal(oscillators, 0.0_wp, own, alone)
-         alone%is_viscous = .true.
-         call ready_reaction(now%z, now%v, alone)
-         allocate (whole)
-         call move_alloc(exponential, whole%first)
-         call move_alloc(alone, whole%second)
-         call move_alloc(whole, signal)
+         uncoupled_weight = 0.0_wp
+         uncoupled_weight(joint%inactive) = weight(joint%inactive)
+         allocate (uncoupled)
+         call make_modal_signal(oscillators, 0.0_wp, uncoupled_weight, uncoupled)
+         uncoupled%is_viscous = .true.
+         call ready_reaction(now%z, now%v, uncoupled)
+         allocate (total)
+         call move_alloc(exponential, total%first)
+         call move_alloc(uncoupled, total%second)
+         call move_alloc(total, signal)
       end associate
-   end subroutine find_compliant
+   end subroutine make_compliant_signal
 
    !> Find the contribution of the load response to the moment.
-   pure subroutine find_terms(now, weight, of_force, of_load, terms)
+   pure subroutine find_load_terms(now, weight, force_moment, load_moment, terms)
       type(phase_state_t), intent(in) :: now
       !> Moment per unit of constrained mode, [modes]
       real(wp), intent(in) :: weight(:)
       !> Moment per unit of the force of each compliant contact, [compliant]
-      real(wp), intent(in) :: of_force(:)
+      real(wp), intent(in) :: force_moment(:)
       !> Moment per unit of each load, without that of the modes, [loads]
-      real(wp), intent(in) :: of_load(:)
+      real(wp), intent(in) :: load_moment(:)
       type(driven_terms_t), intent(out) :: terms
 
       complex(wp) :: s
@@ -222,21 +223,21 @@ contains
       associate (set => now%set, at => now%set%forced%at, forced => now%forced, &
          two_zeta => now%set%constrained%oscillators%two_zeta)
          associate (modes => forced%constant(at%modes + 1:at%gaps), slopes => forced%slope(at%modes + 1:at%gaps))
-            terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(of_load*forced%segment%constant) &
-               + sum(of_force*forced%constant(at%forces + set%compliant))
-            terms%slope = sum(weight*slopes) + sum(of_load*forced%segment%slope) &
-               + sum(of_force*forced%slope(at%forces + set%compliant))
+            terms%constant = sum(weight*(modes + two_zeta*slopes)) + sum(load_moment*forced%segment%constant) &
+               + sum(force_moment*forced%constant(at%forces + set%compliant))
+            terms%slope = sum(weight*slopes) + sum(load_moment*forced%segment%slope) &
+               + sum(force_moment*forced%slope(at%forces + set%compliant))
          end associate
          allocate (terms%frequency, source=forced%frequency)
          allocate (terms%harmonic(size(forced%frequency)))
          do m = 1, size(forced%frequency)
             s = cmplx(0.0_wp, forced%frequency(m), wp)
             terms%harmonic(m) = (1.0_wp + two_zeta*s)*sum(weight*forced%harmonic(at%modes + 1:at%gaps, m)) &
-               + sum(of_force*forced%harmonic(at%forces + set%compliant, m))
+               + sum(force_moment*forced%harmonic(at%forces + set%compliant, m))
          end do
          do g = 1, now%loads%count
             m = now%loads%harmonic(g)
-            if (m > 0) terms%harmonic(m) = terms%harmonic(m) + of_load(g)*forced%segment(g)%harmonic
+            if (m > 0) terms%harmonic(m) = terms%harmonic(m) + load_moment(g)*forced%segment(g)%harmonic
          end do
          terms%modes = size(forced%pair)
          if (terms%modes == 0) return
@@ -244,6 +245,6 @@ contains
          allocate (terms%share, source=[(weight(set%forced%driven(forced%pair(i))%mode), i=1, size(forced%pair))])
          allocate (terms%share_of_rate, source=two_zeta*terms%share)
       end associate
-   end subroutine find_terms
+   end subroutine find_load_terms
 
 end module moment_signals

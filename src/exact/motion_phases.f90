@@ -42,11 +42,11 @@ module motion_phases
    contains
       procedure(begin_interface), deferred :: begin
       procedure(find_end_interface), deferred :: find_end
-      procedure(go_to_interface), deferred :: go_to
+      procedure(state_interface), deferred :: go_to
       procedure(sample_interface), deferred :: take_sample
       procedure(finish_interface), deferred :: finish
       procedure(measure_interface), deferred :: measure
-      procedure(follow_interface), deferred :: follow
+      procedure(transition_interface), deferred :: follow
    end type phase_t
 
    abstract interface
@@ -68,7 +68,7 @@ module motion_phases
       end subroutine find_end_interface
 
       !> State of the free modes at a time in the phase.
-      subroutine go_to_interface(self, time, q, v, node)
+      subroutine state_interface(self, time, q, v, node)
          import :: phase_t, wp
          implicit none (type, external)
          class(phase_t), intent(in) :: self
@@ -79,7 +79,7 @@ module motion_phases
          real(wp), intent(out) :: v(:)
          !> Displacement and velocity of a massless node at the stop, relative to the modes
          real(wp), optional, intent(out) :: node(2)
-      end subroutine go_to_interface
+      end subroutine state_interface
 
       !> Compute the next sample; samples are requested in order, at equal steps.
       subroutine sample_interface(self, time, step, asked, sample)
@@ -117,14 +117,14 @@ module motion_phases
       end subroutine measure_interface
 
       !> Apply the transition at the end of the phase.
-      subroutine follow_interface(self, motion, response)
+      subroutine transition_interface(self, motion, response)
          import :: motion_t, phase_t, response_t
          implicit none (type, external)
          class(phase_t), intent(inout) :: self
          type(motion_t), intent(inout) :: motion
          !> Receives the events
          type(response_t), intent(inout) :: response
-      end subroutine follow_interface
+      end subroutine transition_interface
    end interface
 
 contains
@@ -160,11 +160,11 @@ contains
       end if
       call tell_reach(motion%tau, settings%duration)
       call phase%follow(motion, response)
-      call watch_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
+      call check_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
    end subroutine advance
 
    !> Report an error if there are too many events, or events without progress in time.
-   subroutine watch_events(events, limit, standstill, tau, error)
+   subroutine check_events(events, limit, standstill, tau, error)
       !> Number of events so far, and its maximum
       integer, intent(in) :: events
       integer, intent(in) :: limit
@@ -184,7 +184,7 @@ contains
          call fail(error, status_run_failed, 'the motion does not advance beyond tau = '//to_text(tau)// &
             ': events follow each other within the rounding error of time'//remedy)
       end if
-   end subroutine watch_events
+   end subroutine check_events
 
    !> Record the samples and shapes of a phase.
    subroutine record_phase(phase, is_last, motion, response)
@@ -197,16 +197,16 @@ contains
 
       type(sample_t) :: sample
       real(wp), allocatable :: q(:), v(:)
-      real(wp) :: node(2), to
+      real(wp) :: node(2), end_tau
 
       associate (recorder => motion%recorder)
-         to = motion%tau + phase%search%time
-         do while (shape_due(recorder, to, is_last))
+         end_tau = motion%tau + phase%search%time
+         do while (shape_due(recorder, end_tau, is_last))
             if (.not. allocated(q)) allocate (q(size(motion%q)), v(size(motion%v)))
             call phase%go_to(recorder%shape_tau(recorder%next_shape) - motion%tau, q, v, node)
             call keep_shape(recorder, q, v, node)
          end do
-         do while (samples_before(recorder, to, is_last))
+         do while (samples_before(recorder, end_tau, is_last))
             call phase%take_sample(max(next_sample_time(recorder) - motion%tau, 0.0_wp), recorder%step, &
                recorder%asked, sample)
             recorder%next = recorder%next + 1

@@ -33,11 +33,11 @@ contains
       signals%offset(n + 1) = self%set%constrained%static_tip
       if (size(self%set%compliant) > 0) then
          call add_terms(self, places, closed, signals)
-         call add_swings(self, length, self%set%joint%inactive, places, closed, signals)
+         call add_mode_terms(self, length, self%set%joint%inactive, places, closed, signals)
       else
-         call add_swings(self, length, [(n, n=1, self%set%constrained%count)], places, closed, signals)
+         call add_mode_terms(self, length, [(n, n=1, self%set%constrained%count)], places, closed, signals)
       end if
-      if (self%loads%count > 0) call add_drives(self, places, closed, signals)
+      if (self%loads%count > 0) call add_load_response(self, places, closed, signals)
    end subroutine find_signals
 
    !> Add the exponential terms of the motion with compliant contacts.
@@ -69,7 +69,7 @@ contains
    end subroutine add_terms
 
    !> Add modes that vibrate freely, and their responses to loads from rest.
-   subroutine add_swings(self, length, modes, places, closed, signals)
+   subroutine add_mode_terms(self, length, modes, places, closed, signals)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: length
       integer, intent(in) :: modes(:)
@@ -87,7 +87,7 @@ contains
       n = size(places)
       do j = 1, size(modes)
          call find_mode_terms(self%set%constrained%oscillators, modes(j), [self%z(modes(j)), self%v(modes(j))], &
-            drives_of(self, modes(j)), length, terms(j))
+            forced_motions_of(self, modes(j)), length, terms(j))
       end do
       last = size(signals%exponent)
       shared = 0
@@ -107,9 +107,9 @@ contains
             signals%offset = signals%offset + matmul(share, terms(j)%offset)
             signals%slope = signals%slope + matmul(share, terms(j)%slope)
             slow = slow + matmul(share, terms(j)%slow(:, :shared))
-            associate (own => size(terms(j)%exponent))
-               amplitude(:, last + 1:last + own) = matmul(share, terms(j)%amplitude)
-               last = last + own
+            associate (added => size(terms(j)%exponent))
+               amplitude(:, last + 1:last + added) = matmul(share, terms(j)%amplitude)
+               last = last + added
             end associate
          end do
          if (size(self%set%compliant) == 0) signals%offset(n + 2:) = signals%offset(n + 2:) &
@@ -117,10 +117,10 @@ contains
       end associate
       call move_alloc(exponent, signals%exponent)
       call move_alloc(amplitude, signals%amplitude)
-   end subroutine add_swings
+   end subroutine add_mode_terms
 
    !> Forced responses from rest in one mode.
-   pure function drives_of(self, mode) result(driven_motions)
+   pure function forced_motions_of(self, mode) result(driven_motions)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: mode
       type(driven_mode_t), allocatable :: driven_motions(:)
@@ -132,10 +132,10 @@ contains
       associate (driven => self%set%forced%driven, forced => self%forced)
          driven_motions = pack(forced%mode, [(driven(forced%pair(k))%mode == mode, k=1, size(forced%pair))])
       end associate
-   end function drives_of
+   end function forced_motions_of
 
    !> Add the load response without the modes that are driven from rest.
-   subroutine add_drives(self, places, closed, signals)
+   subroutine add_load_response(self, places, closed, signals)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: places(:)
       integer, intent(in) :: closed(:)
@@ -155,6 +155,6 @@ contains
          signals%exponent = [signals%exponent, cmplx(0.0_wp, forced%frequency, wp)]
       end associate
       call move_alloc(amplitude, signals%amplitude)
-   end subroutine add_drives
+   end subroutine add_load_response
 
 end module phase_integrals

@@ -192,11 +192,11 @@ contains
 
       class(viewed_signal_t), allocatable, target :: part
       class(viewed_signal_t), pointer :: signal
-      real(wp) :: seen, threshold
-      logical :: is_bare, is_certain, is_whole
+      real(wp) :: known_max, threshold
+      logical :: is_unscaled, is_certain, is_whole
 
       is_whole = .not. (stretch(1) > 0.0_wp .or. stretch(2) < self%length)
-      is_bare = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp)
+      is_unscaled = .not. (abs(row%factor - 1.0_wp) > 0.0_wp .or. abs(row%offset) > 0.0_wp)
       peak%still_rises = .false.
       threshold = known
       if (is_on_path(self%now, self%length, row)) then
@@ -207,9 +207,9 @@ contains
          return
       end if
       ! no value is known yet; half of `huge` leaves room for the factor
-      seen = -0.5_wp*huge(1.0_wp)
+      known_max = -0.5_wp*huge(1.0_wp)
       call find_signal(self, row, signal)
-      if (is_whole .and. is_bare .and. row%scale < 0.0_wp .and. row%number <= self%contacts) then
+      if (is_whole .and. is_unscaled .and. row%scale < 0.0_wp .and. row%number <= self%contacts) then
          if (has_history(self, row%number) .and. .not. self%is_last) then
             call find_peak(signal, self%now%history, is_certain, peak%value, peak%time)
             peak%is_found = is_certain .and. peak%value > known
@@ -219,11 +219,11 @@ contains
       if (is_whole .and. row%number > self%tip_row() .and. row%number <= self%force_row(self%contacts)) then
          associate (search => self%searches(row%number - self%tip_row()))
             ! values found after the end of the phase, which another contact ended, do not count
-            if (search%time <= self%length) seen = search%greatest
+            if (search%time <= self%length) known_max = search%greatest
          end associate
-         threshold = max(threshold, seen*(1.0_wp + peak_tolerance))
+         threshold = max(threshold, known_max*(1.0_wp + peak_tolerance))
       end if
-      if (stretch(1) > 0.0_wp .or. .not. is_bare) then
+      if (stretch(1) > 0.0_wp .or. .not. is_unscaled) then
          call signal%view(stretch(1), row%factor, row%offset, 0, part)
          signal => part
       end if
@@ -235,9 +235,9 @@ contains
             peak%time, row%scale, peak%looks)
       end if
       peak%time = stretch(1) + peak%time
-      if (peak%is_found .or. .not. seen*(1.0_wp + peak_tolerance) > known) return
+      if (peak%is_found .or. .not. known_max*(1.0_wp + peak_tolerance) > known) return
       peak%is_found = .true.
-      peak%value = seen
+      peak%value = known_max
    end subroutine seek_peak
 
    !> Store the gap as a curve. The set to which the curve points is protected from deallocation.
@@ -441,7 +441,7 @@ contains
       real(wp), intent(in) :: time
       real(wp) :: impulse
 
-      real(wp) :: here(0:1)
+      real(wp) :: mode_state(0:1)
       integer :: i, row
 
       associate (set => self%set%forced, forced => self%forced)
@@ -453,9 +453,9 @@ contains
             end associate
          end do
          do i = 1, size(forced%pair)
-            here = driven_mode_at(forced%mode(i), time, 1)
+            mode_state = driven_mode_at(forced%mode(i), time, 1)
             associate (pair => set%driven(forced%pair(i)))
-               impulse = impulse + pair%row_of_rate(row)*here(0) + pair%row(row)*integral_of(forced%mode(i), time)
+               impulse = impulse + pair%row_of_rate(row)*mode_state(0) + pair%row(row)*integral_of(forced%mode(i), time)
             end associate
          end do
       end associate

@@ -16,7 +16,7 @@ module phase_losses
 contains
 
    !> Load response of the force, the indentation and the branch force of a contact at a time in the phase.
-   pure function driven_part(self, k, time) result(part)
+   pure function load_response_of(self, k, time) result(part)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
@@ -29,7 +29,7 @@ contains
             forced_at(set, forced, set%at%depths + k, set%at%depths + k, time, 0), &
             forced_at(set, forced, set%at%branches + k, set%at%branches + k, time, 0)]
       end associate
-   end function driven_part
+   end function load_response_of
 
    !> Force of a closed contact at a time in the phase.
    function force_at(now, k, time, z, v, term) result(force)
@@ -48,7 +48,7 @@ contains
       integer :: place
 
       associate (set => now%set, constrained => now%set%constrained)
-         part = driven_part(now, k, time)
+         part = load_response_of(now, k, time)
          force = part(1)
          place = findloc(set%compliant, k, dim=1)
          if (place > 0) then
@@ -119,7 +119,7 @@ contains
       real(wp) :: part(3)
 
       associate (set => self%set)
-         part = driven_part(self, set%compliant(place), time)
+         part = load_response_of(self, set%compliant(place), time)
          state%depth = set%rest_force(place)/state%spring%stiffness &
             + sum(real(set%joint%indentation(place, :)*term, wp)) + part(2)
          state%branch_force = sum(real(set%joint%branch(place, :)*term, wp)) + part(3)

@@ -15,11 +15,12 @@ module phase_rows
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row
 
-   !> Relative difference of the two exponents of a mode below which their amplitudes become too large.
-   real(wp), parameter :: least_spread = 0.02_wp
+   !> Half the difference of the two exponents of a mode, as a share of its frequency, below which their amplitudes
+   !> become too large.
+   real(wp), parameter :: min_spread = 0.02_wp
    !> Range of |s|, in units of the first natural frequency, in which the powers of s are representable.
-   real(wp), parameter :: lowest_frequency = 1.0e-3_wp
-   real(wp), parameter :: greatest_speed = 1.0e20_wp
+   real(wp), parameter :: min_frequency = 1.0e-3_wp
+   real(wp), parameter :: max_frequency = 1.0e20_wp
 
 contains
 
@@ -50,7 +51,7 @@ contains
          set%has_rows = .true.
          allocate (exponent, source=exponents_of(self))
          set%motion_terms = size(exponent)
-         set%can_search_rows = .not. is_hard(self, exponent)
+         set%can_search_rows = .not. is_unsuitable(self, exponent)
          if (.not. set%can_search_rows) return
          exponent = [exponent, cmplx(0.0_wp, self%loads%frequencies, wp)]
          set%gap_row = [(0, k=1, n)]
@@ -93,32 +94,33 @@ contains
          exponent = self%set%joint%exponent
       else
          associate (oscillators => self%set%constrained%oscillators)
-            associate (n => oscillators%count, swinging => oscillators%oscillating)
-               exponent = [cmplx(-oscillators%decay(:n), [oscillators%spread(:swinging), &
-                  0.0_wp*oscillators%spread(swinging + 1:n)], wp), &
-                  cmplx(-oscillators%decay(swinging + 1:n) - 2.0_wp*oscillators%spread(swinging + 1:n), 0.0_wp, wp)]
+            associate (n => oscillators%count, underdamped => oscillators%oscillating)
+               exponent = [cmplx(-oscillators%decay(:n), [oscillators%spread(:underdamped), &
+                  0.0_wp*oscillators%spread(underdamped + 1:n)], wp), &
+                  cmplx(-oscillators%decay(underdamped + 1:n) - 2.0_wp*oscillators%spread(underdamped + 1:n), 0.0_wp, &
+                  wp)]
             end associate
          end associate
       end if
    end function exponents_of
 
    !> Are the exponents unsuitable because amplitudes or bounds would become too large?
-   pure function is_hard(self, exponent) result(is)
+   pure function is_unsuitable(self, exponent) result(is)
       type(phase_state_t), intent(in) :: self
       complex(wp), intent(in) :: exponent(:)
       logical :: is
 
       is = size(exponent) == 0
       if (is) return
-      is = any(abs(exponent) > greatest_speed) .or. any(abs(exponent) < lowest_frequency)
+      is = any(abs(exponent) > max_frequency) .or. any(abs(exponent) < min_frequency)
       if (size(self%set%compliant) > 0) then
          is = is .or. size(self%set%joint%inactive) > 0
       else
          associate (oscillators => self%set%constrained%oscillators)
-            is = is .or. any(oscillators%spread(:oscillators%count) < least_spread*oscillators%frequency)
+            is = is .or. any(oscillators%spread(:oscillators%count) < min_spread*oscillators%frequency)
          end associate
       end if
-   end function is_hard
+   end function is_unsuitable
 
    !> Coefficients of an output row per unit amplitude of each term.
    pure function coefficients_of(self, k, kind) result(coefficient)
@@ -241,16 +243,16 @@ contains
       type(row_signal_t) :: signal
 
       type(impedance_t) :: spring
-      integer :: of_loads
+      integer :: load_row
       real(wp) :: factor, of_rate
 
       associate (set => self%set, constrained => self%set%constrained)
-         of_loads = 0
+         load_row = 0
          if (kind == whole_tip) then
             signal%row = set%tip_row
             signal%offset = constrained%static_tip
             if (size(set%compliant) > 0) signal%offset = signal%offset + sum(constrained%tip_value*set%rest)
-            if (self%loads%count > 0) of_loads = set%forced%at%tip + 1
+            if (self%loads%count > 0) load_row = set%forced%at%tip + 1
          else if (kind == end_force .and. set%force_row(k) > 0) then
             signal%row = set%force_row(k)
             if (size(set%compliant) == 0) then
@@ -260,17 +262,17 @@ contains
             else
                signal%offset = set%rest_reaction(findloc(constrained%closed, k, dim=1))
             end if
-            if (self%loads%count > 0) of_loads = set%forced%at%forces + k
+            if (self%loads%count > 0) load_row = set%forced%at%forces + k
          else
             signal%row = set%gap_row(k)
             signal%factor = set%gap_sign(k)
             signal%offset = constrained%static_gap(k)
             if (size(set%compliant) > 0) signal%offset = set%rest_gap(k)
-            if (self%loads%count > 0) of_loads = set%forced%at%gaps + k
+            if (self%loads%count > 0) load_row = set%forced%at%gaps + k
          end if
-         if (of_loads > 0) then
-            signal%offset = signal%offset + self%forced%constant(of_loads)
-            signal%slope = self%forced%slope(of_loads)
+         if (load_row > 0) then
+            signal%offset = signal%offset + self%forced%constant(load_row)
+            signal%slope = self%forced%slope(load_row)
          end if
          if (kind == end_gap .or. kind == whole_gap .or. kind == whole_tip) return
          if (kind == end_force .and. set%force_row(k) > 0) return
@@ -289,13 +291,13 @@ contains
    end function row_signal
 
    !> Find the contact that ends the phase first. Contacts that cannot be decided here must be searched one by one.
-   subroutine search_contacts(self, limit, searches, is_told, ended, ended_by, time)
+   subroutine search_contacts(self, limit, searches, is_decided, ended, ended_by, time)
       type(phase_state_t), intent(inout) :: self
       !> Time at which the search ends
       real(wp), intent(in) :: limit
       !> Result for each contact, [contacts]
       type(search_t), intent(inout) :: searches(:)
-      logical, intent(out) :: is_told(:)
+      logical, intent(out) :: is_decided(:)
       !> Index of the contact that ends the phase, 0: none, and one of the `end_` constants
       integer, intent(out) :: ended
       integer, intent(out) :: ended_by
@@ -340,9 +342,9 @@ contains
             time = limit
          end if
       end if
-      is_told = .true.
+      is_decided = .true.
       do k = 1, n
-         is_told(contact(k)) = is_told(contact(k)) .and. signals(k)%is_sure
+         is_decided(contact(k)) = is_decided(contact(k)) .and. signals(k)%is_sure
          if (kind(k) == end_undeformed) cycle
          searches(contact(k)) = search_t(outcome=found_none, time=time, greatest=signals(k)%greatest, &
             rounding=signals(k)%rounding, ceiling=signals(k)%ceiling)

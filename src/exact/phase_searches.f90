@@ -55,7 +55,7 @@ contains
          end if
          call first_zero(signal, limit, search, self%history)
          self%history_of = 0
-         if (ended_by == end_gap) call own_history(self, k, search)
+         if (ended_by == end_gap) call assign_history(self, k, search)
          if (.not. state%is_deformed) return
          call signal_of(self, k, end_undeformed, signal)
          signal%start_order = start_of(signal, 0)
@@ -77,13 +77,13 @@ contains
 
       class(viewed_signal_t), allocatable :: raised
       integer(i8) :: before
-      real(wp) :: least
+      real(wp) :: error
 
       call first_zero(force, limit, search)
-      least = 64.0_wp*search%rounding
-      if (search%outcome == found_none .or. search%greatest > least) return
+      error = 64.0_wp*search%rounding
+      if (search%outcome == found_none .or. search%greatest > error) return
       before = search%evaluations
-      call force%view(0.0_wp, 1.0_wp, least, 0, raised)
+      call force%view(0.0_wp, 1.0_wp, error, 0, raised)
       call first_zero(raised, limit, search)
       search%evaluations = search%evaluations + before
    end subroutine search_force
@@ -108,7 +108,7 @@ contains
          if (self%loads%count == 0) then
             gap%start_order = start_of(gap, state%start_order)
             call gap%find_zero(limit, search, self%history)
-            call own_history(self, k, search)
+            call assign_history(self, k, search)
             return
          end if
          if (state%start_order == 1 .and. size(forced%pair) == 0) then
@@ -126,13 +126,13 @@ contains
             driven%start_order = start_of(driven, state%start_order)
             call first_zero(driven, limit, search, self%history)
          end associate
-         call own_history(self, k, search)
+         call assign_history(self, k, search)
       end associate
    end subroutine search_gap
 
    !> Attribute the search history to a contact if its search ends the phase. Any other search has overwritten the
    !> history, which then belongs to no contact.
-   pure subroutine own_history(self, k, search)
+   pure subroutine assign_history(self, k, search)
       type(phase_state_t), intent(inout) :: self
       !> The contact whose gap was searched
       integer, intent(in) :: k
@@ -140,6 +140,6 @@ contains
 
       self%history_of = 0
       if (search%outcome == found_zero .and. self%states(k)%is_rigid) self%history_of = k
-   end subroutine own_history
+   end subroutine assign_history
 
 end module phase_searches

@@ -1,5 +1,4 @@
-!> A beam with any number of contacts in the present phase: the set of closed contacts, the state of its modes, and the
-!> signals that end the phase (docs/theory.md, section 17).
+!> The present phase of a beam: closed contacts, modal state, and signals that end it (docs/theory.md, section 17).
 module phase_state
    use applied_loads, only: applied_loads_t
    use certified_search, only: search_history_t, viewed_signal_t
@@ -24,9 +23,8 @@ module phase_state
    public :: move_alone, free_state, force_terms, ready_reaction
    public :: end_gap, end_force, end_undeformed, end_renewed_contact, whole_gap, whole_tip
 
-   !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed one, and of an unloaded but
-   !> deformed contact with spring and damper its indentation or the negative of the force that renewed contact would
-   !> have.
+   !> Signals that end a phase by a zero: the gap of an open contact, the force of a closed contact, the indentation of
+   !> an unloaded but deformed contact, and the negative of the force that such a contact would have if closed.
    integer, parameter :: end_gap = 1
    integer, parameter :: end_force = 2
    integer, parameter :: end_undeformed = 3
@@ -102,10 +100,9 @@ contains
       end do
    end subroutine open_store
 
-   !> Start a phase with the set of contacts that are closed now.
+   !> Start a phase at time tau with the set of contacts that are closed now.
    subroutine take_over(self, tau, q, v, is_new, error)
       type(phase_state_t), target, intent(inout) :: self
-      !> Start of the phase
       real(wp), intent(in) :: tau
       !> State in the free modes, [free modes]
       real(wp), contiguous, intent(in) :: q(:)
@@ -129,7 +126,7 @@ contains
       self%set%last%time = -1.0_wp
       associate (constrained => self%set%constrained, joint => self%set%joint, compliant => self%set%compliant)
          call to_constrained_modes(self%beam, constrained, q, v, self%z, self%v)
-         if (self%loads%count > 0) call begin_drive(self, tau, is_new)
+         if (self%loads%count > 0) call start_load_response(self, tau, is_new)
          if (size(compliant) > 0) then
             depth = self%states%depth
             branch_force = self%states%branch_force
@@ -174,7 +171,7 @@ contains
    end subroutine find_load
 
    !> Start the load response of a phase, and subtract it from the initial state: the homogeneous part remains.
-   subroutine begin_drive(self, tau, is_new)
+   subroutine start_load_response(self, tau, is_new)
       type(phase_state_t), intent(inout) :: self
       real(wp), intent(in) :: tau
       !> The run uses the set for the first time: unit responses of an earlier run are not valid
@@ -193,8 +190,7 @@ contains
          end if
          call start_forced_response(set%forced, set%constrained%oscillators, self%loads, tau, self%forced)
          if (size(set%compliant) > 0) call forced_terms(set%constrained, set%joint, set%compliant, spring, self%loads, &
-            is_new, &
-            set%forced, self%forced)
+            is_new, set%forced, self%forced)
          self%longest = self%forced%until - tau
          call find_rows_at(set%forced, self%forced, 1, set%forced%at%gaps, 0.0_wp, rows, rates)
          !$omp simd
@@ -203,7 +199,7 @@ contains
             self%v(k) = self%v(k) - rates(k)
          end do
       end associate
-   end subroutine begin_drive
+   end subroutine start_load_response
 
    !> Set the state of a reaction signal: a reaction depends on p + 2 zeta p', which obeys the equation of p.
    subroutine ready_reaction(z, v, reaction)
@@ -250,7 +246,7 @@ contains
          if (self%loads%count == 0) return
          allocate (made, source=gap)
       else
-         call modal_of(self, k, kind, made)
+         call modal_signal_of(self, k, kind, made)
       end if
       if (self%loads%count > 0) then
          call driven_terms(self, k, kind, terms)
@@ -260,11 +256,10 @@ contains
       signal => self%signal
    end subroutine signal_of
 
-   !> The gap of a contact as a signal if no compliant contact is closed, with the initial state of the phase.
+   !> The homogeneous part of a gap in the present phase as a signal, if no compliant contact is closed.
    subroutine find_gap(self, k, gap)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
-      !> Homogeneous part of the gap
       type(modal_signal_t), pointer, intent(out) :: gap
 
       integer :: i
@@ -320,7 +315,7 @@ contains
    end subroutine driven_terms
 
    !> A signal other than a gap as a sum over modes.
-   subroutine modal_of(self, k, kind, signal)
+   subroutine modal_signal_of(self, k, kind, signal)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       integer, intent(in) :: kind
@@ -351,7 +346,7 @@ contains
          end select
       end associate
       call move_alloc(modal, signal)
-   end subroutine modal_of
+   end subroutine modal_signal_of
 
    !> A signal as a sum of exponential terms if a compliant contact is closed.
    subroutine exponential_of(self, k, kind, signal)
@@ -378,14 +373,14 @@ contains
          case default
             sum%offset = set%rest_gap(k)
             allocate (sum%amplitude, source=set%gap(k, :)*self%amplitude)
-            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%relaxes) call add_contact(state, sum)
+            if (kind == end_gap .and. state%depth > 0.0_wp .and. .not. state%relaxes) call add_relaxing_term(state, sum)
          end select
       end associate
       call move_alloc(sum, signal)
    end subroutine exponential_of
 
    !> Add the relaxing indentation of an open contact as one more term.
-   pure subroutine add_contact(state, sum)
+   pure subroutine add_relaxing_term(state, sum)
       type(contact_state_t), intent(in) :: state
       type(exponential_signal_t), intent(inout) :: sum
 
@@ -396,7 +391,7 @@ contains
       slower = count(abs(sum%exponent) < rate)
       sum%exponent = [sum%exponent(:slower), cmplx(-rate, 0.0_wp, wp), sum%exponent(slower + 1:)]
       sum%amplitude = [sum%amplitude(:slower), cmplx(state%depth, 0.0_wp, wp), sum%amplitude(slower + 1:)]
-   end subroutine add_contact
+   end subroutine add_relaxing_term
 
    !> Exponential terms of the force of a closed contact if a compliant contact is closed; k = 0: of the tip
    !> displacement.
@@ -445,24 +440,24 @@ contains
    end subroutine keep_state
 
    !> State of the constrained modes at a time in the phase.
-   pure subroutine move_to(self, time, z, v, turn, alone)
+   pure subroutine move_to(self, time, z, v, phasor, unforced)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), contiguous, intent(out) :: z(:)
       real(wp), contiguous, intent(out) :: v(:)
       !> exp(i W t) if already known, [harmonics]
-      complex(wp), intent(in), optional :: turn(:)
+      complex(wp), intent(in), optional :: phasor(:)
       !> Homogeneous part of the state, [modes, 2]
-      real(wp), contiguous, intent(out), optional :: alone(:, :)
+      real(wp), contiguous, intent(out), optional :: unforced(:, :)
 
       real(wp), dimension(size(z)) :: rows, rates
       integer :: i
 
       call move_alone(self, time, z, v)
-      if (present(alone)) alone(:, 1) = z
-      if (present(alone)) alone(:, 2) = v
+      if (present(unforced)) unforced(:, 1) = z
+      if (present(unforced)) unforced(:, 2) = v
       if (self%loads%count == 0) return
-      call find_rows_at(self%set%forced, self%forced, 1, size(z), time, rows, rates, turn)
+      call find_rows_at(self%set%forced, self%forced, 1, size(z), time, rows, rates, phasor)
       !$omp simd
       do i = 1, size(z)
          z(i) = z(i) + rows(i)
@@ -490,13 +485,11 @@ contains
       end if
    end subroutine move_alone
 
-   !> State of the free modes from that of the constrained modes.
+   !> State q, rate of the free modes, [free modes], from the state z, v of the constrained modes, [modes].
    pure subroutine free_state(self, z, v, q, rate)
       type(phase_state_t), intent(in) :: self
-      !> State of the constrained modes, [modes]
       real(wp), contiguous, intent(in) :: z(:)
       real(wp), contiguous, intent(in) :: v(:)
-      !> [free modes]
       real(wp), contiguous, intent(out) :: q(:)
       real(wp), contiguous, intent(out) :: rate(:)
 

@@ -37,12 +37,12 @@ contains
          call resume(self, motion, response)
          return
       end if
-      call end_at_contact(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+      call apply_contact_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
       call settle_touched(self, motion, response)
    end subroutine follow_end
 
    !> Apply the transition at a contact that ended a phase.
-   subroutine end_at_contact(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
+   subroutine apply_contact_end(self, k, ended_by, from_rest, search, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> The contact that ended the phase, and how: one of the `end_` constants
       integer, intent(in) :: k
@@ -70,7 +70,7 @@ contains
             call close_contact(self, k, 1, motion, response)
          case default
             if (.not. state%is_rigid) then
-               call meet_yielding(self, k, search, motion, response)
+               call close_compliant(self, k, search, motion, response)
                return
             end if
             captures(k)%is_in = search%outcome == found_taken_back .or. search%outcome == found_never_left .or. &
@@ -80,14 +80,14 @@ contains
             if (search%outcome == found_taken_back .or. (search%outcome == found_never_left .and. &
                velocity_of(self, k, motion) > 0.0_wp)) then
                call bring_to_rest(self, k, captures, motion, response)
-               call settle(self, captures, motion, response)
+               call update_rigid_contacts(self, captures, motion, response)
                call check_dampers(self, motion, response)
             else
-               call strike(self, k, hop_tolerance, captures, motion, response)
+               call apply_impacts(self, k, hop_tolerance, captures, motion, response)
             end if
          end select
       end associate
-   end subroutine end_at_contact
+   end subroutine apply_contact_end
 
    !> Update the closed contacts after a change of load segment, or at the start of a continued motion.
    subroutine resume(self, motion, response)
@@ -97,7 +97,7 @@ contains
 
       type(capture_t) :: captures(size(self%states))
 
-      call settle(self, captures, motion, response)
+      call update_rigid_contacts(self, captures, motion, response)
       call check_dampers(self, motion, response)
       call settle_touched(self, motion, response)
    end subroutine resume
@@ -136,22 +136,22 @@ contains
          end associate
       end do
       if (hit > 0) then
-         call strike(self, hit, hop_tolerance, captures, motion, response)
+         call apply_impacts(self, hit, hop_tolerance, captures, motion, response)
       else
-         call settle(self, captures, motion, response)
+         call update_rigid_contacts(self, captures, motion, response)
       end if
       call settle_touched(self, motion, response)
    end subroutine begin_contacts_at_start
 
    !> The gap of a compliant contact has closed.
-   subroutine meet_yielding(self, k, search, motion, response)
+   subroutine close_compliant(self, k, search, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
       type(search_t), intent(in) :: search
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      real(wp) :: faster, impulse, surface_speed
+      real(wp) :: excess_speed, impulse, surface_speed
       integer :: order
 
       order = 1
@@ -163,11 +163,11 @@ contains
             if (.not. state%relaxes) surface_speed = state%spring%surface_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then
                order = 2
-               faster = velocity_of(self, k, motion) - surface_speed
-               call arrest(self, k, faster, motion, response, impulse)
-               ! the omitted product of `faster` and `surface_speed` is a rounding error: either `faster` is, or both
-               ! speeds are as low as the flight
-               call charge_event(motion%recorder%ledger, 0.5_wp*impulse*faster)
+               excess_speed = velocity_of(self, k, motion) - surface_speed
+               call arrest(self, k, excess_speed, motion, response, impulse)
+               ! impulse*surface_speed is omitted because it is a rounding error: either `excess_speed` is one, or both
+               ! speeds are as small as the flight
+               call charge_event(motion%recorder%ledger, 0.5_wp*impulse*excess_speed)
                if (.not. reaction_demand(self, k, motion) > state%spring%surface_rate*surface_speed) then
                   call start_flight(self, k, 2, 0.0_wp)
                   return
@@ -176,12 +176,12 @@ contains
          end associate
       end if
       call close_contact(self, k, order, motion, response)
-   end subroutine meet_yielding
+   end subroutine close_compliant
 
    !> Apply impulses at one instant: Newton's impact law as one complementarity problem over the rigid contact that is
    !> hit, closed rigid contacts, and open rigid contacts with zero gap that do not open. A contact whose opening
    !> velocity the impulses reverse takes part in the next problem.
-   subroutine strike(self, first, hop_tolerance, captures, motion, response)
+   subroutine apply_impacts(self, first, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> The contact that is hit
       integer, intent(in) :: first
@@ -216,20 +216,20 @@ contains
          end do
          if (next == 0) exit
       end do
-      call settle(self, captures, motion, response)
+      call update_rigid_contacts(self, captures, motion, response)
       call check_dampers(self, motion, response)
-   end subroutine strike
+   end subroutine apply_impacts
 
    !> Decide which rigid contacts with zero gap and velocity stay closed: complementarity of reactions and
    !> accelerations, or of their rates if both vanish.
-   subroutine settle(self, captures, motion, response)
+   subroutine update_rigid_contacts(self, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       !> Captures at this instant; closed rigid contacts take part as well
       type(capture_t), intent(in) :: captures(:)
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
 
-      integer, dimension(size(self%states)) :: resting, orders
+      integer, dimension(size(self%states)) :: candidates, orders
       type(event_t) :: event
       integer :: a, k, n
 
@@ -237,14 +237,14 @@ contains
       do k = 1, size(self%states)
          if (.not. (captures(k)%is_in .or. (self%states(k)%is_rigid .and. self%states(k)%is_closed))) cycle
          n = n + 1
-         resting(n) = k
+         candidates(n) = k
       end do
       if (n == 0) return
       if (self%loads%count > 0) call find_load(self, motion%tau)
-      call find_reactions(self, resting(:n), motion)
+      call find_reactions(self, candidates(:n), motion)
       orders(:n) = leaving_orders(self, motion)
       do a = 1, n
-         k = resting(a)
+         k = candidates(a)
          associate (state => self%states(k), order => orders(a))
             if (captures(k)%is_pressed) order = 0
             if (captures(k)%is_in) then
@@ -266,6 +266,6 @@ contains
             end if
          end associate
       end do
-   end subroutine settle
+   end subroutine update_rigid_contacts
 
 end module phase_transitions

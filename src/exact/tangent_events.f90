@@ -14,7 +14,7 @@ module tangent_events
    public :: begin_columns, end_columns, take_back_columns, take_sizes
 
    !> A single column larger than this, or smaller than the inverse, is scaled to size 1.
-   real(wp), parameter :: greatest_size = 1.0e50_wp
+   real(wp), parameter :: max_size = 1.0e50_wp
 
 contains
 
@@ -30,7 +30,7 @@ contains
       call shift_columns(tangent%begun, -1.0_wp, tangent)
       if (size(tangent%delay) > 1) return
       length = size_of_column(tangent, 1, now%beam%oscillators)
-      if (length < greatest_size .and. length*greatest_size > 1.0_wp .or. length <= 0.0_wp) return
+      if (length < max_size .and. length*max_size > 1.0_wp .or. length <= 0.0_wp) return
       tangent%log_scale = tangent%log_scale + log(length)
       tangent%q = tangent%q/length
       tangent%v = tangent%v/length
@@ -93,19 +93,19 @@ contains
       type(tangent_t), intent(in) :: tangent
       type(run_sections_t), intent(inout) :: sections
 
-      type(tangent_t) :: there
-      real(wp) :: size_there
+      type(tangent_t) :: at_section
+      real(wp) :: size_at_section
       integer :: n
 
       if (.not. allocated(sections%log_size)) return
       do n = sections%count + 1, size(sections%tau)
          ! a section within rounding error after the end belongs to the phase
          if (sections%tau(n) > tau + length + 4.0_wp*epsilon(1.0_wp)*tau) exit
-         there = tangent
-         call flow_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), there)
-         size_there = size_of_column(there, 1, now%beam%oscillators)
+         at_section = tangent
+         call flow_columns(now, min(max(sections%tau(n) - tau, 0.0_wp), length), at_section)
+         size_at_section = size_of_column(at_section, 1, now%beam%oscillators)
          sections%log_size(n) = ieee_value(1.0_wp, ieee_quiet_nan)
-         if (size_there > 0.0_wp) sections%log_size(n) = there%log_scale + log(size_there)
+         if (size_at_section > 0.0_wp) sections%log_size(n) = at_section%log_scale + log(size_at_section)
       end do
    end subroutine take_sizes
 

@@ -126,7 +126,7 @@ contains
          if (size(now%set%compliant) > 0) then
             call flow_compliant(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i), tangent%memory(:, i))
          else
-            call flow_alone(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i))
+            call flow_uncoupled(now, time, change, is_driven, tangent%q(:, i), tangent%v(:, i))
          end if
       end do
       do k = 1, size(now%states)
@@ -140,7 +140,7 @@ contains
    end subroutine flow_columns
 
    !> Propagate a column if no compliant contact is closed: all constrained modes are uncoupled.
-   subroutine flow_alone(now, time, change, is_driven, q, v)
+   subroutine flow_uncoupled(now, time, change, is_driven, q, v)
       type(phase_state_t), intent(in) :: now
       real(wp), intent(in) :: time
       type(load_change_t), intent(in) :: change(:)
@@ -165,18 +165,17 @@ contains
          if (is_driven) then
             do i = 1, constrained%count
                do g = 1, size(change)
-                  call drive_mode(make_driven_mode(constrained%oscillators, i), change(g), now%set%forced%load(i, g), &
-                     time, &
-                     z1(i), v1(i))
+                  call add_mode_response(make_driven_mode(constrained%oscillators, i), change(g), &
+                     now%set%forced%load(i, g), time, z1(i), v1(i))
                end do
             end do
          end if
-         call take_back(constrained, z1, v1, q, v)
+         call to_free_modes(constrained, z1, v1, q, v)
       end associate
-   end subroutine flow_alone
+   end subroutine flow_uncoupled
 
    !> State of the free modes from that of the constrained modes.
-   pure subroutine take_back(constrained, z, rate, q, v)
+   pure subroutine to_free_modes(constrained, z, rate, q, v)
       type(constrained_set_t), intent(in) :: constrained
       !> State of the constrained modes, [modes]
       real(wp), intent(in) :: z(:), rate(:)
@@ -190,11 +189,11 @@ contains
          q = z
          v = rate
       end if
-   end subroutine take_back
+   end subroutine to_free_modes
 
    !> Add the response of a mode from rest to the derivative of a load: divided differences of exp(s t) over the
    !> exponents of mode and load.
-   pure subroutine drive_mode(mode, change, share, time, z, v)
+   pure subroutine add_mode_response(mode, change, share, time, z, v)
       type(driven_mode_t), intent(in) :: mode
       type(load_change_t), intent(in) :: change
       !> Modal load per unit of load
@@ -204,21 +203,23 @@ contains
       real(wp), intent(inout) :: v
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
-      complex(wp) :: blow, once, sigma, twice
+      complex(wp) :: impulse_response, response, sigma, repeated
 
       associate (own => mode%own, segment => change%segment)
-         blow = exponential_difference(own, time)
-         once = exponential_difference([zero, own], time)
-         z = z + share*real(segment%constant*once + segment%slope*exponential_difference([zero, zero, own], time), wp)
-         v = v + share*real(segment%constant*blow + segment%slope*once, wp)
+         impulse_response = exponential_difference(own, time)
+         response = exponential_difference([zero, own], time)
+         z = z + share*real(segment%constant*response + segment%slope*exponential_difference([zero, zero, own], time), &
+            wp)
+         v = v + share*real(segment%constant*impulse_response + segment%slope*response, wp)
          if (abs(segment%harmonic) + abs(change%secular) <= 0.0_wp) return
          sigma = cmplx(0.0_wp, segment%frequency, wp)
-         once = exponential_difference([sigma, own], time)
-         twice = exponential_difference([sigma, sigma, own], time)
-         z = z + share*real(segment%harmonic*once + change%secular*twice, wp)
-         v = v + share*real(segment%harmonic*(sigma*once + blow) + change%secular*(once + sigma*twice), wp)
+         response = exponential_difference([sigma, own], time)
+         repeated = exponential_difference([sigma, sigma, own], time)
+         z = z + share*real(segment%harmonic*response + change%secular*repeated, wp)
+         v = v + share*real(segment%harmonic*(sigma*response + impulse_response) + change%secular*(response &
+            + sigma*repeated), wp)
       end associate
-   end subroutine drive_mode
+   end subroutine add_mode_response
 
    !> Propagate a column if compliant contacts are closed.
    subroutine flow_compliant(now, time, change, is_driven, q, v, memory)
@@ -233,8 +234,8 @@ contains
       real(wp), intent(inout) :: memory(:)
 
       real(wp), dimension(size(now%z)) :: z0, v0, z1, v1
-      complex(wp), dimension(now%set%joint%count) :: term, blow
-      real(wp), dimension(size(now%set%compliant)) :: nothing, depth
+      complex(wp), dimension(now%set%joint%count) :: term, impulse_term
+      real(wp), dimension(size(now%set%compliant)) :: zeros, depth
       integer :: g, i, m
 
       associate (constrained => now%set%constrained, joint => now%set%joint, compliant => now%set%compliant)
@@ -245,16 +246,16 @@ contains
             z0 = q
             v0 = v
          end if
-         nothing = 0.0_wp
+         zeros = 0.0_wp
          depth = -matmul(z0, constrained%value(:, compliant))
-         call joint_amplitudes(constrained%oscillators%square, joint, nothing, depth, memory(compliant), z0, v0, term)
+         call joint_amplitudes(constrained%oscillators%square, joint, zeros, depth, memory(compliant), z0, v0, term)
          term = joint%weight*term*exp(joint%exponent*time)
          if (is_driven) then
             do g = 1, size(change)
-               call joint_amplitudes(constrained%oscillators%square, joint, nothing, nothing, nothing, 0.0_wp*z0, &
-                  now%set%forced%load(:, g), blow)
+               call joint_amplitudes(constrained%oscillators%square, joint, zeros, zeros, zeros, 0.0_wp*z0, &
+                  now%set%forced%load(:, g), impulse_term)
                do m = 1, joint%count
-                  term(m) = term(m) + joint%weight(m)*blow(m)*answer_of(joint%exponent(m), change(g), time)
+                  term(m) = term(m) + joint%weight(m)*impulse_term(m)*term_response(joint%exponent(m), change(g), time)
                end do
             end do
          end if
@@ -262,7 +263,7 @@ contains
          v1 = real(matmul(joint%shape, joint%exponent*term), wp)
          memory(compliant) = real(matmul(joint%branch, term), wp)
          if (size(joint%inactive) > 0) call flow_inactive(z1, v1)
-         call take_back(constrained, z1, v1, q, v)
+         call to_free_modes(constrained, z1, v1, q, v)
       end associate
 
    contains
@@ -272,19 +273,19 @@ contains
          real(wp), intent(inout) :: z(:)
          real(wp), intent(inout) :: rate(:)
 
-         real(wp), dimension(size(z)) :: alone, alone_rate
+         real(wp), dimension(size(z)) :: uncoupled, uncoupled_rate
          integer :: j
 
          associate (oscillators => now%set%constrained%oscillators, inactive => now%set%joint%inactive)
-            call propagate(oscillators, time, z0, v0, alone, alone_rate)
+            call propagate(oscillators, time, z0, v0, uncoupled, uncoupled_rate)
             do j = 1, size(inactive)
                i = inactive(j)
-               z(i) = alone(i)
-               rate(i) = alone_rate(i)
+               z(i) = uncoupled(i)
+               rate(i) = uncoupled_rate(i)
                if (.not. is_driven) cycle
                do g = 1, size(change)
-                  call drive_mode(make_driven_mode(oscillators, i), change(g), now%set%forced%load(i, g), time, z(i), &
-                     rate(i))
+                  call add_mode_response(make_driven_mode(oscillators, i), change(g), now%set%forced%load(i, g), time, &
+                     z(i), rate(i))
                end do
             end do
          end associate
@@ -292,26 +293,26 @@ contains
    end subroutine flow_compliant
 
    !> Response of a term to the derivative of a load, per unit of its response to an impulse of the load.
-   pure function answer_of(exponent, change, time) result(answer)
+   pure function term_response(exponent, change, time) result(response)
       complex(wp), intent(in) :: exponent
       type(load_change_t), intent(in) :: change
       real(wp), intent(in) :: time
-      complex(wp) :: answer
+      complex(wp) :: response
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
       complex(wp) :: sigma
 
       associate (segment => change%segment)
-         answer = segment%constant*exponential_difference([zero, exponent], time) &
+         response = segment%constant*exponential_difference([zero, exponent], time) &
             + segment%slope*exponential_difference([zero, zero, exponent], time)
          if (abs(segment%harmonic) + abs(change%secular) <= 0.0_wp) return
          sigma = cmplx(0.0_wp, segment%frequency, wp)
-         answer = answer + 0.5_wp*(segment%harmonic*exponential_difference([sigma, exponent], time) &
+         response = response + 0.5_wp*(segment%harmonic*exponential_difference([sigma, exponent], time) &
             + change%secular*exponential_difference([sigma, sigma, exponent], time) &
             + conjg(segment%harmonic)*exponential_difference([-sigma, exponent], time) &
             + conjg(change%secular)*exponential_difference([-sigma, -sigma, exponent], time))
       end associate
-   end function answer_of
+   end function term_response
 
    !> Derivative of a load by the parameter during the present phase.
    pure subroutine change_load(now, load, tangent, change)
@@ -356,10 +357,10 @@ contains
 
       do g = 1, now%loads%count
          call change_load(now, g, tangent, change)
-         associate (segment => now%forced%segment(g), turned => exp(cmplx(0.0_wp, &
+         associate (segment => now%forced%segment(g), phasor => exp(cmplx(0.0_wp, &
             now%forced%segment(g)%frequency*time, wp)))
-            by_parameter(g) = value_of(change%segment, time) + real(change%secular*time*turned, wp)
-            rate(g) = segment%slope + real(cmplx(0.0_wp, segment%frequency, wp)*segment%harmonic*turned, wp)
+            by_parameter(g) = value_of(change%segment, time) + real(change%secular*time*phasor, wp)
+            rate(g) = segment%slope + real(cmplx(0.0_wp, segment%frequency, wp)*segment%harmonic*phasor, wp)
          end associate
       end do
    end subroutine load_changes
