@@ -54,11 +54,11 @@ module contact_phase
    contains
       procedure :: begin
       procedure :: find_end
-      procedure :: go_to
+      procedure :: evaluate_free_modes
       procedure :: take_sample
       procedure :: finish
       procedure :: measure
-      procedure :: follow
+      procedure :: make_transition
    end type contact_phase_t
 
 contains
@@ -159,7 +159,7 @@ contains
    end subroutine check_hop_height
 
    !> State of the free modes at a time in the phase.
-   subroutine go_to(self, time, q, v, node)
+   subroutine evaluate_free_modes(self, time, q, v, node)
       class(contact_phase_t), intent(in) :: self
       real(wp), intent(in) :: time
       real(wp), intent(out) :: q(:)
@@ -181,7 +181,7 @@ contains
             node = node_at(state, time)
          end if
       end associate
-   end subroutine go_to
+   end subroutine evaluate_free_modes
 
    !> Compute the next sample, and record the histories of each contact.
    subroutine take_sample(self, time, step, asked, sample)
@@ -451,7 +451,7 @@ contains
    end subroutine measure
 
    !> Apply the transition at the end of the phase.
-   subroutine follow(self, motion, response)
+   subroutine make_transition(self, motion, response)
       class(contact_phase_t), intent(inout) :: self
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
@@ -460,6 +460,6 @@ contains
       call follow_end(self%now, self%ended, self%ended_by, self%from_rest, self%search, self%hop_tolerance, motion, &
          response)
       call observe_events(motion%observers, response)
-   end subroutine follow
+   end subroutine make_transition
 
 end module contact_phase

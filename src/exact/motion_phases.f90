@@ -42,11 +42,11 @@ module motion_phases
    contains
       procedure(begin_interface), deferred :: begin
       procedure(find_end_interface), deferred :: find_end
-      procedure(state_interface), deferred :: go_to
+      procedure(state_interface), deferred :: evaluate_free_modes
       procedure(sample_interface), deferred :: take_sample
       procedure(finish_interface), deferred :: finish
       procedure(measure_interface), deferred :: measure
-      procedure(transition_interface), deferred :: follow
+      procedure(transition_interface), deferred :: make_transition
    end type phase_t
 
    abstract interface
@@ -159,7 +159,7 @@ contains
          motion%tau = motion%tau + phase%search%time
       end if
       call tell_reach(motion%tau, settings%duration)
-      call phase%follow(motion, response)
+      call phase%make_transition(motion, response)
       call check_events(response%event_count, settings%event_limit, standstill, motion%tau, motion%error)
    end subroutine advance
 
@@ -203,7 +203,7 @@ contains
          end_tau = motion%tau + phase%search%time
          do while (shape_due(recorder, end_tau, is_last))
             if (.not. allocated(q)) allocate (q(size(motion%q)), v(size(motion%v)))
-            call phase%go_to(recorder%shape_tau(recorder%next_shape) - motion%tau, q, v, node)
+            call phase%evaluate_free_modes(recorder%shape_tau(recorder%next_shape) - motion%tau, q, v, node)
             call keep_shape(recorder, q, v, node)
          end do
          do while (samples_before(recorder, end_tau, is_last))
