@@ -1,4 +1,4 @@
-!> What the user typed after the program's name.
+!> The arguments of the command line.
 module command_line
    use failures, only: fail, failure_t, status_bad_input
    use program_identity, only: program_name
@@ -8,10 +8,10 @@ module command_line
    private
    public :: command_line_t, get_arguments, parse_arguments, argument_t, usage
 
-   !> Options with a value, which follows or stands behind =
-   character(*), parameter :: with_value(*) = [character(9) :: '--threads', '--out', '--new', '--format']
+   !> Options with a value, given as the next argument or behind =
+   character(*), parameter :: valued_options(*) = [character(9) :: '--threads', '--out', '--new', '--format']
 
-   !> One word of the command line.
+   !> One argument of the command line.
    type :: argument_t
       character(:), allocatable :: text
    end type argument_t
@@ -23,29 +23,30 @@ module command_line
       character(:), allocatable :: folder
       !> Stop after checking the scenes
       logical :: check_only = .false.
-      !> Estimate what the mesh does
+      !> Estimate the discretisation error of the mesh
       logical :: estimate = .false.
-      !> Nothing on standard output but errors on standard error
+      !> Print nothing except errors, on standard error
       logical :: quiet = .false.
-      !> Threads of a sweep; 0: as many as there are cores
+      !> Number of threads of a sweep; 0: as many as there are cores
       integer :: threads = 0
-      !> Print the version, or the help, and nothing else
+      !> Print only the version or the help
       logical :: wants_version = .false.
       logical :: wants_help = .false.
-      !> Print the names that a scene can hold: of this group, empty: of all, unallocated: none; in Markdown
+      !> Group whose names are printed; empty: all groups; unallocated: none
       character(:), allocatable :: names
+      !> Print the names as a table in Markdown
       logical :: wants_markdown = .false.
-      !> Tables for other programs: one of `table_formats`; unallocated: none
+      !> Format of tables for other programs, one of `table_formats`; unallocated: no tables
       character(:), allocatable :: format
-      !> Print a scene of this kind to begin from
+      !> Kind of the template scene that is printed; unallocated: none
       character(:), allocatable :: template
    end type command_line_t
 
 contains
 
-   !> The words of the command line.
+   !> Get the arguments of the command line.
    subroutine get_arguments(arguments)
-      !> Without the program's name
+      !> Arguments without the name of the program
       type(argument_t), allocatable, intent(out) :: arguments(:)
 
       integer :: i, length
@@ -58,18 +59,17 @@ contains
       end do
    end subroutine get_arguments
 
-   !> Understand the words.
+   !> Interpret the arguments.
    pure subroutine parse_arguments(arguments, command, error)
-      !> The words
       type(argument_t), intent(in) :: arguments(:)
-      !> What they mean
+      !> Meaning of the arguments
       type(command_line_t), intent(out) :: command
-      !> Set when they mean nothing
+      !> Set if the arguments are invalid
       type(failure_t), allocatable, intent(out) :: error
 
-      !> Options with a value so far, each between blanks
+      !> Options with a value that have been read, each between blanks
       character(:), allocatable :: options
-      !> The option that prints and runs nothing to which each word belongs
+      !> For each argument the option to which it belongs, if that option only prints
       character(7) :: owner(size(arguments))
       logical :: is_scene(size(arguments)), only_files
       integer :: first, i
@@ -100,12 +100,12 @@ contains
                command%wants_markdown = .true.
                owner(i) = '--names'
             else if (word == '--names' .or. index(word, '--names=') == 1) then
-               call take_group(arguments, i, command, error)
+               call read_group(arguments, i, command, error)
                owner(first:i) = '--names'
             else if (word == '--help' .or. word == '-h') then
                command%wants_help = .true.
-            else if (any(with_value == word(:scan(word//'=', '=') - 1))) then
-               call take_value(arguments, i, options, command, error)
+            else if (any(valued_options == word(:scan(word//'=', '=') - 1))) then
+               call read_value(arguments, i, options, command, error)
                if (allocated(error)) return
                if (index(word, '--new') == 1) owner(first:i) = '--new'
             else
@@ -126,21 +126,20 @@ contains
       if (command%wants_markdown .and. .not. allocated(command%names)) then
          call fail(error, status_bad_input, '--markdown goes with --names')
       else if (allocated(command%names) .or. allocated(command%template)) then
-         call refuse_company(arguments, owner, command, error)
+         call refuse_other_arguments(arguments, owner, command, error)
       else if (size(command%scenes) == 0) then
          call fail(error, status_bad_input, 'no scene file given; --help tells how to use it')
       end if
    end subroutine parse_arguments
 
-   !> An option that prints a list or a scene runs nothing: words that it would ignore are refused.
-   pure subroutine refuse_company(arguments, owner, command, error)
-      !> The words
+      !> Refuse further arguments beside an option that only prints a list or a scene, because they would be ignored.
+      pure subroutine refuse_other_arguments(arguments, owner, command, error)
       type(argument_t), intent(in) :: arguments(:)
-      !> The option to which each belongs
+      !> For each argument the option to which it belongs
       character(*), intent(in) :: owner(:)
-      !> What they mean
+      !> Meaning of the arguments
       type(command_line_t), intent(in) :: command
-      !> Set when there are other words
+      !> Set if there are other arguments
       type(failure_t), allocatable, intent(inout) :: error
 
       character(7) :: option
@@ -151,15 +150,15 @@ contains
          if (owner(i) /= option) call fail(error, status_bad_input, trim(option)//" prints and runs nothing: '" &
             //arguments(i)%text//"' has no place beside it")
       end do
-   end subroutine refuse_company
+   end subroutine refuse_other_arguments
 
-   !> '--names', '--names GROUP' or '--names=GROUP'.
-   pure subroutine take_group(arguments, i, command, error)
-      !> The words, and the place of the option, then of the group
+   !> Read the option '--names', '--names GROUP' or '--names=GROUP'.
+   pure subroutine read_group(arguments, i, command, error)
       type(argument_t), intent(in) :: arguments(:)
+      !> Index of the option on entry, of the last argument that was read on return
       integer, intent(inout) :: i
       type(command_line_t), intent(inout) :: command
-      !> Set when the option was given before
+      !> Set if the option was given before
       type(failure_t), allocatable, intent(inout) :: error
 
       if (allocated(command%names)) call fail(error, status_bad_input, '--names is given twice')
@@ -168,17 +167,17 @@ contains
       if (arguments(i + 1)%text == '' .or. index(arguments(i + 1)%text, '-') == 1) return
       i = i + 1
       command%names = arguments(i)%text
-   end subroutine take_group
+   end subroutine read_group
 
-   !> An option with its value, as '--out DIR' or '--out=DIR'.
-   pure subroutine take_value(arguments, i, options, command, error)
-      !> The words, and the place of the option, then of its value
+   !> Read an option with its value, such as '--out DIR' or '--out=DIR'.
+   pure subroutine read_value(arguments, i, options, command, error)
       type(argument_t), intent(in) :: arguments(:)
+      !> Index of the option on entry, of its value on return
       integer, intent(inout) :: i
-      !> Those given before, each between blanks; then this one too
+      !> Options that were read before, each between blanks; this option is appended
       character(:), allocatable, intent(inout) :: options
       type(command_line_t), intent(inout) :: command
-      !> Set when the value is missing or wrong, or the option was given before
+      !> Set if the value is missing or invalid, or the option was given before
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: option, value, word
@@ -193,7 +192,7 @@ contains
          option = word
          i = i + 1
          if (i > size(arguments)) then
-            call fail(error, status_bad_input, option//' needs '//words_after(option)//' after it')
+            call fail(error, status_bad_input, option//' needs '//description_of_values(option)//' after it')
             return
          end if
          value = arguments(i)%text
@@ -208,40 +207,40 @@ contains
       case ('--format')
          command%format = value
          if (all(table_formats /= value)) call fail(error, status_bad_input, &
-            option//' '//value//': must be '//words_after(option))
+            option//' '//value//': must be '//description_of_values(option))
       case ('--new')
          command%template = value
          if (all(template_kinds /= value)) call fail(error, status_bad_input, &
-            option//' '//value//': must be '//words_after(option))
+            option//' '//value//': must be '//description_of_values(option))
       end select
-   end subroutine take_value
+   end subroutine read_value
 
-   !> A number of threads.
+   !> Read a number of threads.
    pure subroutine read_threads(word, threads, error)
-      !> What the user wrote
+      !> Text of the argument
       character(*), intent(in) :: word
-      !> The number
+      !> Number of threads, unchanged if `word` is invalid
       integer, intent(inout) :: threads
-      !> Set when it is none
+      !> Set if `word` is not a valid number
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer, parameter :: most_threads = 4096, most_digits = 4
+      integer, parameter :: max_threads = 4096, max_digits = 4
       integer :: number
 
       number = 0
-      if (len(word) >= 1 .and. len(word) <= most_digits .and. verify(word, '0123456789') == 0) then
+      if (len(word) >= 1 .and. len(word) <= max_digits .and. verify(word, '0123456789') == 0) then
          read (word, '(i4)') number
       end if
-      if (number < 1 .or. number > most_threads) then
+      if (number < 1 .or. number > max_threads) then
          call fail(error, status_bad_input, '--threads '//word//': must be a whole number from 1 to 4096')
       else
          threads = number
       end if
    end subroutine read_threads
 
-   !> What may stand after an option.
-   pure function words_after(option) result(words)
-      !> One of `with_value`
+   !> Description of the values that an option may have.
+   pure function description_of_values(option) result(words)
+      !> One of `valued_options`
       character(*), intent(in) :: option
       character(:), allocatable :: words
 
@@ -260,41 +259,42 @@ contains
             words = words//', '//trim(template_kinds(i))
          end do
       end select
-   end function words_after
+   end function description_of_values
 
    !> The help text, lines separated by new_line('a').
    pure function usage(name, purpose, example) result(text)
-      !> The program's name, and what it does
+      !> Name of the program
       character(*), intent(in) :: name
+      !> Purpose of the program
       character(*), intent(in) :: purpose
-      !> What to type first, lines ended by new_line('a')
+      !> Example of a first use, lines ended by new_line('a')
       character(*), intent(in), optional :: example
       character(:), allocatable :: text
 
-      character, parameter :: next = new_line('a')
+      character, parameter :: line_end = new_line('a')
       character(:), allocatable :: format_line
 
       format_line = ''
       if (name == program_name) format_line = &
-         '  --format F  also measures, sweep, frequencies as csv or json, beside that file'//next
-      text = 'usage: '//name//' SCENE.nml... [options]'//next//next// &
-         purpose//next// &
-         'Each scene is a Fortran namelist file, and leaves DIR/<name>.h5 and a table.'//next// &
-         next// &
-         '  --out DIR   folder of the results (default: results)'//next// &
-         '  --check     read and check the scenes and the memory they need, no more'//next// &
-         '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//next// &
+         '  --format F  also measures, sweep, frequencies as csv or json, beside that file'//line_end
+      text = 'usage: '//name//' SCENE.nml... [options]'//line_end//line_end// &
+         purpose//line_end// &
+         'Each scene is a Fortran namelist file, and leaves DIR/<name>.h5 and a table.'//line_end// &
+         line_end// &
+         '  --out DIR   folder of the results (default: results)'//line_end// &
+         '  --check     read and check the scenes and the memory they need, no more'//line_end// &
+         '  --estimate  estimate the error of the mesh, as &mesh estimate = .true. does'//line_end// &
          format_line// &
-         '  --threads N threads of a sweep (default: one a core; at most four)'//next// &
-         '  --quiet     no tables'//next// &
-         '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//next// &
-         '  --names [G] print every name of a scene, or of its group G: what it may be,'//next// &
-         '              its default, what it means; with --markdown for pages'//next// &
-         '  --version   print the version'//next// &
-         '  --help      print this'//next// &
-         next
-      if (present(example)) text = text//'To begin:'//next//next//example//next
-      text = text//'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'//next
+         '  --threads N threads of a sweep (default: one a core; at most four)'//line_end// &
+         '  --quiet     no tables'//line_end// &
+         '  --new KIND  print a scene to begin from: beam, relay, tube or reed'//line_end// &
+         '  --names [G] print every name of a scene, or of its group G: what it may be,'//line_end// &
+         '              its default, what it means; with --markdown for pages'//line_end// &
+         '  --version   print the version'//line_end// &
+         '  --help      print this'//line_end// &
+         line_end
+      if (present(example)) text = text//'To begin:'//line_end//line_end//example//line_end
+      text = text//'Exit status: 0 done, 1 a run failed, 2 bad usage or input.'//line_end
    end function usage
 
 end module command_line

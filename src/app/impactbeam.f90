@@ -1,4 +1,4 @@
-!> impactbeam: responses and frequencies, cases, sweeps.
+!> The program impactbeam computes responses and frequencies of a beam with stops, cases and sweeps.
 program impactbeam
    use, intrinsic :: iso_c_binding, only: c_int
    use process, only: end_process
@@ -8,14 +8,14 @@ program impactbeam
    use scene_run, only: run_motion_scene
    implicit none (type, external)
 
-   character, parameter :: next = new_line('a')
+   character, parameter :: line_end = new_line('a')
    integer :: status
 
    call run_program(program_t(program_motion, &
       'Computes how a clamped beam hits a stop, rebounds, chatters and comes to rest.', &
       needs_of_scene, run_motion_scene, &
-      '  impactbeam --new beam > my.nml'//next// &
-      '  impactbeam my.nml'//next// &
-      '  impactbeam-plot response results/my.h5'//next), status)
+      '  impactbeam --new beam > my.nml'//line_end// &
+      '  impactbeam my.nml'//line_end// &
+      '  impactbeam-plot response results/my.h5'//line_end), status)
    if (status /= 0) call end_process(int(status, c_int))
 end program impactbeam

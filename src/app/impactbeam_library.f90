@@ -1,5 +1,5 @@
-!> The one entry for other programs: run a scene from code. Link the CMake target `impactbeam::impactbeam`, or with what
-!> `pkg-config --libs impactbeam` prints.
+!> The entry point for other programs, which runs a scene from code. Link the CMake target `impactbeam::impactbeam`, or
+!> the libraries that `pkg-config --libs impactbeam` prints.
 module impactbeam_library
    use blas_threads, only: single_threaded_blas
    use command_line, only: argument_t
@@ -19,37 +19,37 @@ module impactbeam_library
 
 contains
 
-   !> Run a scene as the program `impactbeam` does: the same checks, the same results file. Nothing is printed, nothing
-   !> stops. One call at a time.
+   !> Run a scene as the program `impactbeam` does, with the same checks and the same results file. The procedure
+   !> neither prints nor stops the caller. It must not be called concurrently.
    subroutine run_scene_file(scene_file, folder, results, status, message, threads)
       !> Namelist file of the scene
       character(*), intent(in) :: scene_file
-      !> Folder of the results, which is made if it is not there
+      !> Folder of the results, which is made if it does not exist
       character(*), intent(in) :: folder
-      !> Path of the HDF5 file that was written; empty where there is none
+      !> Path of the HDF5 file that was written; empty if there is none
       character(:), allocatable, intent(out) :: results
-      !> 0 done, 1 the run failed or could not be written, 2 the scene is wrong or has no room
+      !> 0: done, 1: the run failed or its file could not be written, 2: the scene is invalid or exceeds the memory
       integer, intent(out) :: status
-      !> One line: file, line, group, name, value and what is allowed; empty when done
+      !> One line with file, line, group, name, value and the allowed values; empty if the run is done
       character(:), allocatable, intent(out) :: message
-      !> Threads of a sweep; absent: one a core, at most four
+      !> Number of threads of a sweep; absent: one per core, at most four
       integer, intent(in), optional :: threads
 
       type(failure_t), allocatable :: error
       type(program_t) :: program
       type(scene_t), allocatable :: scenes(:)
-      integer :: most_threads
+      integer :: thread_count
 
       results = ''
       message = ''
       status = 0
-      most_threads = 0
-      if (present(threads)) most_threads = max(0, threads)
+      thread_count = 0
+      if (present(threads)) thread_count = max(0, threads)
       program = program_t(program_motion, '', needs_of_scene, run_motion_scene)
       call single_threaded_blas()
       call read_scenes(program%number, [argument_t(scene_file)], scenes, error)
-      if (.not. allocated(error)) call check_needs(program, scenes, most_threads, error)
-      if (.not. allocated(error)) call run_scene(program, scenes(1), folder, most_threads, .true., error)
+      if (.not. allocated(error)) call check_needs(program, scenes, thread_count, error)
+      if (.not. allocated(error)) call run_scene(program, scenes(1), folder, thread_count, .true., error)
       if (allocated(error)) then
          status = error%status
          message = error%message

@@ -1,5 +1,5 @@
-!> What a scene needs of the machine, told before it runs. The figures are those of the arrays that grow with the scene,
-!> at the moment when most of them are there; measured, a large scene takes 0.7 to 1.2 times as much.
+!> The memory that a scene needs, estimated before it runs. The estimate is the size of the arrays that grow with the
+!> scene, at the moment when most of them are allocated. Measured, a large scene takes 0.7 to 1.2 times as much.
 module memory_needs
    use blas_threads, only: blas_buffer
    use failures, only: fail, failure_t, status_bad_input
@@ -12,28 +12,30 @@ module memory_needs
    public :: need_t, check_need, add_need, add_modes, add_samples, so_many, overhead, bytes_of_number
 
    real(wp), parameter :: bytes_of_number = 8.0_wp
-   !> Libraries and small things.
+   !> Bytes of libraries and small arrays.
    real(wp), parameter :: overhead = 1.6e7_wp
-   !> LAPACK numbers the work space of the modes, 2 (2 n)^2 + 12 n, in 31 bits.
-   integer, parameter :: most_dense = 16383
+   !> Maximum number n of elements for which LAPACK's workspace of the modes, 2 (2 n)^2 + 12 n, is a 31-bit integer.
+   integer, parameter :: max_dense_elements = 16383
 
    type :: need_t
-      !> Bytes in all
+      !> Total number of bytes
       real(wp) :: bytes = overhead
-      !> The greatest of its parts, what it is for, and what would make it less
+      !> Bytes of the largest contribution
       real(wp) :: greatest = 0.0_wp
+      !> Purpose of the largest contribution
       character(:), allocatable :: purpose
+      !> Advice how to reduce the largest contribution
       character(:), allocatable :: advice
-      !> Why there is no number of bytes that would do
+      !> Reason why no amount of memory suffices; unallocated: there is none
       character(:), allocatable :: refusal
    end type need_t
 
 contains
 
-   !> Refuse what there is no room for.
+   !> Refuse a need that exceeds the free memory.
    subroutine check_need(need, error)
       type(need_t), intent(in) :: need
-      !> Set when it does not fit
+      !> Set if the need is refused
       type(failure_t), allocatable, intent(inout) :: error
 
       real(wp) :: memory, addresses
@@ -44,7 +46,7 @@ contains
       end if
       if (.not. allocated(need%purpose)) return
       memory = free_memory()
-      ! linear algebra has not begun yet
+      ! the linear algebra library will allocate its buffer later
       addresses = free_addresses() - real(blas_buffer(), wp)
       if (need%bytes > memory) then
          call fail(error, status_bad_input, 'needs '//in_bytes(need%bytes)//' of memory, most of it for '// &
@@ -55,12 +57,14 @@ contains
       end if
    end subroutine check_need
 
-   !> One part of a need.
+   !> Add a contribution to a need.
    pure subroutine add_need(need, bytes, purpose, advice)
       type(need_t), intent(inout) :: need
-      !> The part's bytes, what they are for, and what would make them less
+      !> Bytes of the contribution
       real(wp), intent(in) :: bytes
+      !> Purpose of the contribution
       character(*), intent(in) :: purpose
+      !> Advice how to reduce the contribution
       character(*), intent(in) :: advice
 
       need%bytes = need%bytes + bytes
@@ -70,11 +74,12 @@ contains
       need%advice = advice
    end subroutine add_need
 
-   !> Refuse it whatever the memory.
+   !> Refuse a need whatever the free memory.
    pure subroutine refuse_need(need, refusal, advice)
       type(need_t), intent(inout) :: need
-      !> Why, and what to change
+      !> Reason of the refusal
       character(*), intent(in) :: refusal
+      !> Advice what to change
       character(*), intent(in) :: advice
 
       if (allocated(need%refusal)) return
@@ -82,33 +87,34 @@ contains
       need%advice = advice
    end subroutine refuse_need
 
-   !> All modes of a mesh by singular values: the flexibility, its copy, vectors and their work space.
+   !> Add the memory for all modes of a mesh by singular values: the flexibility matrix, its copy, vectors and
+   !> workspace.
    subroutine add_modes(elements, solves, advice, need)
       integer, intent(in) :: elements
-      !> So many at a time
+      !> Number of simultaneous solutions
       integer, intent(in) :: solves
-      !> What would make it less
+      !> Advice how to reduce the need
       character(*), intent(in) :: advice
       type(need_t), intent(inout) :: need
 
-      if (elements > most_dense) then
+      if (elements > max_dense_elements) then
          call refuse_need(need, 'the modes of '//to_text(elements)// &
-            ' elements cannot be found at once, only those of up to '//to_text(most_dense), advice)
+            ' elements cannot be found at once, only those of up to '//to_text(max_dense_elements), advice)
       else
          call add_need(need, 6.0_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2*real(solves, wp), &
             'all modes of '//to_text(elements)//' elements', advice)
       end if
    end subroutine add_modes
 
-   !> Runs one after the other, each with its samples.
+   !> Add the memory for the samples of runs that are made one after the other.
    subroutine add_samples(samples, numbers, group, advice, need)
-      !> Of one run
+      !> Number of samples of one run
       real(wp), intent(in) :: samples
-      !> Numbers kept for each at once
+      !> Number of values stored for each sample
       integer, intent(in) :: numbers
-      !> Who asks for them
+      !> Namelist group that requests the samples
       character(*), intent(in) :: group
-      !> What would make them fewer
+      !> Advice how to reduce the number of samples
       character(*), intent(in) :: advice
       type(need_t), intent(inout) :: need
 
@@ -121,15 +127,15 @@ contains
       end if
    end subroutine add_samples
 
-   !> A large number, rounded where it is not to be counted.
+   !> A number in words, rounded if it is large.
    pure function so_many(number) result(words)
       real(wp), intent(in) :: number
       character(:), allocatable :: words
 
-      real(wp), parameter :: countable = 1.0e6_wp
+      real(wp), parameter :: max_exact = 1.0e6_wp
       character(16) :: digits
 
-      if (number < countable) then
+      if (number < max_exact) then
          words = to_text(nint(number))
       else
          write (digits, '(es8.1)') number

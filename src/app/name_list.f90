@@ -1,4 +1,4 @@
-!> The names that a scene can hold, for users to read: in columns, or as a table in Markdown.
+!> The names that a scene can contain, listed for users in columns or as a table in Markdown.
 module name_list
    use failures, only: fail, failure_t, status_bad_input
    use namelist_tokens, only: lower_case
@@ -11,16 +11,17 @@ module name_list
 
 contains
 
-   !> All names, or those of a group; those that give a sweep values of its parameters as one rule.
+   !> List all names or the names of a group. The names of a sweep that give values of its parameters are replaced by a
+   !> rule.
    subroutine write_names(program, group, is_markdown, text, error)
-      !> Whose names, one of the `program_` constants
+      !> Program whose names are listed, one of the `program_` constants
       integer, intent(in) :: program
-      !> As the user wrote it; empty: all
+      !> Group as the user wrote it; empty: all groups
       character(*), intent(in) :: group
       logical, intent(in) :: is_markdown
       !> Lines ended by new_line('a')
       character(:), allocatable, intent(out) :: text
-      !> Set when there is no such group
+      !> Set if there is no such group
       type(failure_t), allocatable, intent(inout) :: error
 
       type(reference_t), allocatable :: names(:)
@@ -39,7 +40,7 @@ contains
             hint_for_group(program, wanted))
          return
       end if
-      call state_rule(names)
+      call replace_by_rule(names)
       if (is_markdown) then
          text = in_markdown(names)
       else
@@ -50,8 +51,8 @@ contains
       end if
    end subroutine write_names
 
-   !> Four names, which stand for those of every parameter of a sweep.
-   subroutine state_rule(names)
+   !> Replace the names of every swept parameter by four names that stand for any parameter.
+   subroutine replace_by_rule(names)
       type(reference_t), allocatable, intent(inout) :: names(:)
 
       character(*), parameter :: rule(3, 4) = reshape([character(52) :: &
@@ -59,7 +60,7 @@ contains
          'NAME_range', 'two of these, but for whole numbers', 'least and greatest, divided evenly', &
          'NAME_log_range', 'two of these, but for whole numbers', 'the same, divided evenly in the logarithm', &
          'NAME_points', 'whole number from 2 to 1e6', 'number of values in the range'], [3, 4])
-      integer, allocatable :: kept(:), swept(:)
+      integer, allocatable :: remaining(:), swept(:)
       integer :: i
 
       swept = pack([(i, i=1, size(names))], names%is_swept)
@@ -70,13 +71,13 @@ contains
          names(swept(i))%meaning = trim(rule(3, i))
          names(swept(i))%is_swept = .false.
       end do
-      kept = pack([(i, i=1, size(names))], .not. names%is_swept)
-      names = names(kept)
-   end subroutine state_rule
+      remaining = pack([(i, i=1, size(names))], .not. names%is_swept)
+      names = names(remaining)
+   end subroutine replace_by_rule
 
    subroutine print_names(unit, names)
       integer, intent(in) :: unit
-      !> Those of a group follow each other
+      !> Names, ordered by group
       type(reference_t), intent(in) :: names(:)
 
       character(:), allocatable :: group, allowed
@@ -103,17 +104,17 @@ contains
       type(reference_t), intent(in) :: names(:)
       character(:), allocatable :: text
 
-      character, parameter :: next = new_line('a')
+      character, parameter :: line_end = new_line('a')
       integer :: i
 
-      text = '| group | name | value | default | meaning |'//next//'|---|---|---|---|---|'//next
+      text = '| group | name | value | default | meaning |'//line_end//'|---|---|---|---|---|'//line_end
       do i = 1, size(names)
          text = text//'| `&'//names(i)%group//'` | `'//names(i)%name//'` | '//without_bars(names(i)%allowed)//' | ' &
-            //names(i)%default//' | '//without_bars(names(i)%meaning)//' |'//next
+            //names(i)%default//' | '//without_bars(names(i)%meaning)//' |'//line_end
       end do
    end function in_markdown
 
-   !> A text for a cell of a table: bars, which would end the cell, escaped.
+   !> A text for a cell of a table, with bars escaped because they would end the cell.
    pure function without_bars(text) result(cell)
       character(*), intent(in) :: text
       character(:), allocatable :: cell

@@ -1,5 +1,5 @@
-!> A whole run of one of the programs: arguments, scenes, messages and exit status. A procedure, so that all it holds is
-!> given back before the program stops.
+!> A complete run of one of the programs: arguments, scenes, messages and exit status. The run is a procedure so that
+!> all its memory is freed before the program stops.
 module program_run
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_null_ptr, c_ptr
    use, intrinsic :: iso_fortran_env, only: error_unit
@@ -25,19 +25,21 @@ module program_run
    private
    public :: program_t, run_program, read_scenes, check_needs, run_scene
 
-   !> What a program is.
+   !> The properties that distinguish the programs.
    type :: program_t
       !> One of the `program_` constants
       integer :: number = 0
-      !> A line of its help
+      !> Purpose of the program, a line of its help
       character(:), allocatable :: purpose
+      !> Estimate the memory that a scene needs
       procedure(needs_interface), pointer, nopass :: needs_of => null()
+      !> Compute a scene
       procedure(run_interface), pointer, nopass :: run => null()
-      !> What to type first, if that is not plain, lines ended by new_line('a')
+      !> Example of a first use, lines ended by new_line('a'); unallocated: none
       character(:), allocatable :: example
    end type program_t
 
-   !> A run of a program, and what came of it.
+   !> A run of a program and its exit status.
    type :: program_run_t
       type(program_t) :: program
       !> Exit status
@@ -45,17 +47,17 @@ module program_run
    end type program_run_t
 
    abstract interface
-      !> What a scene needs of the machine.
+      !> Estimate the memory that a scene needs.
       subroutine needs_interface(scene, threads, need)
          import :: need_t, scene_t
          implicit none (type, external)
          type(scene_t), intent(in) :: scene
-         !> Of a sweep; 0: as many as there are cores
+         !> Number of threads of a sweep; 0: as many as there are cores
          integer, intent(in) :: threads
          type(need_t), intent(out) :: need
       end subroutine needs_interface
 
-      !> Compute a scene, write its file, print its tables; each process of several comes here.
+      !> Compute a scene, write its file, print its tables. Each of several MPI processes makes this call.
       subroutine run_interface(scene, job, error)
          import :: failure_t, job_t, scene_t
          implicit none (type, external)
@@ -67,7 +69,7 @@ module program_run
 
 contains
 
-   !> A run of a program, in one process or several.
+   !> Run a program in one process or in several MPI processes.
    subroutine run_program(program, status)
       type(program_t), intent(in) :: program
       !> Exit status: 0 done, 1 a run failed, 2 bad usage or input
@@ -81,9 +83,9 @@ contains
       status = run%status
    end subroutine run_program
 
-   !> A run of a program, all but the start of the process.
+   !> Run a program after the process has been prepared.
    function run_ranks(data) bind(c) result(nothing)
-      !> A program_run_t
+      !> Address of a `program_run_t`
       type(c_ptr), value :: data
       type(c_ptr) :: nothing
 
@@ -102,7 +104,7 @@ contains
       call stop_ranks()
    end function run_ranks
 
-   !> Do what the command line asks for.
+   !> Perform the requests of the command line.
    subroutine run_command_line(program, status)
       type(program_t), intent(in) :: program
       !> Exit status
@@ -132,7 +134,7 @@ contains
          return
       end if
       call read_scenes(program%number, command%scenes, scenes, error)
-      if (command%estimate .and. .not. allocated(error)) call ask_for_estimates(scenes, error)
+      if (command%estimate .and. .not. allocated(error)) call request_estimates(scenes, error)
       if (.not. allocated(error)) call check_needs(program, scenes, command%threads, error)
       if (allocated(error)) then
          call report(program, error%message, error%status, status)
@@ -140,7 +142,7 @@ contains
       end if
       do i = 1, size(scenes)
          if (command%check_only) then
-            call say_good(scenes(i), command%quiet, error)
+            call report_valid(scenes(i), command%quiet, error)
          else
             call run_scene(program, scenes(i), command%folder, command%threads, command%quiet, error, command%format)
          end if
@@ -150,13 +152,13 @@ contains
 
    !> Read and check all scenes before any of them runs.
    subroutine read_scenes(program, files, scenes, error)
-      !> One of the `program_` constants: scenes of others are wrong
+      !> One of the `program_` constants; scenes of other programs are refused
       integer, intent(in) :: program
       !> Names of the files
       type(argument_t), intent(in) :: files(:)
-      !> In the order of the files
+      !> Scenes in the order of the files
       type(scene_t), allocatable, intent(out) :: scenes(:)
-      !> Set by the first scene that is wrong, or another program's, or by two that would share a results file
+      !> Set by the first scene that is invalid or belongs to another program, or by two scenes of the same results file
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: i, j
@@ -176,13 +178,14 @@ contains
       end do
    end subroutine read_scenes
 
-   !> Is there room for each scene? Processes may see different rooms: the first one decides.
+   !> Check that the memory suffices for each scene. MPI processes may see different free memory, so the first process
+   !> decides.
    subroutine check_needs(program, scenes, threads, error)
       type(program_t), intent(in) :: program
       type(scene_t), intent(in) :: scenes(:)
-      !> Threads of a sweep; 0: as many as there are cores
+      !> Number of threads of a sweep; 0: as many as there are cores
       integer, intent(in) :: threads
-      !> Set by the first scene that does not fit
+      !> Set by the first scene that exceeds the memory
       type(failure_t), allocatable, intent(inout) :: error
 
       type(failure_t), allocatable :: refusal
@@ -200,10 +203,10 @@ contains
       if (greatest_of_all(merge(1, 0, allocated(error))) > 0) call fail(error, status_bad_input, 'a scene was refused')
    end subroutine check_needs
 
-   !> Estimate the mesh's error in each scene.
-   subroutine ask_for_estimates(scenes, error)
+   !> Request the estimate of the discretisation error in each scene.
+   subroutine request_estimates(scenes, error)
       type(scene_t), intent(inout) :: scenes(:)
-      !> Set where there is nothing to estimate
+      !> Set if a scene has nothing to estimate
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: problem
@@ -218,21 +221,21 @@ contains
             call complain_of_scene(scenes(i), 'damping', 'mode_ratios', problem, error)
          end if
       end do
-   end subroutine ask_for_estimates
+   end subroutine request_estimates
 
-   !> Compute a scene, write its file and tables for other programs, print its tables.
+   !> Compute a scene, write its results file and its tables for other programs, and print its tables.
    subroutine run_scene(program, scene, folder, threads, quiet, error, format)
       type(program_t), intent(in) :: program
       type(scene_t), intent(in) :: scene
       !> Folder of the results
       character(*), intent(in) :: folder
-      !> Threads of a sweep; 0: as many as there are cores
+      !> Number of threads of a sweep; 0: as many as there are cores
       integer, intent(in) :: threads
-      !> No table
+      !> Print no table
       logical, intent(in) :: quiet
-      !> Set when the run fails, its files cannot be written or its table not be printed
+      !> Set if the run fails, its files cannot be written or its tables cannot be printed
       type(failure_t), allocatable, intent(out) :: error
-      !> Of tables for other programs; absent: none
+      !> Format of the tables for other programs, one of `table_formats`; absent: only existing tables are rewritten
       character(*), intent(in), optional :: format
 
       type(claim_t) :: claim
@@ -247,7 +250,7 @@ contains
       job%label = name_of_program(program%number)//': '//scene%name
       call open_text(job%unit, error)
       has_unit = .not. allocated(error)
-      ! what cannot be written is better known before a long run than after it
+      ! a folder that cannot be written is reported before a long run, not after it
       if (has_unit .and. is_first_rank()) then
          call make_folder(folder, error)
          if (.not. allocated(error)) call claim_results(folder, results_name(scene), claim, error)
@@ -268,19 +271,19 @@ contains
       if (.not. allocated(error)) call print_text(text, error)
    end subroutine run_scene
 
-   !> Print what the command line asks about the program.
+   !> Print the version, help, names or template that the command line requests.
    subroutine print_answers(program, command, error)
       type(program_t), intent(in) :: program
       type(command_line_t), intent(in) :: command
-      !> Why it could not be printed
+      !> Reason why the text could not be printed
       type(failure_t), allocatable, intent(inout) :: error
 
-      character, parameter :: next = new_line('a')
+      character, parameter :: line_end = new_line('a')
       character(:), allocatable :: names, text
 
       if (.not. is_first_rank()) return
       text = ''
-      if (command%wants_version) text = text//name_of_program(program%number)//' '//program_version//next
+      if (command%wants_version) text = text//name_of_program(program%number)//' '//program_version//line_end
       if (command%wants_help) text = text//usage(name_of_program(program%number), program%purpose, program%example)
       if (allocated(command%names)) then
          call write_names(program%number, command%names, command%wants_markdown, names, error)
@@ -290,12 +293,12 @@ contains
       if (.not. allocated(error)) call print_text(text, error)
    end subroutine print_answers
 
-   !> Say that a scene is good.
-   subroutine say_good(scene, quiet, error)
+   !> Print that a scene is valid.
+   subroutine report_valid(scene, quiet, error)
       type(scene_t), intent(in) :: scene
-      !> Say nothing
+      !> Print nothing
       logical, intent(in) :: quiet
-      !> Why it could not be said
+      !> Reason why the message could not be printed
       type(failure_t), allocatable, intent(inout) :: error
 
       character(:), allocatable :: words
@@ -304,19 +307,20 @@ contains
       words = misfits_of(scene)
       if (words /= '') words = ', but '//words
       call print_text(scene%file//': good'//words//new_line('a'), error)
-   end subroutine say_good
+   end subroutine report_valid
 
-   !> Print a failure; the gravest status stays.
-   subroutine report(program, message, found, status)
+   !> Print a failure and update the exit status, which is the maximum status of all failures.
+   subroutine report(program, message, failure_status, status)
       type(program_t), intent(in) :: program
-      !> What happened, and its status
+      !> Message of the failure
       character(*), intent(in) :: message
-      integer, intent(in) :: found
-      !> Status so far
+      !> Status of the failure
+      integer, intent(in) :: failure_status
+      !> Exit status
       integer, intent(inout) :: status
 
       if (is_first_rank()) write (error_unit, '(a)') name_of_program(program%number)//': '//message
-      status = max(status, found)
+      status = max(status, failure_status)
    end subroutine report
 
 end module program_run

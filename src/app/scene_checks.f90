@@ -1,4 +1,4 @@
-!> What the text of a scene does not tell but its beam does, told before anything runs.
+!> Checks of a scene that need the model of its beam, made before any run.
 module scene_checks
    use beam_model, only: beam_model_t
    use failures, only: failure_t
@@ -18,121 +18,122 @@ module scene_checks
 
 contains
 
-   !> Can the runs of a scene start? A sweep keeps cases that fail as rows: it is refused only if all of them would.
+   !> Check that the runs of a scene can start. A sweep records failed cases as rows, so it is refused only if all cases
+   !> fail.
    subroutine check_scene(scene, error)
-      !> The scene, read without a problem
+      !> The scene, which was read without a failure
       type(scene_t), intent(in) :: scene
-      !> What keeps a run from starting, with file, line, group and name
+      !> Reason why a run cannot start, with file, line, group and name
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: model
-      type(scene_t) :: one
+      type(scene_t) :: modified
       character(:), allocatable :: problem
       integer :: i
-      logical :: is_lost, is_alone
+      logical :: all_fail, single_contact
 
       if (.not. scene%wants_response) return
       if (scene%wants_sweep .and. scene%has_misfits) then
-         problem = misfits_of(scene, is_lost)
-         if (is_lost) call complain_of_scene(scene, 'sweep', '', problem, error)
-         if (is_lost) return
+         problem = misfits_of(scene, all_fail)
+         if (all_fail) call complain_of_scene(scene, 'sweep', '', problem, error)
+         if (all_fail) return
       end if
-      is_alone = has_one_contact(run_of(scene), merge(1, 0, scene%has_supports)) .and. &
+      single_contact = has_one_contact(run_of(scene), merge(1, 0, scene%has_supports)) .and. &
          scene%response%mode_count == 0
-      if (is_alone .and. scene%response%method /= method_newmark) then
+      if (single_contact .and. scene%response%method /= method_newmark) then
          if (scene%mesh%mass /= mass_redistributed) return
       end if
       if (scene%wants_sweep) then
-         if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, is_alone))) return
+         if (any(is_swept(scene%sweep%swept) .and. changes_start(scene%sweep%swept%parameter, single_contact))) return
       end if
       if (.not. scene%wants_cases) then
          call check_run(scene, scene, '', .true., model, error)
          return
       end if
-      one = scene
+      modified = scene
       associate (parameter => scene%cases%parameter)
          do i = 1, size(scene%cases%values)
-            if (i > 1 .and. .not. changes_start(parameter, is_alone)) return
-            call set_parameters(one, [parameter], [scene%cases%values(i)], problem)
+            if (i > 1 .and. .not. changes_start(parameter, single_contact)) return
+            call set_parameters(modified, [parameter], [scene%cases%values(i)], problem)
             if (allocated(problem)) then
                call complain_of_scene(scene, 'cases', 'values', trim(parameter%name)//' = ' &
                   //to_text(scene%cases%values(i))//': '//problem, error)
                return
             end if
-            call check_run(scene, one, trim(parameter%name)//' = '//to_text(scene%cases%values(i))//': ', &
+            call check_run(scene, modified, trim(parameter%name)//' = '//to_text(scene%cases%values(i))//': ', &
                i == 1 .or. parameter%is_of_beam, model, error)
             if (allocated(error)) return
          end do
       end associate
    end subroutine check_scene
 
-   !> Can this run start?
-   subroutine check_run(scene, one, subject, is_new_beam, model, error)
+   !> Check that one run can start.
+   subroutine check_run(scene, modified, subject, is_new_beam, model, error)
       !> The scene as read
       type(scene_t), intent(in) :: scene
-      !> The same with the values of this run
-      type(scene_t), intent(in) :: one
-      !> Which run it is, in words
+      !> The scene with the parameter values of this run
+      type(scene_t), intent(in) :: modified
+      !> Description of the run, the start of the message
       character(*), intent(in) :: subject
-      !> The beam must be made
+      !> Whether the model of the beam must be made
       logical, intent(in) :: is_new_beam
       type(beam_model_t), intent(inout) :: model
-      !> What keeps it from starting
+      !> Reason why the run cannot start
       type(failure_t), allocatable, intent(inout) :: error
 
-      character(*), parameter :: of_stops(3) = [character(13) :: 'the beam', 'the stops at ', 'the position ']
-      type(failure_t), allocatable :: trouble
+      character(*), parameter :: stop_messages(3) = [character(13) :: 'the beam', 'the stops at ', 'the position ']
+      type(failure_t), allocatable :: failure
       integer :: i
 
-      call find_trouble(one, is_new_beam, model, trouble)
-      if (.not. allocated(trouble)) return
-      if (index(trouble%message, 'mass = ') == 1) then
-         call complain_of_scene(scene, 'mesh', 'mass', subject//trouble%message, error)
-      else if (index(trouble%message, 'contact_tolerance ') == 1) then
-         call complain_of_scene(scene, 'response', 'contact_tolerance', subject//trouble%message, error)
-      else if (index(trouble%message, 'the mode of the start ') == 1) then
-         call complain_of_scene(scene, 'start', 'mode', subject//trouble%message, error)
-      else if (index(trouble%message, 'displacements of ') == 1) then
-         call complain_of_scene(scene, 'start', 'displacement_ratios displacements', subject//trouble%message, error)
-      else if (index(trouble%message, 'velocities of ') == 1) then
-         call complain_of_scene(scene, 'start', 'velocity_ratios velocities', subject//trouble%message, error)
-      else if (index(trouble%message, 'the support at ') == 1) then
-         call complain_of_scene(scene, 'support', '', subject//trouble%message, error)
-      else if (any([(index(trouble%message, trim(of_stops(i))) == 1, i=1, size(of_stops))])) then
-         call complain_of_scene(scene, 'stop', '', subject//trouble%message, error)
+      call find_failure(modified, is_new_beam, model, failure)
+      if (.not. allocated(failure)) return
+      if (index(failure%message, 'mass = ') == 1) then
+         call complain_of_scene(scene, 'mesh', 'mass', subject//failure%message, error)
+      else if (index(failure%message, 'contact_tolerance ') == 1) then
+         call complain_of_scene(scene, 'response', 'contact_tolerance', subject//failure%message, error)
+      else if (index(failure%message, 'the mode of the start ') == 1) then
+         call complain_of_scene(scene, 'start', 'mode', subject//failure%message, error)
+      else if (index(failure%message, 'displacements of ') == 1) then
+         call complain_of_scene(scene, 'start', 'displacement_ratios displacements', subject//failure%message, error)
+      else if (index(failure%message, 'velocities of ') == 1) then
+         call complain_of_scene(scene, 'start', 'velocity_ratios velocities', subject//failure%message, error)
+      else if (index(failure%message, 'the support at ') == 1) then
+         call complain_of_scene(scene, 'support', '', subject//failure%message, error)
+      else if (any([(index(failure%message, trim(stop_messages(i))) == 1, i=1, size(stop_messages))])) then
+         call complain_of_scene(scene, 'stop', '', subject//failure%message, error)
       else
          call complain_of_scene(scene, 'response', 'step step_time', &
-            subject//trouble%message, error)
+            subject//failure%message, error)
       end if
    end subroutine check_run
 
-   !> What keeps a run from starting.
-   subroutine find_trouble(scene, is_new_beam, model, trouble)
+   !> Find the reason why a run cannot start, if there is one.
+   subroutine find_failure(scene, is_new_beam, model, failure)
       type(scene_t), intent(in) :: scene
-      !> The beam must be made
+      !> Whether the model of the beam must be made
       logical, intent(in) :: is_new_beam
       type(beam_model_t), intent(inout) :: model
-      type(failure_t), allocatable, intent(out) :: trouble
+      type(failure_t), allocatable, intent(out) :: failure
 
-      if (is_new_beam) call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, trouble)
-      if (.not. allocated(trouble)) call check_motion(model, run_of(scene), trouble)
-   end subroutine find_trouble
+      if (is_new_beam) call motion_model_of(scene, scene%mesh%elements, scene%mesh%ratio, model, failure)
+      if (.not. allocated(failure)) call check_motion(model, run_of(scene), failure)
+   end subroutine find_failure
 
-   !> Cases of a sweep that cannot start, in words; of a long one some are looked at, from the first to the last. Empty:
-   !> all can.
-   function misfits_of(scene, are_all) result(words)
-      !> Read and checked
+   !> Description of the cases of a sweep that cannot start; empty: all can. Of a long sweep only some cases are tested,
+   !> spread evenly from the first to the last.
+   function misfits_of(scene, all_fail) result(words)
+      !> The scene, read and checked
       type(scene_t), intent(in) :: scene
-      !> None can start
-      logical, intent(out), optional :: are_all
+      !> Whether no case can start
+      logical, intent(out), optional :: all_fail
       character(:), allocatable :: words
 
-      integer, parameter :: most_cases = 1000
+      integer, parameter :: max_cases = 1000
       type(draft_t), allocatable :: draft
       type(beam_model_t) :: model
-      type(failure_t), allocatable :: trouble
+      type(failure_t), allocatable :: failure
       type(plan_t) :: plan
-      type(scene_t) :: one
+      type(scene_t) :: modified
       character(:), allocatable :: problem
       real(wp), allocatable :: values(:)
       integer :: cases, failing, i, k
@@ -140,22 +141,22 @@ contains
 
       words = ''
       has_beam = .false.
-      if (present(are_all)) are_all = .false.
+      if (present(all_fail)) all_fail = .false.
       if (.not. scene%wants_sweep) return
       call make_plan(scene, plan)
       allocate (draft)
       allocate (values(size(plan%axes)))
-      cases = min(plan%cases, most_cases)
+      cases = min(plan%cases, max_cases)
       failing = 0
-      one = scene
+      modified = scene
       do i = 1, cases
          call case_values(plan, 1 + nint(real(i - 1, wp)*real(plan%cases - 1, wp)/real(max(cases - 1, 1), wp)), values)
-         call set_parameters(one, plan%axes%parameter, values, problem, draft)
-         ! a mesh that is to be found is not known yet
+         call set_parameters(modified, plan%axes%parameter, values, problem, draft)
+         ! a mesh that is chosen by a tolerance is not known yet
          if (.not. allocated(problem) .and. scene%mesh%tolerance <= 0.0_wp) then
-            call find_trouble(one, .not. has_beam .or. any(plan%axes%parameter%is_of_beam), model, trouble)
+            call find_failure(modified, .not. has_beam .or. any(plan%axes%parameter%is_of_beam), model, failure)
             has_beam = model%mesh%elements > 0
-            if (allocated(trouble)) problem = trouble%message
+            if (allocated(failure)) problem = failure%message
          end if
          if (.not. allocated(problem)) cycle
          failing = failing + 1
@@ -166,20 +167,21 @@ contains
          words = words(:len(words) - 2)//': '//problem
       end do
       if (failing == 0) return
-      if (present(are_all)) are_all = failing == plan%cases
+      if (present(all_fail)) all_fail = failing == plan%cases
       words = to_text(failing)//' of '//to_text(cases)//' cases'//trim(merge(' looked at', '          ', &
          cases < plan%cases))//' cannot start; '//words
    end function misfits_of
 
-   !> Does the longest step of a Newmark scheme, or the start in a mode or among several stops, depend on it?
-   elemental function changes_start(parameter, is_alone) result(changes)
+   !> Whether a parameter changes the maximum time step of a Newmark scheme, a start in a mode, or a start between
+   !> several stops.
+   elemental function changes_start(parameter, single_contact) result(changes)
       type(parameter_t), intent(in) :: parameter
-      !> It is about one contact
-      logical, intent(in) :: is_alone
+      !> Whether the run has a single contact (and all modes)
+      logical, intent(in) :: single_contact
       logical :: changes
 
       changes = parameter%is_of_beam .or. parameter%name == 'zeta' .or. parameter%name == 'start_mode' .or. &
-         (parameter%group == 'stop' .and. .not. is_alone)
+         (parameter%group == 'stop' .and. .not. single_contact)
    end function changes_start
 
 end module scene_checks

@@ -1,4 +1,4 @@
-!> What a scene of the program `impactbeam` needs of the machine.
+!> The memory that a scene of the program `impactbeam` needs.
 module scene_needs
    use auto_solver, only: lanczos_is_faster
    use few_modes, only: base_count, takes_few_modes
@@ -22,10 +22,10 @@ module scene_needs
 
 contains
 
-   !> What a scene needs.
+   !> Estimate the memory that a scene needs.
    subroutine needs_of_scene(scene, threads, need)
       type(scene_t), intent(in) :: scene
-      !> Threads of a sweep; 0: as many as there are cores
+      !> Number of threads of a sweep; 0: as many as there are cores
       integer, intent(in) :: threads
       type(need_t), intent(out) :: need
 
@@ -44,15 +44,15 @@ contains
       end if
    end subroutine needs_of_scene
 
-   !> Tables of loads: as they are read and echoed, and what each run makes of them.
+   !> Add the tables of loads: as read and echoed, and as converted by each run.
    subroutine add_tables(scene, runs, need)
       type(scene_t), intent(in) :: scene
-      !> So many at a time
+      !> Number of simultaneous runs
       integer, intent(in) :: runs
       type(need_t), intent(inout) :: need
 
-      !> Measured
-      real(wp), parameter :: of_scene = 6.0_wp, of_run = 6.0_wp
+      !> Measured number of reals per point, in the scene and in each run
+      real(wp), parameter :: per_scene = 6.0_wp, per_run = 6.0_wp
       real(wp) :: points
       integer :: k
 
@@ -67,80 +67,80 @@ contains
             if (allocated(scene%bases(k)%course%time)) points = points + real(size(scene%bases(k)%course%time), wp)
          end do
       end if
-      call add_need(need, bytes_of_number*points*(of_scene + of_run*real(runs, wp)), 'tables of ' &
+      call add_need(need, bytes_of_number*points*(per_scene + per_run*real(runs, wp)), 'tables of ' &
          //so_many(points)//' points', 'give &force and &base shorter tables')
    end subroutine add_tables
 
-   !> A table of frequencies: the greatest of its columns.
+   !> Add the largest column of a table of frequencies.
    subroutine add_frequencies(scene, need)
       type(scene_t), intent(in) :: scene
       type(need_t), intent(inout) :: need
 
-      type(need_t) :: column, greatest
-      integer :: i, j, modes, further
+      type(need_t) :: column, largest
+      integer :: i, j, modes, split_elements
 
-      further = further_positions(scene)
+      split_elements = count_split_elements(scene)
       modes = scene%frequencies%count
       if (modes == 0) modes = default_mode_count
       associate (elements => scene%frequencies%mesh_elements, solvers => scene%frequencies%solver)
          do i = 1, size(elements)
             do j = 1, size(solvers)
                column = need_t()
-               call add_column(solvers(j), elements(i) + further, modes, scene%has_supports, column)
+               call add_column(solvers(j), elements(i) + split_elements, modes, scene%has_supports, column)
                if (i == 1 .and. scene%output%mode_shapes > 0) then
-                  call add_column(solvers(1), elements(1) + further, scene%output%mode_shapes, .true., column)
+                  call add_column(solvers(1), elements(1) + split_elements, scene%output%mode_shapes, .true., column)
                end if
                if (allocated(column%refusal)) then
                   need = column
                   return
                end if
-               if (column%bytes > greatest%bytes) greatest = column
+               if (column%bytes > largest%bytes) largest = column
             end do
          end do
       end associate
-      if (allocated(greatest%purpose)) call add_need(need, greatest%bytes - overhead, greatest%purpose, greatest%advice)
+      if (allocated(largest%purpose)) call add_need(need, largest%bytes - overhead, largest%purpose, largest%advice)
    end subroutine add_frequencies
 
-   !> Some modes of one mesh by one solver.
-   subroutine add_column(solver, elements, most_modes, with_shapes, need)
+   !> Add some modes of one mesh by one solver.
+   subroutine add_column(solver, elements, max_modes, with_shapes, need)
       !> One of the `solver_` constants
       integer, intent(in) :: solver
       integer, intent(in) :: elements
-      !> Modes asked for
-      integer, intent(in) :: most_modes
-      !> Their shapes too
+      !> Number of modes requested
+      integer, intent(in) :: max_modes
+      !> Whether mode shapes are requested
       logical, intent(in) :: with_shapes
       type(need_t), intent(inout) :: need
 
-      character(*), parameter :: lesser = "give &frequencies fewer elements, or solver = 'lanczos' and a small count"
+      character(*), parameter :: advice = "give &frequencies fewer elements, or solver = 'lanczos' and a small count"
       real(wp) :: n
       integer :: modes
       logical :: by_lanczos
 
       n = real(elements, wp)
-      modes = min(most_modes, 2*elements)
+      modes = min(max_modes, 2*elements)
       by_lanczos = solver == solver_lanczos
       if (solver == solver_auto) by_lanczos = lanczos_is_faster(elements, modes)
       if (by_lanczos) then
          modes = min(modes, elements)
-         ! vectors, deflections at four points an element, shapes; the beam itself
+         ! Lanczos vectors, deflections at four points per element, shapes, and the beam itself
          call add_need(need, bytes_of_number*(n*(8.0_wp*real(modes, wp) + 30.0_wp) + 12.5_wp*real(modes, wp)**2), &
             to_text(modes)//' modes of '//to_text(elements)//' elements', 'give a smaller count or fewer elements')
       else if (solver == solver_dsygv) then
          call add_need(need, 3.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the full matrices of '//to_text(elements)// &
-            ' elements', lesser)
+            ' elements', advice)
       else if (with_shapes) then
-         call add_modes(elements, 1, lesser, need)
+         call add_modes(elements, 1, advice, need)
       else
          call add_need(need, 4.0_wp*bytes_of_number*(2.0_wp*n)**2, 'the flexibility of '//to_text(elements)// &
-            ' elements', lesser)
+            ' elements', advice)
       end if
       if (with_shapes) call add_need(need, 6.0_wp*bytes_of_number*n*real(modes, wp), to_text(modes)//' mode shapes', &
          'give &output fewer mode_shapes')
    end subroutine add_column
 
-   !> A response, or as many as there are cases: its beam, and its records three times: as they are, in the file that is
-   !> made in memory, and in the bytes that are written.
+   !> Add the beam and the records of a response, or of the responses of all cases. Records exist three times: in the
+   !> run, in the HDF5 file that is made in memory, and in the bytes that are written.
    subroutine add_response(scene, need)
       type(scene_t), intent(in) :: scene
       type(need_t), intent(inout) :: need
@@ -154,13 +154,13 @@ contains
       call add_beam(scene, elements_of(scene, scene%mesh%elements), 1, need)
       associate (output => scene%output)
          histories = count(output%history)
-         ! the ledger has an axis of its own
+         ! the group of energies has its own dataset tau
          if (output%energy) histories = histories + 8
          if (scene%wants_stress .and. scene%stress%history) histories = histories + 1 + 2*size(scene%stress%position)
          if (histories > 0) histories = histories + 1
          contacts = contacts_recorded(scene)
          histories = histories + contacts*count(output%history([eta_stop, velocity_stop, force_stop]))
-         ! of each what it holds and what it took
+         ! for each contact the stored energy and the dissipated energy
          if (output%energy) histories = histories + 2*contacts
          samples = scene%response%duration/scene%response%step
          call add_need(need, copies*runs*bytes_of_number*samples*real(histories, wp), 'the histories of ' &
@@ -175,7 +175,7 @@ contains
       end associate
    end subroutine add_response
 
-   !> Numbers that a run keeps of a section: instant, impacts, growth, tip, surfaces, modes.
+   !> Number of values that a run records at a Poincare section: instant, impacts, growth, tip, contacts, modes.
    pure function numbers_of_section(scene) result(numbers)
       type(scene_t), intent(in) :: scene
       integer :: numbers
@@ -187,28 +187,28 @@ contains
       end associate
    end function numbers_of_section
 
-   !> What runs keep of their sections.
+   !> Add the Poincare sections of runs.
    subroutine add_sections(scene, runs, numbers, need)
       type(scene_t), intent(in) :: scene
-      !> As many are there at a time, copies included
+      !> Number of simultaneous runs, copies included
       real(wp), intent(in) :: runs
-      !> Of each section
+      !> Number of values at each section
       integer, intent(in) :: numbers
       type(need_t), intent(inout) :: need
 
-      real(wp) :: kept
+      real(wp) :: recorded
 
       if (.not. scene%wants_poincare) return
-      associate (asked => scene%poincare)
-         kept = real(asked%keep, wp)
-         if (.not. asked%sets_duration .and. asked%period > 0.0_wp) kept = max(0.0_wp, min(kept, &
-            scene%response%duration/asked%period - real(asked%skip, wp)))
-         call add_need(need, bytes_of_number*runs*kept*real(numbers, wp), 'the sections of '//so_many(kept) &
+      associate (requested => scene%poincare)
+         recorded = real(requested%keep, wp)
+         if (.not. requested%sets_duration .and. requested%period > 0.0_wp) recorded = max(0.0_wp, min(recorded, &
+            scene%response%duration/requested%period - real(requested%skip, wp)))
+         call add_need(need, bytes_of_number*runs*recorded*real(numbers, wp), 'the sections of '//so_many(recorded) &
             //' periods', 'give &poincare a smaller keep')
       end associate
    end subroutine add_sections
 
-   !> Surfaces with histories of their own.
+   !> Number of contacts with individual histories.
    pure function contacts_recorded(scene) result(number)
       type(scene_t), intent(in) :: scene
       integer :: number
@@ -220,21 +220,21 @@ contains
       if (.not. has_one_contact(settings, merge(1, 0, allocated(scene%supports)))) number = size(contacts_of(settings))
    end function contacts_recorded
 
-   !> Elements of the largest mesh.
+   !> Number of elements of the finest mesh of a run.
    pure function elements_of(scene, given) result(elements)
       type(scene_t), intent(in) :: scene
-      !> As many as are given
+      !> Number of elements that the scene gives
       integer, intent(in) :: given
       integer :: elements
 
       elements = given
       if (scene%mesh%tolerance > 0.0_wp) elements = most_elements_found
       if (scene%mesh%estimate) elements = 4*elements
-      elements = elements + further_positions(scene)
+      elements = elements + count_split_elements(scene)
    end function elements_of
 
-   !> So many elements are split at most.
-   pure function further_positions(scene) result(number)
+   !> Maximum number of elements that are split by stops, supports, masses and section stations.
+   pure function count_split_elements(scene) result(number)
       type(scene_t), intent(in) :: scene
       integer :: number
 
@@ -243,46 +243,46 @@ contains
       if (allocated(scene%supports)) number = number + size(scene%supports)
       if (allocated(scene%masses)) number = number + size(scene%masses)
       if (allocated(scene%beam%section%station)) number = number + size(scene%beam%section%station)
-   end function further_positions
+   end function count_split_elements
 
-   !> A beam, and its modes where motion is found in them.
+   !> Add a beam, and its modes if the motion is computed in modes.
    subroutine add_beam(scene, elements, runs, need)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: elements
-      !> So many at a time
+      !> Number of simultaneous runs
       integer, intent(in) :: runs
       type(need_t), intent(inout) :: need
 
-      character(*), parameter :: fewer = 'give &mesh fewer elements'
-      !> Of an element for each mode: the iteration, and two sets of them; measured
+      character(*), parameter :: advice = 'give &mesh fewer elements'
+      !> Measured number of reals per element and mode, for the iteration and two sets of modes
       real(wp), parameter :: numbers = 13.0_wp
-      !> Of Newmark's method with damping of single modes: mass, stiffness, damping, and factors for each length of the
-      !> step
+      !> Number of full matrices of Newmark's method with modal damping ratios: mass, stiffness, damping, and factors
+      !> for each length of the step
       real(wp), parameter :: matrices = 40.0_wp
 
       if (scene%response%method == method_exact .and. takes_few_modes(elements, run_of(scene))) then
          associate (modes => max(scene%response%mode_count, base_count))
             call add_need(need, real(runs, wp)*numbers*bytes_of_number*real(elements, wp)*real(modes, wp), &
-               to_text(modes)//' modes of '//to_text(elements)//' elements', fewer)
+               to_text(modes)//' modes of '//to_text(elements)//' elements', advice)
          end associate
       else if (scene%response%method == method_exact) then
-         call add_modes(elements, runs, fewer//", or &response method = 'newmark'", need)
+         call add_modes(elements, runs, advice//", or &response method = 'newmark'", need)
       else
-         call add_need(need, real(runs, wp)*800.0_wp*real(elements, wp), to_text(elements)//' elements', fewer)
+         call add_need(need, real(runs, wp)*800.0_wp*real(elements, wp), to_text(elements)//' elements', advice)
          if (allocated(scene%mode_ratios)) then
             call add_need(need, real(runs, wp)*matrices*0.5_wp*bytes_of_number*(2.0_wp*real(elements, wp))**2, &
-               'the full matrices of '//to_text(elements)//' elements', fewer//", or &response method = 'exact'")
+               'the full matrices of '//to_text(elements)//' elements', advice//", or &response method = 'exact'")
          end if
          if (allocated(scene%mode_ratios) .or. is_in_mode(scene%start%start_settings_t)) then
-            call add_modes(elements, runs, fewer, need)
+            call add_modes(elements, runs, advice, need)
          end if
       end if
    end subroutine add_beam
 
-   !> A sweep: the values of its parameters, and for each thread a beam and the rows of a part.
+   !> Add a sweep: the values of its parameters, and for each thread a beam and the rows of a chunk.
    subroutine add_sweep(scene, workers, need)
       type(scene_t), intent(in) :: scene
-      !> Threads
+      !> Number of threads
       integer, intent(in) :: workers
       type(need_t), intent(inout) :: need
 
@@ -303,7 +303,7 @@ contains
             end if
          end associate
       end do
-      ! the random order of one of them besides
+      ! one parameter at a time also has a random permutation
       call add_need(need, bytes_of_number*values*(1.0_wp + 0.5_wp/real(max(axes, 1), wp)), 'the parameters of ' &
          //so_many(cases_of(scene%sweep))//' cases', "give &sweep fewer cases, or design = 'grid'")
       elements = nint(maxval(values_given(scene%sweep%swept(place_of('elements', scene%sweep%swept)), &

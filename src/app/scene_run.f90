@@ -1,4 +1,4 @@
-!> What the program `impactbeam` does with a scene.
+!> The computation of a scene by the program `impactbeam`.
 module scene_run
    use cases_study, only: run_cases_of_scene
    use failures, only: failure_t
@@ -13,11 +13,11 @@ module scene_run
 
 contains
 
-   !> Processes share a sweep; all else the first of them does alone.
+   !> Compute a scene. MPI processes share the cases of a sweep; other scenes are computed by the first process alone.
    subroutine run_motion_scene(scene, job, error)
       type(scene_t), intent(in) :: scene
       type(job_t), intent(in) :: job
-      !> Set when a run fails or a file cannot be written
+      !> Set if a run fails or a file cannot be written
       type(failure_t), allocatable, intent(out) :: error
 
       if (scene%wants_sweep) then

@@ -1,4 +1,4 @@
-!> Scenes to begin from: `impactbeam --new KIND`.
+!> Template scenes, which `impactbeam --new KIND` prints.
 module scene_templates
    implicit none (type, external)
    private
@@ -96,7 +96,7 @@ module scene_templates
 
 contains
 
-   !> The scene of a kind, lines ended by new_line('a'); empty for none of `template_kinds`.
+   !> Text of a template scene, lines ended by new_line('a'); empty if `kind` is not one of `template_kinds`.
    pure function template_text(kind) result(text)
       character(*), intent(in) :: kind
       character(:), allocatable :: text
@@ -115,7 +115,7 @@ contains
       end select
    end function template_text
 
-   !> Lines in one text.
+   !> Lines joined into one text.
    pure function joined(lines) result(text)
       character(*), intent(in) :: lines(:)
       character(:), allocatable :: text

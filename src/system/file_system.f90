@@ -1,4 +1,4 @@
-!> Folders and files: a file appears under its name whole or not at all.
+!> Folders and files. A file appears under its name either complete or not at all.
 module file_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr, c_size_t
    use failures, only: fail, failure_t, status_run_failed
@@ -13,12 +13,12 @@ module file_system
    !> File descriptor of standard error.
    integer(c_int), parameter :: standard_error_descriptor = 2_c_int
 
-   !> Between the name of an incomplete file and the number of the process that writes it.
+   !> Mark between the name of an incomplete file and the number of the process that writes the file.
    character(*), parameter :: part_mark = '.part-'
-   !> Longest name in a folder.
+   !> Maximum length of a name in a folder.
    integer, parameter :: entry_length = 255
 
-   !> What can have a name; there are others.
+   !> Kinds of entries that a path can name. Other kinds have other numbers.
    integer, parameter :: kind_nothing = 0
    integer, parameter :: kind_file = 1
    integer, parameter :: kind_folder = 2
@@ -48,7 +48,7 @@ module file_system
          integer(c_int) :: status
       end function posix_unlink
 
-      ! The rest is explained in file_system_posix.c.
+      ! The following functions are documented in file_system_posix.c.
       function impactbeam_make_folder(path) bind(c) result(code)
          import :: c_char, c_int
          implicit none (type, external)
@@ -151,12 +151,11 @@ module file_system
 
 contains
 
-   !> Make a folder and those above it, unless it is there, and try whether a file can be written in it: one that can be
-   !> made is not yet one that takes files, on a full disk, one mounted for reading, or where somebody else is the
-   !> owner.
+   !> Make a folder and its parents unless they exist, and test that a file can be written in the folder. A folder that
+   !> exists may still refuse files: on a full disk, on a read-only file system, or without permission.
    subroutine make_folder(path, error)
       character(*), intent(in) :: path
-      !> Why it could not be made or takes no file
+      !> Reason why the folder could not be made or refuses files
       type(failure_t), allocatable, intent(out) :: error
 
       character(*), parameter :: trial = 'trial'
@@ -177,15 +176,15 @@ contains
          reason(code))
    end subroutine make_folder
 
-   !> Write bytes to a file in a folder that is there. They go to a file of another name, which takes
-   !> the place of the old one when it is complete: whatever fails, the old file stays as it was.
+   !> Write bytes to a file in an existing folder. The bytes are written to a temporary file, which replaces the old
+   !> file when it is complete, so the old file survives any failure.
    subroutine replace_file(folder, name, bytes, error)
       character(*), intent(in) :: folder
-      !> The file's name in it
+      !> Name of the file in the folder
       character(*), intent(in) :: name
-      !> What the file is to hold
+      !> Content of the file
       character(kind=c_char), intent(in) :: bytes(:)
-      !> Why it could not be written
+      !> Reason why the file could not be written
       type(failure_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: path, partial
@@ -198,15 +197,15 @@ contains
       if (code == 0) code = impactbeam_rename(partial//c_null_char, path//c_null_char)
       if (code == 0) return
       call fail(error, status_run_failed, "cannot write '"//path//"': "//reason(code))
-      ! Its own failure changes nothing: the next run removes what is left.
+      ! A failure of unlink is ignored because the next run removes the temporary file.
       code = posix_unlink(partial//c_null_char)
    end subroutine replace_file
 
-   !> Give a file another name on the same disk, in place of the file that has it.
+   !> Rename a file on the same disk and replace an existing file of the new name.
    subroutine move_file(from, to, error)
       character(*), intent(in) :: from
       character(*), intent(in) :: to
-      !> Why it could not be moved
+      !> Reason why the file could not be renamed
       type(failure_t), allocatable, intent(out) :: error
 
       integer(c_int) :: code
@@ -215,10 +214,10 @@ contains
       if (code /= 0) call fail(error, status_run_failed, "cannot write '"//trim(to)//"': "//reason(code))
    end subroutine move_file
 
-   !> Make a folder that is not there, in one that is.
+   !> Make a folder that does not exist, in an existing folder.
    subroutine make_new_folder(path, error)
       character(*), intent(in) :: path
-      !> Why it could not be made
+      !> Reason why the folder could not be made
       type(failure_t), allocatable, intent(inout) :: error
 
       integer(c_int) :: code
@@ -227,16 +226,16 @@ contains
       if (code /= 0) call fail(error, status_run_failed, "cannot make the folder '"//trim(path)//"': "//reason(code))
    end subroutine make_new_folder
 
-   !> Remove a folder if there is nothing in it.
+   !> Remove a folder if it is empty.
    subroutine remove_empty_folder(path, is_gone)
       character(*), intent(in) :: path
-      !> It was empty
+      !> Whether the folder was removed
       logical, intent(out) :: is_gone
 
       is_gone = impactbeam_remove_empty_folder(trim(path)//c_null_char) == 0
    end subroutine remove_empty_folder
 
-   !> What has a name; a link is told as one, not followed.
+   !> Kind of the entry that a path names. Links are not followed.
    function kind_of(path) result(kind)
       character(*), intent(in) :: path
       integer :: kind
@@ -244,10 +243,10 @@ contains
       kind = impactbeam_kind_of(trim(path)//c_null_char)
    end function kind_of
 
-   !> What is in a folder; nothing where it cannot be read or is a link.
+   !> List the entries of a folder. The list is empty if the folder cannot be read or is a link.
    subroutine folder_entries(path, entries)
       character(*), intent(in) :: path
-      !> Their names, in no order
+      !> Names of the entries, unordered
       character(entry_length), allocatable, intent(out) :: entries(:)
 
       character(entry_length), allocatable :: longer(:)
@@ -272,10 +271,10 @@ contains
       entries = entries(:count)
    end subroutine folder_entries
 
-   !> Remove files of a folder that is no link; what is no file stays.
+   !> Remove files of a folder that is not a link. Subfolders remain.
    subroutine remove_entries(path, entries)
       character(*), intent(in) :: path
-      !> Names in it
+      !> Names of the files in the folder
       character(*), intent(in) :: entries(:)
 
       integer :: i
@@ -289,12 +288,12 @@ contains
       call impactbeam_close_folder(folder)
    end subroutine remove_entries
 
-   !> The bytes of a file that the program wrote; a link is not followed.
+   !> Load a file that the program wrote. Links are not followed.
    subroutine load_file(path, bytes, error)
       character(*), intent(in) :: path
-      !> What it holds
+      !> Content of the file
       character(kind=c_char), allocatable, intent(out) :: bytes(:)
-      !> Why it could not be read
+      !> Reason why the file could not be read
       type(failure_t), allocatable, intent(out) :: error
 
       character(:), allocatable :: problem
@@ -303,16 +302,16 @@ contains
       if (allocated(problem)) call fail(error, status_run_failed, "cannot read '"//trim(path)//"': "//problem)
    end subroutine load_file
 
-   !> The bytes of a regular file; nothing else is read, and nothing is waited for.
+   !> Load a regular file. Pipes and devices are refused so that the call never waits.
    subroutine load_bytes(path, follows_links, longest, bytes, problem)
       character(*), intent(in) :: path
-      !> A link stands for the file that it leads to
+      !> Whether links are followed
       logical, intent(in) :: follows_links
-      !> Most bytes that are read
+      !> Maximum size of the file in bytes
       integer, intent(in) :: longest
-      !> What the file holds
+      !> Content of the file
       character(kind=c_char), allocatable, intent(out) :: bytes(:)
-      !> Why it could not be read; unallocated: it was
+      !> Reason why the file could not be read; unallocated: the file was read
       character(:), allocatable, intent(out) :: problem
 
       integer(c_int) :: code, follows
@@ -332,11 +331,11 @@ contains
       if (code /= 0) problem = reason(code)
    end subroutine load_bytes
 
-   !> The name under which a process writes a file before it is complete: hidden, and no result by its ending.
+   !> Temporary name of an incomplete file: hidden, and without the extension of a results file.
    pure function partial_name(name, process) result(partial)
-      !> The file's final name
+      !> Final name of the file
       character(*), intent(in) :: name
-      !> The number of the process
+      !> Number of the process
       integer, intent(in) :: process
       character(:), allocatable :: partial
 
@@ -346,7 +345,7 @@ contains
       partial = partial_prefix(name)//trim(digits)
    end function partial_name
 
-   !> The final name of a file from that of an incomplete form; any other name is its own.
+   !> Final name of a file from its temporary name. Any other name is returned unchanged.
    pure function final_name(name) result(final)
       character(*), intent(in) :: name
       character(:), allocatable :: final
@@ -359,16 +358,16 @@ contains
       if (verify(name(place + len(part_mark):), '0123456789') == 0) final = name(2:place - 1)
    end function final_name
 
-   !> What the names of a file's incomplete forms begin with.
+   !> Start of the temporary names of a file.
    pure function partial_prefix(name) result(prefix)
-      !> The file's final name
+      !> Final name of the file
       character(*), intent(in) :: name
       character(:), allocatable :: prefix
 
       prefix = '.'//trim(name)//part_mark
    end function partial_prefix
 
-   !> Does somebody watch what is written there?
+   !> Whether a file descriptor is a terminal.
    function is_terminal(descriptor) result(answer)
       !> A file descriptor, such as `standard_error_descriptor`
       integer(c_int), intent(in) :: descriptor
@@ -377,7 +376,7 @@ contains
       answer = posix_isatty(descriptor) == 1
    end function is_terminal
 
-   !> The system's words for an error.
+   !> Description of an error code by the operating system.
    function reason(code) result(words)
       integer(c_int), intent(in) :: code
       character(:), allocatable :: words

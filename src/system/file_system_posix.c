@@ -1,5 +1,5 @@
-/* What POSIX gives to C alone: errno, directory entries, mode bits. Fortran's side is file_system.f90.
- * Each function returns 0, or the errno of the call that failed. */
+/* File functions of POSIX that need C: errno, directory entries, mode bits. file_system.f90 has their Fortran interfaces.
+ * Each function returns 0, or the errno of the call that failed, unless its comment says otherwise. */
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -11,14 +11,14 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-/* Both in process_posix.c. */
+/* Both are documented in process_posix.c. */
 void impactbeam_note_unfinished(const char *path);
 int impactbeam_write_all(int descriptor, const char *bytes, size_t count);
 
-/* No errno: what has the name is not a regular file. */
+/* A code beside those of errno: the path does not name a regular file. */
 enum { is_no_file = -1 };
 
-/* Make a folder and those above it; one that is there already is no error, a file in its place is. */
+/* Make a folder and its parents. A folder that exists is no error, a file in its place is. */
 int impactbeam_make_folder(const char *path)
 {
    char *partial = strdup(path);
@@ -32,7 +32,7 @@ int impactbeam_make_folder(const char *path)
       if (stat(partial, &status) == 0) {
          if (!S_ISDIR(status.st_mode)) code = ENOTDIR;
       } else if (mkdir(partial, 0777) != 0) {
-         /* another process made it just now, or a link leads nowhere */
+         /* another process has just made the folder, or a link is dangling */
          code = errno == EEXIST && stat(partial, &status) == 0 ? 0 : errno;
       }
       *end = separator;
@@ -42,13 +42,13 @@ int impactbeam_make_folder(const char *path)
    return code;
 }
 
-/* Make a folder that is not there. */
+/* Make a folder that does not exist. */
 int impactbeam_make_new_folder(const char *path)
 {
    return mkdir(path, 0777) == 0 ? 0 : errno;
 }
 
-/* What has this name: 0 nothing, 1 a file, 2 a folder, 3 a link, 4 something else; where that cannot be known, 4. */
+/* Kind of the entry that a path names: 0 nothing, 1 a file, 2 a folder, 3 a link, 4 something else or unknown. */
 int impactbeam_kind_of(const char *path)
 {
    struct stat status;
@@ -58,7 +58,8 @@ int impactbeam_kind_of(const char *path)
    return S_ISLNK(status.st_mode) ? 3 : 4;
 }
 
-/* The size of a file, and its bytes. Only a regular file is read: a pipe would be waited for, a device has no end. */
+/* Return the size of a file if `bytes` is NULL, else its bytes. Only regular files are read, because reading a pipe may
+ * wait and a device has no end. */
 int impactbeam_read_bytes(const char *path, int follows_links, char *bytes, size_t *count)
 {
    struct stat status;
@@ -77,15 +78,15 @@ int impactbeam_read_bytes(const char *path, int follows_links, char *bytes, size
    return code;
 }
 
-/* Write a file whole under its name. Nobody else writes under this name: what has it was left by a process that is
- * gone, and it is replaced rather than written into, since it may have other names. */
+/* Write a complete file. No other process writes a file of this name, so an existing file was left by a process that has
+ * ended. The existing file is replaced instead of overwritten because it may have other hard links. */
 int impactbeam_write_bytes(const char *path, const char *bytes, size_t count)
 {
    impactbeam_note_unfinished(path);
    unlink(path);
    const int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0666);
    if (file < 0) return errno;
-   /* Past a limit on the size of files write() shall fail, not end the program. */
+   /* Beyond a limit on the size of files write() shall fail instead of ending the program. */
    void (*const former)(int) = signal(SIGXFSZ, SIG_IGN);
    int code = impactbeam_write_all(file, bytes, count);
    if (close(file) != 0 && code == 0) code = errno;
@@ -93,13 +94,13 @@ int impactbeam_write_bytes(const char *path, const char *bytes, size_t count)
    return code;
 }
 
-/* Give a file another name, in place of the file that has it. */
+/* Rename a file and replace an existing file of the new name. */
 int impactbeam_rename(const char *from, const char *to)
 {
    return rename(from, to) == 0 ? 0 : errno;
 }
 
-/* Remove the files <folder>/<prefix><process> of processes that are gone. */
+/* Remove the files <folder>/<prefix><process> of processes that have ended. */
 void impactbeam_remove_leftovers(const char *folder, const char *prefix)
 {
    const size_t length = strlen(prefix);
@@ -115,7 +116,7 @@ void impactbeam_remove_leftovers(const char *folder, const char *prefix)
    closedir(entries);
 }
 
-/* The entries of a folder that is no link. NULL: it cannot be read. */
+/* Open the list of entries of a folder that is not a link. NULL: the folder cannot be read. */
 void *impactbeam_open_folder(const char *path)
 {
    const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
@@ -125,7 +126,7 @@ void *impactbeam_open_folder(const char *path)
    return entries;
 }
 
-/* The name of the next entry; 0: there are no more. A name that is too long is cut. */
+/* Get the name of the next entry, truncated to `size`. Returns 0 if there are no more entries, else 1. */
 int impactbeam_next_entry(void *entries, char *name, size_t size)
 {
    const struct dirent *entry;
@@ -137,7 +138,7 @@ int impactbeam_next_entry(void *entries, char *name, size_t size)
    return 1;
 }
 
-/* Remove a file of the folder; a folder in it stays. */
+/* Remove a file of the folder. Subfolders remain. */
 void impactbeam_remove_entry(void *entries, const char *name)
 {
    unlinkat(dirfd((DIR *)entries), name, 0);
@@ -154,7 +155,7 @@ int impactbeam_remove_empty_folder(const char *path)
    return rmdir(path) == 0 ? 0 : errno;
 }
 
-/* The words for an errno or for is_no_file, cut to fit. */
+/* Description of an errno or of is_no_file, truncated to `size`. */
 void impactbeam_describe(int code, char *text, size_t size)
 {
    snprintf(text, size, "%s", code == is_no_file ? "not a regular file but a folder, a pipe or a device" : strerror(code));

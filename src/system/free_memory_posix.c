@@ -1,5 +1,5 @@
-/* What the process has freed goes back to the system where the C library can do that: otherwise the next allocation takes its
- * place, and the size of the process does not show it. */
+/* Return freed memory to the operating system if the C library can. Otherwise the next allocation reuses the freed memory
+ * and the size of the process does not show the allocation. */
 #ifdef __linux__
 #include <features.h>
 #endif

@@ -1,4 +1,4 @@
-!> How much memory this process can still have (machine_memory_posix.c), and numbers of bytes in words.
+!> Memory that this process can still allocate (machine_memory_posix.c), and numbers of bytes in words.
 module machine_memory
    use, intrinsic :: iso_c_binding, only: c_double
    use kinds, only: wp
@@ -8,14 +8,14 @@ module machine_memory
    public :: free_memory, free_addresses, in_bytes
 
    interface
-      !> Memory and swap that are free for this process, control groups included, bytes; huge: not known.
+      !> Free memory and swap of this process within the limits of its control groups, in bytes; huge: unknown.
       function free_memory() bind(c, name='impactbeam_free_memory') result(bytes)
          import :: c_double
          implicit none (type, external)
          real(c_double) :: bytes
       end function free_memory
 
-      !> Address space left where it is limited (ulimit -v), bytes; infinite: it is not.
+      !> Free address space if it is limited (ulimit -v), in bytes; infinite: unlimited.
       function free_addresses() bind(c, name='impactbeam_free_addresses') result(bytes)
          import :: c_double
          implicit none (type, external)
@@ -25,7 +25,7 @@ module machine_memory
 
 contains
 
-   !> Such as '12.3 GB'.
+   !> A number of bytes in words, such as '12.3 GB'.
    pure function in_bytes(bytes) result(words)
       real(wp), intent(in) :: bytes
       character(:), allocatable :: words

@@ -1,4 +1,4 @@
-/* How much memory this process can still have. Fortran's side is machine_memory.f90. */
+/* Memory that this process can still allocate. machine_memory.f90 has the Fortran interfaces. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -7,8 +7,8 @@
 
 enum { longest_line = 1024, longest_path = 2048 };
 
-/* The number after a word at the beginning of a line of a file, or the one in a file of one number where the word is
- * empty; negative: there is none. */
+/* Read the number behind `word` at the start of a line of a file, or the only number of a file if `word` is empty.
+ * The result is negative if there is no such number. */
 static double number_in(const char *path, const char *word)
 {
    char line[longest_line];
@@ -22,7 +22,7 @@ static double number_in(const char *path, const char *word)
    return number;
 }
 
-/* What a control group and those above it leave; memory of files that are not in use counts as free. */
+/* Free memory within the limits of a control group and its parents. Cached pages of inactive files count as free. */
 static double room_in_group(const char *root, char *group, const char *limit, const char *usage, const char *cached)
 {
    char folder[longest_path], path[longest_path + 64];
@@ -42,7 +42,7 @@ static double room_in_group(const char *root, char *group, const char *limit, co
    }
 }
 
-/* Bytes of memory and swap that are free for this process, as far as Linux tells; else infinite. */
+/* Free bytes of memory and swap of this process, as Linux reports them; infinite if unknown. */
 double impactbeam_free_memory(void)
 {
    const double kilobyte = 1024.0;
@@ -68,7 +68,7 @@ double impactbeam_free_memory(void)
    return room;
 }
 
-/* Bytes of address space left where that is limited (ulimit -v), found by asking for them; else infinite. */
+/* Free bytes of a limited address space (ulimit -v), found by bisection with trial mappings; infinite if unlimited. */
 double impactbeam_free_addresses(void)
 {
    struct rlimit limit;

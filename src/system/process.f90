@@ -1,4 +1,4 @@
-!> This process as the system sees it: its streams and its signals.
+!> Standard streams, signals, stack and exit of this process.
 module process
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_size_t
    use failures, only: fail, failure_t, status_run_failed
@@ -10,7 +10,7 @@ module process
    integer(c_int), parameter :: standard_output_descriptor = 1_c_int
 
    abstract interface
-      !> A thread's work.
+      !> The work of a thread.
       function work_interface(data) bind(c) result(nothing)
          import :: c_ptr
          implicit none (type, external)
@@ -20,29 +20,30 @@ module process
    end interface
 
    interface
-      ! These are explained in process_posix.c.
-      subroutine impactbeam_hold_streams() bind(c)
+      ! The following procedures are documented in process_posix.c.
+      subroutine impactbeam_reserve_streams() bind(c)
          implicit none (type, external)
-      end subroutine impactbeam_hold_streams
+      end subroutine impactbeam_reserve_streams
 
-      subroutine impactbeam_take_signals() bind(c)
+      subroutine impactbeam_catch_signals() bind(c)
          implicit none (type, external)
-      end subroutine impactbeam_take_signals
+      end subroutine impactbeam_catch_signals
 
-      subroutine impactbeam_keep_memory() bind(c)
+      subroutine impactbeam_retain_memory() bind(c)
          implicit none (type, external)
-      end subroutine impactbeam_keep_memory
+      end subroutine impactbeam_retain_memory
 
-      !> Do some work where there is a stack of the usual size.
+      !> Call `work` on a stack of at least the default size.
       subroutine work_on_usual_stack(work, data) bind(c, name='impactbeam_work_on_usual_stack')
          import :: c_ptr, work_interface
          implicit none (type, external)
          procedure(work_interface) :: work
-         !> What the work is given
+         !> Argument of `work`
          type(c_ptr), value :: data
       end subroutine work_on_usual_stack
 
-      !> End with a status, in silence, as `stop` cannot everywhere: for main programs alone.
+      !> Exit with a status and without a message, which `stop` does not do with every compiler. Only main programs may
+      !> call this.
       subroutine end_process(status) bind(c, name='exit')
          import :: c_int
          implicit none (type, external)
@@ -61,17 +62,17 @@ module process
 
 contains
 
-   !> To be called first.
+   !> Prepare streams, signals and memory. This is the first call of a program.
    subroutine prepare_process()
-      call impactbeam_hold_streams()
-      call impactbeam_take_signals()
-      call impactbeam_keep_memory()
+      call impactbeam_reserve_streams()
+      call impactbeam_catch_signals()
+      call impactbeam_retain_memory()
    end subroutine prepare_process
 
-   !> Open a unit for a text that is to be read back.
+   !> Open a unit for a text that `text_of` reads back.
    subroutine open_text(unit, error)
       integer, intent(out) :: unit
-      !> Set when there is no room for temporary files
+      !> Set if no temporary file can be opened
       type(failure_t), allocatable, intent(inout) :: error
 
       integer :: status
@@ -81,27 +82,27 @@ contains
          'cannot open a temporary file for a table; TMPDIR names its folder')
    end subroutine open_text
 
-   !> What was written to the unit, which is closed.
+   !> Read back the text that was written to a unit, and close the unit.
    subroutine text_of(unit, text, error)
       integer, intent(in) :: unit
       character(:), allocatable, intent(out) :: text
-      !> Set when the temporary file does not hold all of it
+      !> Set if the temporary file is incomplete
       type(failure_t), allocatable, intent(inout) :: error
 
-      character(256) :: piece
-      integer :: place, held, length, status
+      character(256) :: buffer
+      integer :: position, stored, length, status
 
       flush (unit)
-      ! libgfortran does not tell a write that failed
-      inquire (unit=unit, pos=place, size=held)
-      if (held < place - 1) call fail(error, status_run_failed, &
+      ! libgfortran does not report a write that failed
+      inquire (unit=unit, pos=position, size=stored)
+      if (stored < position - 1) call fail(error, status_run_failed, &
          'cannot write a temporary file; TMPDIR names its folder')
       rewind (unit)
       text = ''
       do
-         read (unit, '(a)', advance='no', size=length, iostat=status) piece
+         read (unit, '(a)', advance='no', size=length, iostat=status) buffer
          if (is_iostat_end(status)) exit
-         text = text//piece(:length)
+         text = text//buffer(:length)
          if (is_iostat_eor(status)) then
             text = text//new_line('a')
          else if (status /= 0) then
@@ -111,11 +112,11 @@ contains
       close (unit)
    end subroutine text_of
 
-   !> Print a text to standard output. Fortran's own units do not tell a write that failed.
+   !> Print a text to standard output without Fortran units, because they do not report a write that failed.
    subroutine print_text(text, error)
-      !> The text; its lines end with new_line('a')
+      !> The text, lines ended by new_line('a')
       character(*), intent(in) :: text
-      !> Why it could not be written
+      !> Reason why the text could not be written
       type(failure_t), allocatable, intent(inout) :: error
 
       integer(c_int) :: code

@@ -1,5 +1,4 @@
-/* The process as the system sees it: its streams, its signals, its stacks, and the end of its memory. Fortran's side is
- * process.f90. */
+/* Standard streams, signals, stack and end of this process. process.f90 has the Fortran interfaces. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -17,8 +16,8 @@
 
 enum { longest_path = 8192 };
 
-/* What goes if a signal or want of memory ends the process: the file that is being written, and the lock. */
-enum { unfinished_file, held_lock, kinds_to_remove };
+/* Files that are removed if a signal or lack of memory ends the process: the file that is being written, and the lock. */
+enum { unfinished_file, owned_lock, kinds_to_remove };
 static char to_remove[kinds_to_remove][longest_path];
 static volatile sig_atomic_t is_to_be_removed[kinds_to_remove];
 
@@ -31,16 +30,16 @@ static void note(int kind, const char *path)
    is_to_be_removed[kind] = length > 0;
 }
 
-/* The file that is being written; once it has its final name there is none of this name. */
+/* Record the path of the file that is being written. Once the file has its final name no file of this path exists. */
 void impactbeam_note_unfinished(const char *path)
 {
    note(unfinished_file, path);
 }
 
-/* The lock that is held; none: "". */
+/* Record the path of the lock file that this process owns; "" if there is none. */
 void impactbeam_note_lock(const char *path)
 {
-   note(held_lock, path);
+   note(owned_lock, path);
 }
 
 static void remove_unfinished(void)
@@ -50,7 +49,7 @@ static void remove_unfinished(void)
    }
 }
 
-/* End as the signal would have ended the process: whoever waits for it sees the signal. */
+/* Remove unfinished files and end by the default action of the signal, so that the parent process sees the signal. */
 static void end_by_signal(int number)
 {
    remove_unfinished();
@@ -58,9 +57,10 @@ static void end_by_signal(int number)
    raise(number);
 }
 
-/* libgfortran prints a backtrace at SIGQUIT and SIGXCPU; these and the rest that ask a process to end leave no unfinished
- * file. Past a limit on the size of files write() shall fail. What is ignored from outside (nohup) stays so. */
-void impactbeam_take_signals(void)
+/* Catch the signals that ask a process to end, so that no unfinished file is left and libgfortran prints no backtrace at
+ * SIGQUIT and SIGXCPU. Beyond a limit on the size of files write() shall fail. Signals that were ignored at the start of
+ * the process (nohup) stay ignored. */
+void impactbeam_catch_signals(void)
 {
    static const int ending[] = {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU, SIGUSR1, SIGUSR2, SIGPIPE, SIGALRM,
                                 SIGVTALRM, SIGPROF};
@@ -72,18 +72,18 @@ void impactbeam_take_signals(void)
    signal(SIGXFSZ, SIG_IGN);
 }
 
-/* Where standard input, output or error is closed the next file to be opened would take its place and be written to. What
- * takes it here can only be read, so that what is printed there fails. */
-void impactbeam_hold_streams(void)
+/* Open /dev/null for reading in place of a closed standard input, output or error. Otherwise the next file to be opened
+ * would get the free descriptor and receive the printed text. Printing to the read-only /dev/null fails as it should. */
+void impactbeam_reserve_streams(void)
 {
    for (int stream = 0; stream <= 2; ++stream) {
       if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDONLY) != stream) return;
    }
 }
 
-/* Memory that was given back is mostly wanted again at once: glibc gives less than this back to the system, each page of which
- * would be cleared anew. */
-void impactbeam_keep_memory(void)
+/* Let glibc retain more freed memory, because freed memory is usually allocated again at once and the system would clear
+ * each page that it hands out again. */
+void impactbeam_retain_memory(void)
 {
 #ifdef __GLIBC__
    mallopt(M_MMAP_THRESHOLD, 4 << 20);
@@ -92,7 +92,7 @@ void impactbeam_keep_memory(void)
 #endif
 }
 
-/* Write all bytes; 0, or the errno of what failed. */
+/* Write all bytes. Returns 0, or the errno of the call that failed. */
 int impactbeam_write_all(int descriptor, const char *bytes, size_t count)
 {
    while (count > 0) {
@@ -109,8 +109,9 @@ int impactbeam_write_all(int descriptor, const char *bytes, size_t count)
    return 0;
 }
 
-/* Do some work where there is a stack of the usual size, and give threads to come the same. Where the user's limit leaves less
- * (ulimit -s) it may be final, and linear algebra alone takes some 60 kB: what a thread is given is not bound by it. */
+/* Call `work` on a stack of at least the default size, and make this size the default of later threads. A smaller limit of
+ * the user (ulimit -s) may be final for the main thread, and linear algebra alone takes some 60 kB; the stack size of a new
+ * thread is not bound by the limit. */
 void impactbeam_work_on_usual_stack(void *(*work)(void *), void *data)
 {
    static const rlim_t usual = (rlim_t)8 << 20;
@@ -130,9 +131,9 @@ void impactbeam_work_on_usual_stack(void *(*work)(void *), void *data)
    if (!is_done) work(data);
 }
 
-/* libgfortran's are called where an allocation without a status fails, and print a backtrace: the program's own go before
- * those of its shared library, and before those of its archive where the linker is told so (--wrap). What is not finished
- * goes, status 1. */
+/* libgfortran calls these functions when an allocation without a status fails, and its own versions print a backtrace. The
+ * program's versions take precedence over those of the shared library, and over those of the static library if the linker
+ * is told so (--wrap). They remove unfinished files and exit with status 1. */
 void _gfortran_os_error(const char *message) __attribute__((weak, noreturn));
 void _gfortran_os_error_at(const char *place, const char *message, ...) __attribute__((weak, noreturn));
 
@@ -161,9 +162,9 @@ void _gfortran_os_error_at(const char *place, const char *message, ...)
    end_without_memory(message, arguments);
 }
 
-static void end_plainly(const char *message, ...) __attribute__((noreturn));
+static void end_with_message(const char *message, ...) __attribute__((noreturn));
 
-static void end_plainly(const char *message, ...)
+static void end_with_message(const char *message, ...)
 {
    va_list arguments;
    va_start(arguments, message);
@@ -172,5 +173,5 @@ static void end_plainly(const char *message, ...)
 
 void _gfortran_os_error(const char *message)
 {
-   end_plainly("%s", message);
+   end_with_message("%s", message);
 }

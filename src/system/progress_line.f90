@@ -1,4 +1,4 @@
-!> A line on the terminal that says what a long run is busy with, for how many seconds, and how far it has come.
+!> A progress line of a long run on the terminal: label, seconds, and completed fraction.
 module progress_line
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr
    use file_system, only: is_terminal, standard_error_descriptor
@@ -7,11 +7,11 @@ module progress_line
    private
    public :: start_progress, stop_progress, terminal_width
 
-   !> A run is long after so many milliseconds.
+   !> Milliseconds after which a run counts as long.
    integer(c_int), parameter :: long_run = 2000_c_int
 
    interface
-      ! These are explained in progress_line_posix.c.
+      ! The following procedures are documented in progress_line_posix.c.
       subroutine impactbeam_start_progress(label, descriptor, delay, reach) bind(c)
          import :: c_char, c_int, c_ptr
          implicit none (type, external)
@@ -25,7 +25,7 @@ module progress_line
          implicit none (type, external)
       end subroutine impactbeam_stop_progress
 
-      !> Columns of a terminal; 80 where they are not known.
+      !> Number of columns of a terminal; 80 if unknown.
       function terminal_width(descriptor) bind(c, name='impactbeam_terminal_width') result(columns)
          import :: c_int
          implicit none (type, external)
@@ -36,11 +36,11 @@ module progress_line
 
 contains
 
-   !> From now on, if this takes long and somebody watches standard error, count the seconds there.
+   !> Start the progress line. The line appears when the run has taken long, on standard error if that is a terminal.
    subroutine start_progress(label, descriptor, delay)
-      !> What the run is busy with
+      !> Label of the run
       character(*), intent(in) :: label
-      !> Where to write, whoever watches; absent: standard error, if it is a terminal
+      !> File descriptor to which the line is always written; absent: standard error, if it is a terminal
       integer(c_int), intent(in), optional :: descriptor
       !> Milliseconds before the first line; absent: 2000
       integer(c_int), intent(in), optional :: delay
@@ -56,7 +56,7 @@ contains
       end if
    end subroutine start_progress
 
-   !> Stop counting and wipe the line out.
+   !> Stop the progress line and erase it.
    subroutine stop_progress()
       call impactbeam_stop_progress()
    end subroutine stop_progress

@@ -1,5 +1,5 @@
-/* A line that counts the seconds of a long run, written from a timer: the arithmetic below knows nothing of it.
- * The handler only uses what POSIX allows in one. Fortran's side is progress_line.f90. */
+/* A progress line that counts the seconds of a long run. A timer signal writes the line, so the computation needs no calls.
+ * The signal handler only calls functions that POSIX declares safe in one. progress_line.f90 has the Fortran interfaces. */
 #include <errno.h>
 #include <signal.h>
 #include <stddef.h>
@@ -15,7 +15,8 @@ static char line[longest_label + room_for_figures];
 static size_t label_length;
 static int line_descriptor;
 static struct timespec begin;
-/* How far the run is, 0 to 1; and where it was, and when, as its pace began to be counted */
+/* Completed fraction of the run, 0 to 1; its value at the last line; and fraction and second from which the rate of
+ * progress is counted */
 static volatile const double *reach;
 static double last_reach, first_reach, first_second;
 static volatile sig_atomic_t line_is_shown;
@@ -29,7 +30,7 @@ static void set_timer(int first, int between)
    setitimer(ITIMER_REAL, &timer, NULL);
 }
 
-/* Columns of a terminal; 80 where they are not known. */
+/* Number of columns of a terminal; 80 if unknown. */
 int impactbeam_terminal_width(int descriptor)
 {
    struct winsize size;
@@ -55,7 +56,7 @@ static size_t add_words(size_t length, const char *words)
    return length;
 }
 
-/* Such as ', 45 %, 12 s left', of what goes on at an even pace. */
+/* Append the completed fraction and the remaining time at a constant rate of progress, such as ', 45 %, 12 s left'. */
 static size_t add_reach(size_t length, double seconds)
 {
    const double now = *reach;
@@ -89,18 +90,18 @@ static void show_line(int signal_number)
    const double seconds = (double)(now.tv_sec - begin.tv_sec) + 1e-9 * (double)(now.tv_nsec - begin.tv_nsec);
    const size_t plain = add_words(add_number(label_length, (long)seconds), " s");
    size_t length = add_reach(plain, seconds);
-   /* a line that wraps could not be written over; the first byte goes back to its beginning */
+   /* a line that wraps could not be overwritten; the first byte of the line is a carriage return */
    const size_t width = (size_t)impactbeam_terminal_width(line_descriptor);
    if (length > width)
       length = width;
    else if (length > plain)
-      length = add_words(length, "\033[K"); /* it may be shorter than the one before */
+      length = add_words(length, "\033[K"); /* erase the rest of a longer previous line */
    line_is_shown = 1;
    if (write(line_descriptor, line, length) < 0) line_is_shown = 0;
    errno = saved;
 }
 
-/* After so many milliseconds, and then each second, write the label, the seconds since now, and how far the run is. */
+/* Write label, seconds from now and completed fraction after `delay` milliseconds, and then every second. */
 void impactbeam_start_progress(const char *label, int descriptor, int delay, const double *where)
 {
    reach = where;
@@ -121,10 +122,10 @@ void impactbeam_start_progress(const char *label, int descriptor, int delay, con
    set_timer(delay, milliseconds_between_lines);
 }
 
-/* Stop, and wipe the line out where one was written. */
+/* Stop the timer and erase the line if one was written. */
 void impactbeam_stop_progress(void)
 {
-   /* the timer and its signal are another's where there is no line */
+   /* without a progress line, timer and signal belong to somebody else */
    if (!is_started) return;
    is_started = 0;
    set_timer(0, 0);

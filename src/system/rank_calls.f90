@@ -1,4 +1,4 @@
-!> What the processes that MPI's launcher has started say to each other.
+!> Calls by which the processes (ranks) that MPI's launcher has started communicate.
 module rank_calls
    use, intrinsic :: iso_c_binding, only: c_char, c_f_procpointer, c_funptr, c_int, c_null_char, c_size_t
    use failures, only: fail, failure_t, status_run_failed
@@ -7,7 +7,7 @@ module rank_calls
    public :: load_rank_calls, rank_call, rank_call_t
 
    abstract interface
-      !> A call, as rank_calls_mpi.c tells.
+      !> A communication call, documented in rank_calls_mpi.c.
       function rank_call_t(value) bind(c) result(answer)
          import :: c_int
          implicit none (type, external)
@@ -17,11 +17,11 @@ module rank_calls
    end interface
 
    interface
-      ! These are explained in rank_calls_posix.c.
-      function impactbeam_load_rank_calls(why, size) bind(c) result(answer)
+      ! The following functions are documented in rank_calls_posix.c.
+      function impactbeam_load_rank_calls(reason_text, size) bind(c) result(answer)
          import :: c_char, c_int, c_size_t
          implicit none (type, external)
-         character(kind=c_char), intent(out) :: why(*)
+         character(kind=c_char), intent(out) :: reason_text(*)
          integer(c_size_t), value :: size
          integer(c_int) :: answer
       end function impactbeam_load_rank_calls
@@ -36,37 +36,37 @@ module rank_calls
 
 contains
 
-   !> Load the calls, if the program was started by MPI's launcher and built with MPI.
+   !> Load the communication calls if the program was started by MPI's launcher and built with MPI.
    subroutine load_rank_calls(are_loaded, error)
       logical, intent(out) :: are_loaded
-      !> Set where they should be there and are not
+      !> Set if the calls should exist but cannot be loaded
       type(failure_t), allocatable, intent(inout) :: error
 
-      integer, parameter :: longest = 500
-      character(longest, c_char) :: why
+      integer, parameter :: max_length = 500
+      character(max_length, c_char) :: reason_text
       integer(c_int) :: answer
 
       answer = -1_c_int
-      why = ''
+      reason_text = ''
       if (any([is_set('OMPI_COMM_WORLD_SIZE'), is_set('PMI_SIZE'), is_set('PMIX_RANK'), is_set('PMI_RANK')])) then
-         answer = impactbeam_load_rank_calls(why, int(longest, c_size_t))
+         answer = impactbeam_load_rank_calls(reason_text, int(max_length, c_size_t))
       end if
       are_loaded = answer == 1_c_int
       if (answer == 0_c_int) call fail(error, status_run_failed, &
          'started as one of several processes, but what talks to the others is missing: '// &
-         why(:index(why, c_null_char) - 1))
+         reason_text(:index(reason_text, c_null_char) - 1))
    end subroutine load_rank_calls
 
-   !> One of the calls that were loaded.
+   !> One of the communication calls that were loaded.
    function rank_call(name) result(call)
-      !> What follows impactbeam_rank_ in its name
+      !> Name of the call without the prefix impactbeam_rank_
       character(*), intent(in) :: name
       procedure(rank_call_t), pointer :: call
 
       call c_f_procpointer(impactbeam_rank_call('impactbeam_rank_'//name//c_null_char), call)
    end function rank_call
 
-   !> Is an environment variable set?
+   !> Whether an environment variable is set.
    function is_set(name) result(answer)
       character(*), intent(in) :: name
       logical :: answer

@@ -1,10 +1,10 @@
-/* The processes that share a sweep, by MPI: what rank_calls.f90 loads. Each call takes a number and gives one; what means
- * nothing is 0. */
+/* Communication by MPI of the processes (ranks) that share a sweep, in a library that rank_calls.f90 loads. Each call takes
+ * an integer and returns one; arguments and results without meaning are 0. */
 #include <mpi.h>
 
 enum { tag_question = 1, tag_answer = 2 };
 
-/* 1: threads may take turns. */
+/* Start MPI. Returns 1 if threads may call MPI one at a time, else 0. */
 int impactbeam_rank_start(int unused)
 {
    int provided;
@@ -30,21 +30,21 @@ int impactbeam_rank_count(int unused)
    return unused;
 }
 
-/* Wait for all. */
+/* Wait until all ranks have made this call. */
 int impactbeam_rank_meet(int unused)
 {
    MPI_Barrier(MPI_COMM_WORLD);
    return unused;
 }
 
-/* The greatest value that any process has. */
+/* Maximum value over all ranks. */
 int impactbeam_rank_greatest(int value)
 {
    MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
    return value;
 }
 
-/* Ask the first process, and take its answer. */
+/* Send a question to the first rank and return its answer. */
 int impactbeam_rank_ask(int question)
 {
    MPI_Send(&question, 1, MPI_INT, 0, tag_question, MPI_COMM_WORLD);
@@ -52,7 +52,7 @@ int impactbeam_rank_ask(int question)
    return question;
 }
 
-/* Has any process asked? waits: it will. */
+/* Whether any rank has sent a question. If `waits`, wait until one has. */
 int impactbeam_rank_is_asked(int waits)
 {
    int is_asked = 1;
@@ -64,7 +64,7 @@ int impactbeam_rank_is_asked(int waits)
    return is_asked;
 }
 
-/* Answer one that has asked. */
+/* Answer a rank that has sent a question, and return the question. */
 int impactbeam_rank_answer(int answer)
 {
    int question;

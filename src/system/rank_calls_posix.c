@@ -1,16 +1,16 @@
-/* To load MPI takes longer than a short run, so what calls it (rank_calls_mpi.c) is a library of its own, loaded where MPI's
- * launcher has started this process. Fortran's side is rank_calls.f90. */
+/* Loading MPI takes longer than a short run, so the calls of MPI (rank_calls_mpi.c) are a separate library, which is loaded
+ * only if MPI's launcher has started this process. rank_calls.f90 has the Fortran interfaces. */
 #include <dlfcn.h>
 #include <stddef.h>
 #include <stdio.h>
 
 static void *library;
 
-/* 1: loaded; 0: not, for that reason; -1: the program was built without MPI. */
+/* Load the library. Returns 1 if loaded, 0 if not (`why` is the reason), -1 if the program was built without MPI. */
 int impactbeam_load_rank_calls(char *why, size_t size)
 {
 #ifdef IMPACTBEAM_MPI
-   /* its own plug-ins look for its names */
+   /* RTLD_GLOBAL because the plug-ins of MPI need the symbols of MPI */
    library = dlopen("impactbeam_ranks.so", RTLD_NOW | RTLD_GLOBAL);
    if (library) return 1;
    const char *const words = dlerror();
@@ -22,7 +22,7 @@ int impactbeam_load_rank_calls(char *why, size_t size)
 #endif
 }
 
-/* A call of the library that was loaded. */
+/* Address of a function in the loaded library. */
 int (*impactbeam_rank_call(const char *name))(int)
 {
    int (*call)(int) = NULL;

@@ -1,5 +1,5 @@
-/* A lock that its owner loses by ending, however it ends, and that says who has it.
- * Fortran's side is results_claim.f90. */
+/* A lock that the system releases when its owner ends, however the owner ends, and that names its owner.
+ * results_claim.f90 has the Fortran interfaces. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <fcntl.h>
@@ -10,19 +10,19 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Explained in process_posix.c. */
+/* Documented in process_posix.c. */
 void impactbeam_note_lock(const char *path);
 
-/* What a file of locks begins with. */
-static const char ours[] = "impactbeam ";
-enum { is_held = -1, is_foreign = -2, longest_owner = 300 };
+/* First characters of a lock file of this program. */
+static const char lock_mark[] = "impactbeam ";
+enum { is_locked = -1, is_foreign = -2, longest_owner = 300 };
 
 static int has_no_locks(int code)
 {
    return code == ENOLCK || code == ENOSYS || code == EINVAL || code == EOPNOTSUPP || code == ENOTSUP;
 }
 
-/* Lock the open file and write into it whose it is. */
+/* Lock the open file and write the owner into it. */
 static int take(int file, const char *path, char *owner, size_t size)
 {
    struct stat here, there;
@@ -34,33 +34,34 @@ static int take(int file, const char *path, char *owner, size_t size)
    if (!S_ISREG(here.st_mode)) return is_foreign;
    code = fcntl(file, F_SETLK, &lock) == 0 ? 0 : errno;
    ssize_t length = pread(file, content, sizeof content - 1, 0);
-   /* who has it may be about to say so */
-   const struct timespec moment = {.tv_nsec = 10000000};
-   for (int look = 0; look < 50 && length == 0 && (code == EACCES || code == EAGAIN); ++look) {
-      nanosleep(&moment, NULL);
+   /* the owner may not have written its name yet */
+   const struct timespec interval = {.tv_nsec = 10000000};
+   for (int attempt = 0; attempt < 50 && length == 0 && (code == EACCES || code == EAGAIN); ++attempt) {
+      nanosleep(&interval, NULL);
       length = pread(file, content, sizeof content - 1, 0);
    }
    if (length < 0) return errno;
    content[length] = '\0';
    content[strcspn(content, "\n")] = '\0';
-   if (length > 0 && strncmp(content, ours, strlen(ours)) != 0) return is_foreign;
+   if (length > 0 && strncmp(content, lock_mark, strlen(lock_mark)) != 0) return is_foreign;
    if (code == EACCES || code == EAGAIN) {
-      snprintf(owner, size, "%s", length > 0 ? content + strlen(ours) : "another process");
-      return is_held;
+      snprintf(owner, size, "%s", length > 0 ? content + strlen(lock_mark) : "another process");
+      return is_locked;
    }
-   /* a disk without locks has them for nobody: better a run without than none */
+   /* on a disk without locks no process can lock, so the run goes on without a lock */
    if (code != 0 && !has_no_locks(code)) return code;
-   /* the owner before may have removed the file in between */
+   /* the previous owner may have removed the file since it was opened */
    if (lstat(path, &there) != 0 || there.st_ino != here.st_ino || there.st_dev != here.st_dev) return EAGAIN;
    char host[256] = "";
    gethostname(host, sizeof host - 1);
-   const int room = snprintf(content, sizeof content, "%sprocess %ld on %s\n", ours, (long)getpid(), host);
+   const int room = snprintf(content, sizeof content, "%sprocess %ld on %s\n", lock_mark, (long)getpid(), host);
    if (ftruncate(file, 0) != 0 || pwrite(file, content, (size_t)room, 0) != room) return errno != 0 ? errno : EIO;
    return 0;
 }
 
-/* Lock by the file of that name, which is made where it is not there. 0: `file` is to be given back to
- * impactbeam_unlock; -1: `owner` says who has it; -2: the file is none of ours; else the errno. */
+/* Lock by means of a file, which is made if it does not exist. Returns 0 if locked (`file` is to be passed to
+ * impactbeam_unlock); -1 if another process has the lock (`owner` names it); -2 if the file is not a lock of this program;
+ * else the errno. */
 int impactbeam_lock(const char *path, int *file, char *owner, size_t size)
 {
    int code;
@@ -74,7 +75,7 @@ int impactbeam_lock(const char *path, int *file, char *owner, size_t size)
    return code;
 }
 
-/* Remove the file while it is locked, then give up the lock. */
+/* Remove the file while it is locked, then release the lock. */
 void impactbeam_unlock(const char *path, int file)
 {
    unlink(path);

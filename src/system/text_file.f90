@@ -1,4 +1,4 @@
-!> A whole text file in one string.
+!> Loading of a complete text file into one string.
 module text_file
    use, intrinsic :: iso_c_binding, only: c_char
    use file_system, only: load_bytes
@@ -6,19 +6,19 @@ module text_file
    private
    public :: load_text
 
-   !> Longest file that is read, bytes: far beyond any scene.
+   !> Maximum size in bytes of a file that is read, far beyond any scene.
    integer, parameter :: longest_file = 2**25
-   !> First bytes of a UTF-8 file as some editors write it
+   !> Byte order mark, with which some editors start a UTF-8 file
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
 contains
 
-   !> Read a regular file, or one that a link leads to, without the mark of UTF-8 at its beginning.
+   !> Read a regular file, or the file to which a link leads, without a byte order mark.
    subroutine load_text(file, text, problem)
       character(*), intent(in) :: file
-      !> What is in it
+      !> Content of the file
       character(:), allocatable, intent(out) :: text
-      !> What went wrong; unallocated: nothing
+      !> Reason of a failure; unallocated: the file was read
       character(:), allocatable, intent(out) :: problem
 
       character(kind=c_char), allocatable :: bytes(:)
