@@ -1,5 +1,5 @@
-!> Displacements and velocities that a start gives the beam. Those of a table, at points along the beam, are a cubic
-!> spline through all of them, which a motion then follows in the mean over the mass (docs/theory.md, section 18).
+!> Initial displacements and velocities of the beam. Those of a table, at points along the beam, are interpolated by a
+!> cubic spline, which the initial motion matches in the mean over the mass (docs/theory.md, section 18).
 module beam_starts
    use beam_loads, only: base_mass_vector, base_rotation_vector, curve_t, inertia_of_curve, value_on
    use beam_model, only: beam_model_t
@@ -12,19 +12,19 @@ module beam_starts
    private
    public :: find_start_momenta, curve_of_table, check_table_of_start
 
-   !> Points nearer to the root than this, in L, are there.
-   real(wp), parameter :: nearest = 1.0e-9_wp
+   !> A point nearer to the root than this, in L, is at the root.
+   real(wp), parameter :: root_tolerance = 1.0e-9_wp
 
-   !> A table may miss zero by so much of its greatest value where the beam is held.
-   real(wp), parameter :: most_missed = 1.0e-6_wp
+   !> A table may deviate from zero by this share of its maximum at a point where the beam is fixed.
+   real(wp), parameter :: max_deviation = 1.0e-6_wp
 
 contains
 
-   !> M y and M y' of a start with a velocity, after a fall or from a table; of any other, zero.
+   !> M y and M y' of a start with a velocity, after a fall or from a table; zero for all other starts.
    pure subroutine find_start_momenta(model, start, displacement, velocity)
       type(beam_model_t), intent(in) :: model
       type(start_settings_t), intent(in) :: start
-      !> [order]
+      !> M y and M y', [degrees of freedom]
       real(wp), intent(out) :: displacement(:)
       real(wp), intent(out) :: velocity(:)
 
@@ -44,8 +44,9 @@ contains
       end select
    end subroutine find_start_momenta
 
-   !> The spline through the points of a table, without slope at a root that does not turn and straight at free ends and
-   !> beyond them. A root that is held is one of its points, whether or not the table has it.
+   !> The spline through the points of a table. Its slope is zero at a root that cannot rotate; its curvature is zero at
+   !> a free end, beyond which the curve is straight. A fixed root is one of the points, whether or not the table
+   !> contains it.
    pure function curve_of_table(model, position, values) result(curve)
       type(beam_model_t), intent(in) :: model
       !> x/L, ascending, two or more
@@ -53,7 +54,7 @@ contains
       real(wp), intent(in) :: values(:)
       type(curve_t) :: curve
 
-      if (position(1) > nearest .and. model%root_dofs(1) == 0) then
+      if (position(1) > root_tolerance .and. model%root_dofs(1) == 0) then
          curve = curve_t(position=[0.0_wp, position], value=[0.0_wp, values])
       else
          curve = curve_t(position=position, value=values)
@@ -61,11 +62,11 @@ contains
       curve%slope = spline_slope(curve%position, curve%value, [model%root_dofs(2) == 0, .false.])
    end function curve_of_table
 
-   !> A table that displaces or moves the beam where that is held contradicts the beam.
+   !> Refuse a table whose displacements or velocities are not zero where the beam is fixed.
    subroutine check_table_of_start(model, start, error)
       type(beam_model_t), intent(in) :: model
       type(start_settings_t), intent(in) :: start
-      !> Set when it does
+      !> Set if the table is refused
       type(failure_t), allocatable, intent(inout) :: error
 
       if (start%kind /= start_table) return
@@ -75,40 +76,40 @@ contains
          start%velocities, 'velocities', error)
    end subroutine check_table_of_start
 
-   !> One column of the table.
+   !> Check one column of the table.
    subroutine check_column(model, position, values, what, error)
       type(beam_model_t), intent(in) :: model
       real(wp), intent(in) :: position(:)
       real(wp), intent(in) :: values(:)
-      !> It has
+      !> Name of the column, for the message
       character(*), intent(in) :: what
       type(failure_t), allocatable, intent(inout) :: error
 
       type(curve_t) :: curve
-      real(wp) :: missed, place
+      real(wp) :: deviation, place
       integer :: k
 
       curve = curve_of_table(model, position, values)
-      if (model%root_dofs(1) == 0) call check_place(0.0_wp)
+      if (model%root_dofs(1) == 0) call check_point(0.0_wp)
       do k = 1, size(model%supports)
          associate (support => model%supports(k))
             if (support%stiffness > 0.0_wp .or. modulo(support%dof, 2) == 0 .or. allocated(error)) cycle
             place = model%mesh%position((support%dof + 1)/2)
-            call check_place(place)
+            call check_point(place)
          end associate
       end do
 
    contains
 
-      subroutine check_place(x)
+      subroutine check_point(x)
          real(wp), intent(in) :: x
 
-         missed = value_on(curve, x)
-         if (abs(missed) <= most_missed*maxval(abs(values))) return
-         call fail(error, status_bad_input, what//' of the table are '//to_text(missed/maxval(abs(values))) &
+         deviation = value_on(curve, x)
+         if (abs(deviation) <= max_deviation*maxval(abs(values))) return
+         call fail(error, status_bad_input, what//' of the table are '//to_text(deviation/maxval(abs(values))) &
             //' of the greatest at x/L = '//to_text(x)//', where the beam is held: give a point with 0 there; up to ' &
-            //to_text(most_missed)//' of the greatest is taken as that')
-      end subroutine check_place
+            //to_text(max_deviation)//' of the greatest is taken as that')
+      end subroutine check_point
    end subroutine check_column
 
 end module beam_starts

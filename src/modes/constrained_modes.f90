@@ -1,10 +1,10 @@
-!> Modes of a structure that is held at a point, or gets a spring there, from those that it has without.
+!> Modes of a structure with a support or a spring added at a point, from its modes without the addition.
 !>
 !> With W_i^2 the squared frequencies and b_i the modes at the point, mass-normalised, the new squared frequencies w^2
-!> are the roots of f + sum b_i^2/(W_i^2 - w^2) = 0, f the flexibility of the spring, 0 where it is rigid: one between
-!> each two neighbouring poles and, with a spring, one above all. The modes are r b_i/(W_i^2 - w^2), r their reaction
-!> (Dowell, J. Appl. Mech. 46 (1979) 206: free vibrations of a linear structure with constraints). A root is sought as
-!> its distance from the nearer pole, so that no difference W_i^2 - w^2 cancels.
+!> are the roots of f + sum b_i^2/(W_i^2 - w^2) = 0, with f the flexibility of the spring, 0 for a rigid support: one
+!> root between each two neighbouring poles and, with a spring, one above all poles. The new modes are r b_i/(W_i^2 -
+!> w^2), with r their reaction (Dowell, J. Appl. Mech. 46 (1979) 206: free vibrations of a linear structure with
+!> constraints). A root is sought as its distance from the nearer pole, so that no difference W_i^2 - w^2 cancels.
 module constrained_modes
    use beam_model, only: beam_support_t
    use bracketed_zero, only: bracket_t, enter, go_to
@@ -16,10 +16,10 @@ module constrained_modes
 
 contains
 
-   !> Modes of a beam with supports along it, one support after the other.
+   !> Modes of a beam with supports along it, added one after the other.
    pure subroutine attach_supports(supports, lambda, mode)
       type(beam_support_t), intent(in) :: supports(:)
-      !> lambda_i, ascending; without supports in, with them out, one less for each rigid one
+      !> lambda_i, ascending. In: without supports. Out: with supports, one fewer for each rigid support
       real(wp), allocatable, intent(inout) :: lambda(:)
       !> The modes, mass-normalised, [degrees of freedom, modes]
       real(wp), allocatable, intent(inout) :: mode(:, :)
@@ -36,30 +36,30 @@ contains
          mode = matmul(mode, change)
       end do
       do i = 1, size(supports)
-         ! held exactly, not to rounding
+         ! displacements at rigid supports are exactly zero, not to rounding
          if (supports(i)%stiffness <= 0.0_wp) mode(supports(i)%dof, :) = 0.0_wp
       end do
    end subroutine attach_supports
 
-   !> Modes with the point held, or on a spring. A mode with a node there (b_i vanishes) stays as it is.
+   !> Modes with the point fixed or on a spring. A mode with a node there (b_i vanishes) does not change.
    pure subroutine constrain(square, value, flexibility, new_square, mode, reaction)
       !> W_i^2, in any order, [modes]
       real(wp), intent(in) :: square(:)
       !> b_i, [modes]
       real(wp), intent(in) :: value(:)
-      !> f of the spring; 0: the point is held, and there is one mode less
+      !> Flexibility f of the spring; 0: the point is fixed, and the number of modes decreases by one
       real(wp), intent(in) :: flexibility
       !> w^2, ascending, [new]
       real(wp), allocatable, intent(out) :: new_square(:)
-      !> The new modes in the old ones, orthonormal, [modes, new]
+      !> The new modes as combinations of the old ones, orthonormal, [modes, new]
       real(wp), allocatable, intent(out) :: mode(:, :)
-      !> Reaction per unit of each, [new]
+      !> Reaction r per unit of each new mode, [new]
       real(wp), allocatable, intent(out) :: reaction(:)
 
       integer, allocatable :: active(:), order(:)
       real(wp), allocatable :: distance(:, :), consistent(:), roots(:)
       real(wp) :: norm
-      integer :: i, j, a, n, alone, modes
+      integer :: i, j, a, n, unchanged, modes
 
       n = size(square)
       modes = n
@@ -76,17 +76,17 @@ contains
          reaction(j) = 0.0_wp
          mode(i, j) = 1.0_wp
       end do
-      alone = j
-      allocate (distance(size(active), modes - alone), consistent(size(active)))
-      do a = 1, modes - alone
-         call root_between(square(active), value(active)**2, flexibility, a, roots(alone + a), distance(:, a))
+      unchanged = j
+      allocate (distance(size(active), modes - unchanged), consistent(size(active)))
+      do a = 1, modes - unchanged
+         call root_between(square(active), value(active)**2, flexibility, a, roots(unchanged + a), distance(:, a))
       end do
       call consistent_weights(square(active), sum(value(active)**2), flexibility, distance, consistent)
       consistent = sign(sqrt(consistent), value(active))
-      do a = 1, modes - alone
+      do a = 1, modes - unchanged
          norm = 1.0_wp/sqrt(sum((consistent/distance(:, a))**2))
-         reaction(alone + a) = norm
-         mode(active, alone + a) = norm*consistent/distance(:, a)
+         reaction(unchanged + a) = norm
+         mode(active, unchanged + a) = norm*consistent/distance(:, a)
       end do
       order = ascending_order(roots)
       call order_columns(mode, order)
@@ -94,14 +94,14 @@ contains
       new_square = roots(order)
    end subroutine constrain
 
-   !> Weights for which the computed roots are exact; they differ from the given ones by rounding only, but modes
-   !> made of them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
+   !> Weights for which the computed roots are exact. They differ from the given weights by rounding only, but the modes
+   !> computed from them are orthogonal to rounding (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15 (1994) 1266).
    pure subroutine consistent_weights(pole, total, constant, distance, weight)
       !> Poles, ascending
       real(wp), intent(in) :: pole(:)
       !> Sum of the weights
       real(wp), intent(in) :: total
-      !> Constant besides the poles' terms; above 0 there is a root above the last pole
+      !> Constant of the equation, >= 0; if > 0, there is a root above the last pole
       real(wp), intent(in) :: constant
       !> pole - root, [poles, roots]
       real(wp), intent(in) :: distance(:, :)
@@ -149,7 +149,7 @@ contains
       else
          gap = pole(left + 1) - pole(left)
          high = 0.5_wp*gap
-         ! the function grows from -infinity to +infinity; its sign in the middle tells the nearer pole
+         ! the function increases from -infinity to +infinity; its sign in the middle shows which pole is nearer
          value = constant + sum(weight/((pole - pole(left)) - 0.5_wp*gap))
          if (value <= 0.0_wp) then
             origin = left + 1
@@ -165,13 +165,13 @@ contains
             value = constant + sum(weight/(shifted - x))
             slope = sum(weight/(shifted - x)**2)
             call enter(bracket, value)
-            ! Newton on x f(x), whose pole at the origin is gone
+            ! Newton's method on x f(x), which has no pole at the origin
             next = x - x*value/(value + x*slope)
          end associate
          associate (low => bracket%low, high => bracket%high)
             if (.not. (next > low .and. next < high)) then
                next = 0.5_wp*(low + high)
-               ! towards a pole halve the exponent, not the interval
+               ! towards a pole, bisect the exponent instead of the interval
                if (low > 0.0_wp .and. high > 4.0_wp*low) next = sqrt(low)*sqrt(high)
                if (high < 0.0_wp .and. low < 4.0_wp*high) next = -sqrt(-low)*sqrt(-high)
             end if

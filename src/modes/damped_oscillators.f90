@@ -1,6 +1,6 @@
-!> A family of damped oscillators z'' + (2 zeta W^2 + alpha) z' + W^2 z = 0, the modes of a beam whose damping is
-!> proportional to its stiffness and its mass, or of each mode alone, each propagated in closed form: under-, critically
-!> and over-damped without cancellation near critical damping.
+!> A family of damped oscillators z'' + (2 zeta W^2 + alpha) z' + W^2 z = 0: the modes of a beam whose damping is
+!> proportional to its stiffness and its mass, or is given mode by mode. Each oscillator is propagated in closed form,
+!> without cancellation near critical damping.
 module damped_oscillators
    use kinds, only: wp
    implicit none (type, external)
@@ -14,36 +14,38 @@ module damped_oscillators
       integer :: count = 0
       !> 2 zeta
       real(wp) :: two_zeta = 0.0_wp
-      !> W^2, those of the underdamped first, then the blended ones, [count]
+      !> W^2, underdamped oscillators first, then those up to `blended`, [count]
       real(wp), allocatable :: square(:)
       !> W, [count]
       real(wp), allocatable :: frequency(:)
-      !> The first of them are underdamped: 1 ... oscillating
+      !> Oscillators 1 ... oscillating are underdamped
       integer :: oscillating = 0
-      !> So many are not so far beyond critical damping that their two exponents must be told apart
+      !> Oscillators 1 ... blended have exponents too near to each other to be separated; the others are far beyond
+      !> critical damping
       integer :: blended = 0
-      !> Underdamped: decay zeta W^2; else the slow root's rate W^2/(a + s) > 0, [count, then ones
-      !> up to `padded`]
+      !> Decay rate. Underdamped: zeta W^2 + alpha/2; else: that of the slow exponent, W^2/(zeta W^2 + alpha/2 + spread)
+      !> > 0, [count, then ones up to `padded`]
       real(wp), allocatable :: decay(:)
-      !> Underdamped: W sqrt(1 - xi^2); else s = W sqrt(xi^2 - 1), with xi = zeta W, [as decay]
+      !> Half the distance of the two exponents. Underdamped: W sqrt(1 - xi^2), the damped frequency; else: W sqrt(xi^2
+      !> - 1), with xi the damping ratio, [as decay]
       real(wp), allocatable :: spread(:)
-      !> alpha, of damping proportional to mass, or 2 xi W of each mode's own; zeros follow, [as decay]
+      !> alpha of damping proportional to mass, or 2 xi W of damping given mode by mode; padded with zeros, [as decay]
       real(wp), allocatable :: mass_rate(:)
-      !> Beyond critical damping: the fast root's rate less alpha, [as decay]
+      !> Overdamped: decay rate of the fast exponent less alpha, [as decay]
       real(wp), allocatable :: fast_excess(:)
-      !> W^2, 1/W^2, and 1/spread, finite at critical damping, [as decay]
+      !> W^2, 1/W^2, and 1/spread, limited near critical damping, [as decay]
       real(wp), allocatable :: lane_square(:)
       real(wp), allocatable :: inverse_square(:)
       real(wp), allocatable :: inverse_spread(:)
    end type oscillators_t
 
-   !> Sines and exponentials are taken so many at a time: the widest vectors of today's processors.
+   !> Number of elements of a SIMD vector, the widest of today's processors.
    integer, parameter :: lanes = 8
 
-   !> Damping ratio above which the two exponents differ by a factor of four or more.
-   real(wp), parameter :: least_separated = 1.25_wp
+   !> Damping ratio above which the two exponents, a factor of four or more apart, are separated.
+   real(wp), parameter :: min_separated_ratio = 1.25_wp
 
-   !> exp(-x) below this is nothing, but still a normal number, which is quicker.
+   !> exp(-x) is limited to x up to this: negligible, but still a normal number, which is faster than a subnormal one.
    real(wp), parameter :: greatest_exponent = 700.0_wp
 
    !> One step of fixed length: z+ = zz z + zv v, v+ = vz z + vv v.
@@ -51,16 +53,16 @@ module damped_oscillators
       real(wp), allocatable :: zz(:), zv(:), vz(:), vv(:)
    end type step_matrices_t
 
-   !> Samples after which the recurrence starts anew from the closed form, so that rounding does not grow.
-   integer, parameter :: renewal = 64
+   !> Number of steps after which the recurrence restarts from the closed form, so that rounding errors do not grow.
+   integer, parameter :: renewal_interval = 64
 
-   !> Runs through samples at equal steps of one phase after the other.
+   !> Samples the state at equal steps, phase by phase (a phase is the motion between two events).
    type :: sampler_t
       !> State at the last sample, [count]
       real(wp), allocatable :: z(:), v(:)
-      !> Samples since the last one in closed form; `renewal` at the start of a phase
-      integer :: since = renewal
-      !> Made at their first use
+      !> Steps since the last closed form; `renewal_interval` at the start of a phase
+      integer :: steps_since_renewal = renewal_interval
+      !> The step matrices, computed at first use
       logical :: has_matrices = .false.
       type(step_matrices_t) :: matrices
    contains
@@ -69,7 +71,7 @@ module damped_oscillators
 
 contains
 
-   !> Prepare the closed forms.
+   !> Prepare the closed forms of a family of oscillators.
    pure subroutine make_oscillators(square, zeta, oscillators, mass_rate)
       !> W^2 in units of omega1^2, > 0, in the order of `damping_order`
       real(wp), intent(in) :: square(:)
@@ -97,7 +99,7 @@ contains
          oscillators%inverse_square(:n) = 1.0_wp/square
          do i = 1, n
             xi = damping_ratio(zeta, oscillators%mass_rate(i), oscillators%frequency(i))
-            if (xi < least_separated) oscillators%blended = i
+            if (xi < min_separated_ratio) oscillators%blended = i
             if (xi < 1.0_wp) then
                oscillators%oscillating = i
                oscillators%decay(i) = zeta*square(i) + 0.5_wp*oscillators%mass_rate(i)
@@ -117,7 +119,7 @@ contains
       end associate
    end subroutine make_oscillators
 
-   !> Of critical damping.
+   !> Damping ratio (share of critical damping) of a mode.
    elemental function damping_ratio(zeta, mass_rate, frequency) result(ratio)
       real(wp), intent(in) :: zeta
       !> alpha
@@ -130,8 +132,8 @@ contains
       if (mass_rate > 0.0_wp) ratio = ratio + 0.5_wp*mass_rate/frequency
    end function damping_ratio
 
-   !> Places of modes in the order that their closed forms need: those that swing, those about critical damping, those
-   !> far beyond it, each as they stand.
+   !> Order of the modes that the closed forms need: underdamped modes, modes near critical damping, modes far beyond
+   !> critical damping, each group in its original order.
    pure function damping_order(square, zeta, mass_rate) result(order)
       !> W^2
       real(wp), intent(in) :: square(:)
@@ -144,9 +146,9 @@ contains
       integer :: i
 
       ratio = damping_ratio(zeta, mass_rate, sqrt(square))
-      associate (swings => ratio < 1.0_wp, is_blended => ratio < least_separated)
-         order = [pack([(i, i=1, size(square))], swings), pack([(i, i=1, size(square))], &
-            is_blended .and. .not. swings), pack([(i, i=1, size(square))], .not. is_blended)]
+      associate (is_underdamped => ratio < 1.0_wp, is_blended => ratio < min_separated_ratio)
+         order = [pack([(i, i=1, size(square))], is_underdamped), pack([(i, i=1, size(square))], &
+            is_blended .and. .not. is_underdamped), pack([(i, i=1, size(square))], .not. is_blended)]
       end associate
    end function damping_order
 
@@ -175,10 +177,10 @@ contains
       end associate
    end subroutine propagate
 
-   !> The same on whole vectors: all arrays are filled up to `padded(count)` with zeros.
+   !> `propagate` on whole SIMD vectors: all arrays are padded with zeros to `padded(count)`.
    pure subroutine propagate_lanes(oscillators, last, t, z0, v0, z, v, factors)
       type(oscillators_t), intent(in) :: oscillators
-      !> Oscillators behind this one are not asked for
+      !> Oscillators after this one need not be propagated
       integer, intent(in) :: last
       !> Time, >= 0
       real(wp), intent(in) :: t
@@ -202,24 +204,24 @@ contains
       call die_out(size(factors)/lanes, t, oscillators%decay, factors)
       first = lanes*(oscillators%oscillating/lanes) + 1
       if (oscillators%oscillating > 0) then
-         call oscillate(padded(min(oscillators%oscillating, size(z)))/lanes, t, factors, oscillators%decay, &
-            oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
+         call propagate_underdamped(padded(min(oscillators%oscillating, size(z)))/lanes, t, factors, &
+            oscillators%decay, oscillators%spread, oscillators%inverse_spread, oscillators%lane_square, z, v)
          if (oscillators%oscillating >= first) then
-            ! the others of its last vector stay as they are
+            ! restore the overdamped modes of the last vector
             call restore(oscillators%oscillating - first + 1, z0(first:first + lanes - 1), z(first:first + lanes - 1))
             call restore(oscillators%oscillating - first + 1, v0(first:first + lanes - 1), v(first:first + lanes - 1))
          end if
       end if
       if (oscillators%oscillating < min(size(z), last)) then
-         call creep((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, factors(first:), &
-            oscillators%decay(first:), oscillators%spread(first:), oscillators%inverse_spread(first:), z(first:), &
-            v(first:))
+         call propagate_overdamped((size(z) - first + 1)/lanes, oscillators%oscillating + 2 - first, t, &
+            factors(first:), oscillators%decay(first:), oscillators%spread(first:), &
+            oscillators%inverse_spread(first:), z(first:), v(first:))
       end if
    end subroutine propagate_lanes
 
-   !> Put back what stands behind a place in a vector.
+   !> Restore the elements of a vector after an index.
    pure subroutine restore(last, before, now)
-      !> The place
+      !> Index of the last element that is not restored
       integer, intent(in) :: last
       real(wp), intent(in) :: before(lanes)
       real(wp), intent(inout) :: now(lanes)
@@ -232,17 +234,17 @@ contains
       end do
    end subroutine restore
 
-   !> What is left of exponentials after a time, in whole vectors.
+   !> Decay factors after a time, in whole SIMD vectors.
    pure subroutine die_out(blocks, t, decay, factors)
-      !> Vectors in each array
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       real(wp), intent(in) :: t
-      !> The family
+      !> Decay rates
       real(wp), intent(in) :: decay(lanes*blocks)
       !> exp(-decay t)
       real(wp), intent(out) :: factors(lanes*blocks)
 
-      ! short loops of one function each: the compiler makes vector calls of them
+      ! each loop has one function, so that the compiler vectorises it
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       integer :: i
 
@@ -251,15 +253,15 @@ contains
       end do
    end subroutine die_out
 
-   !> Underdamped modes.
-   pure subroutine oscillate(blocks, t, factors, decay, spread, inverse_spread, square, z, v)
-      !> Vectors in each array
+   !> Propagate underdamped modes.
+   pure subroutine propagate_underdamped(blocks, t, factors, decay, spread, inverse_spread, square, z, v)
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       !> Time, > 0
       real(wp), intent(in) :: t
-      !> exp(-decay t), and the family
+      !> exp(-decay t), and the parameters of the oscillators
       real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread, square
-      !> State at time 0; at time t on return
+      !> In: state at time 0. Out: state at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: z, v
 
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
@@ -276,26 +278,27 @@ contains
       end do
       !$omp simd private(sine, new_z, new_v)
       do i = 1, lanes*blocks
-         ! sin(w t)/w, which is t where w vanishes
+         ! sin(w t)/w, which tends to t as w tends to 0
          sine = merge(sines(i)*inverse_spread(i), t, spread(i)*t > 1.0e-8_wp)
          new_z = factors(i)*(z(i)*cosines(i) + (v(i) + decay(i)*z(i))*sine)
          new_v = factors(i)*(v(i)*cosines(i) - (square(i)*z(i) + decay(i)*v(i))*sine)
          z(i) = new_z
          v(i) = new_v
       end do
-   end subroutine oscillate
+   end subroutine propagate_underdamped
 
-   !> Modes at and beyond critical damping. The first vector may hold others, which stay as they are.
-   pure subroutine creep(blocks, first, t, factors, decay, spread, inverse_spread, z, v)
-      !> Vectors in each array
+   !> Propagate modes at and beyond critical damping. The first vector may contain underdamped modes, which do not
+   !> change.
+   pure subroutine propagate_overdamped(blocks, first, t, factors, decay, spread, inverse_spread, z, v)
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
-      !> The first of these modes
+      !> Index of the first overdamped mode
       integer, intent(in) :: first
       !> Time, > 0
       real(wp), intent(in) :: t
-      !> exp(-decay t), and the family
+      !> exp(-decay t), and the parameters of the oscillators
       real(wp), intent(in), dimension(lanes*blocks) :: factors, decay, spread, inverse_spread
-      !> State at time 0; at time t on return
+      !> In: state at time 0. Out: state at time t
       real(wp), intent(inout), dimension(lanes*blocks) :: z, v
 
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
@@ -303,47 +306,48 @@ contains
       real(wp), parameter :: hyperbolic(7) = 1.0_wp/[6.0_wp, 120.0_wp, 5040.0_wp, 362880.0_wp, 39916800.0_wp, &
          6227020800.0_wp, 1307674368000.0_wp]
       real(wp), dimension(lanes*blocks) :: fast_factors
-      real(wp) :: phase, lag, mixed, y
+      real(wp) :: phase, ratio, mixed, y
       integer :: i
 
       do i = 1, lanes*blocks
          fast_factors(i) = exp(-min(2.0_wp*spread(i)*t, greatest_exponent))
       end do
-      !$omp simd private(phase, lag, mixed, y)
+      !$omp simd private(phase, ratio, mixed, y)
       do i = 1, lanes*blocks
-         ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), which is t where s vanishes
+         ! (1 - exp(-2 s t))/(2 s) = t exp(-s t) sinh(s t)/(s t), which tends to t as s tends to 0
          phase = 2.0_wp*spread(i)*t
          y = 0.25_wp*min(phase, 1.0_wp)**2
-         lag = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
+         ratio = 1.0_wp + y*(hyperbolic(1) + y*(hyperbolic(2) + y*(hyperbolic(3) + y*(hyperbolic(4) &
             + y*(hyperbolic(5) + y*(hyperbolic(6) + y*hyperbolic(7)))))))
-         lag = merge(t*sqrt(fast_factors(i))*lag, 0.5_wp*(1.0_wp - fast_factors(i))*inverse_spread(i), phase <= 1.0_wp)
+         ratio = merge(t*sqrt(fast_factors(i))*ratio, 0.5_wp*(1.0_wp - fast_factors(i))*inverse_spread(i), &
+            phase <= 1.0_wp)
          mixed = v(i) + decay(i)*z(i)
-         y = factors(i)*(z(i) + mixed*lag)
+         y = factors(i)*(z(i) + mixed*ratio)
          z(i) = merge(y, z(i), i >= first)
          v(i) = merge(factors(i)*mixed*fast_factors(i) - decay(i)*y, v(i), i >= first)
       end do
-   end subroutine creep
+   end subroutine propagate_overdamped
 
-   !> The next multiple of `lanes`.
+   !> The smallest multiple of `lanes` that is not below a number.
    elemental function padded(count) result(whole)
-      !> A number, >= 0
+      !> The number, >= 0
       integer, intent(in) :: count
       integer :: whole
 
       whole = lanes*((count + lanes - 1)/lanes)
    end function padded
 
-   !> z + 2 zeta z', to which the force of a spring and of the damping in it is proportional. Far beyond critical
-   !> damping the two terms of the slow exponential cancel, so there it is taken from the two exponentials; the
-   !> rounding error of the fast one dies out with it.
+   !> z + 2 zeta z', to which the force of a spring and of its damping is proportional. Far beyond critical damping the
+   !> two terms of the slow exponential cancel, so the sum is computed from the two exponentials; the rounding error of
+   !> the fast exponential decays with it.
    pure function elastic_and_viscous(oscillators, z, v, t, z0, v0) result(value)
       type(oscillators_t), intent(in) :: oscillators
-      !> State now, [count]
+      !> State at the instant, [count]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
       !> Time since an earlier state, >= 0
       real(wp), intent(in) :: t
-      !> That state, [count]
+      !> The earlier state, [count]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
       real(wp) :: value(oscillators%count)
@@ -376,7 +380,7 @@ contains
       a = -oscillators%square*(z + oscillators%two_zeta*v) - oscillators%mass_rate(:oscillators%count)*v
    end function acceleration
 
-   !> The 2 x 2 matrices of one step of length h.
+   !> The 2 x 2 matrices that advance each oscillator by one step.
    pure subroutine step_matrices(oscillators, h, matrices)
       type(oscillators_t), intent(in) :: oscillators
       !> Length of the step
@@ -412,14 +416,15 @@ contains
       end do
    end subroutine apply_step
 
-   !> A new phase begins.
+   !> Begin a new phase.
    elemental subroutine restart(self)
       class(sampler_t), intent(inout) :: self
 
-      self%since = renewal
+      self%steps_since_renewal = renewal_interval
    end subroutine restart
 
-   !> Go to a sample: by one step from the one before, or from the closed form when that is due.
+   !> Advance to the next sample: by one step from the last sample, or from the closed form when the recurrence
+   !> restarts.
    pure subroutine next_sample(sampler, oscillators, z0, v0, step, time)
       type(sampler_t), intent(inout) :: sampler
       !> Oscillators of the phase
@@ -427,26 +432,26 @@ contains
       !> State at the start of the phase, [count]
       real(wp), intent(in) :: z0(:)
       real(wp), intent(in) :: v0(:)
-      !> Distance of samples
+      !> Length of a step
       real(wp), intent(in) :: step
       !> Time since the start of the phase, >= 0
       real(wp), intent(in) :: time
 
-      if (sampler%since >= renewal) then
+      if (sampler%steps_since_renewal >= renewal_interval) then
          if (.not. allocated(sampler%z)) allocate (sampler%z(size(z0)), sampler%v(size(z0)))
          call propagate(oscillators, time, z0, v0, sampler%z, sampler%v)
-         sampler%since = 0
+         sampler%steps_since_renewal = 0
       else
          if (.not. sampler%has_matrices) then
             call step_matrices(oscillators, step, sampler%matrices)
             sampler%has_matrices = .true.
          end if
          call apply_step(sampler%matrices, sampler%z, sampler%v)
-         sampler%since = sampler%since + 1
+         sampler%steps_since_renewal = sampler%steps_since_renewal + 1
       end if
    end subroutine next_sample
 
-   !> Kinetic and strain energy.
+   !> Kinetic and strain energy of the modes.
    pure function modal_energy(oscillators, z, v) result(energy)
       type(oscillators_t), intent(in) :: oscillators
       !> State, [count]

@@ -1,4 +1,4 @@
-!> exp(s t) of many exponents of which none grows, in vectors of real numbers.
+!> exp(s t) of many exponents with Re s <= 0, in SIMD vectors of real numbers.
 module exponential_powers
    use damped_oscillators, only: greatest_exponent, lanes
    use kinds, only: wp
@@ -8,9 +8,9 @@ module exponential_powers
 
 contains
 
-   !> exp(s t).
+   !> Real and imaginary parts of exp(s t).
    pure subroutine powers(blocks, decay, omega, t, real_part, imaginary_part)
-      !> Vectors in each array
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
       real(wp), intent(in), dimension(lanes*blocks) :: decay, omega
@@ -18,7 +18,7 @@ contains
       real(wp), intent(in) :: t
       real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
 
-      ! short loops of one function each: the compiler makes vector calls of them
+      ! each loop has one function, so that the compiler vectorises it
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
@@ -41,16 +41,16 @@ contains
       end do
    end subroutine powers
 
-   !> exp(s t) and exp(s t) - 1, the latter without cancellation where the time is short.
+   !> exp(s t) and exp(s t) - 1, the latter without cancellation at short times.
    pure subroutine powers_less_one(blocks, decay, omega, t, real_part, imaginary_part, less_one, fall)
-      !> Vectors in each array
+      !> Number of SIMD vectors in each array
       integer, intent(in) :: blocks
       !> -Re s and Im s
       real(wp), intent(in), dimension(lanes*blocks) :: decay, omega
       !> Time, >= 0
       real(wp), intent(in) :: t
       real(wp), intent(out), dimension(lanes*blocks) :: real_part, imaginary_part
-      !> Real part of exp(s t) - 1; the imaginary one is that of exp(s t)
+      !> Real part of exp(s t) - 1; the imaginary part is that of exp(s t)
       real(wp), intent(out) :: less_one(lanes*blocks)
       !> |exp(s t)| - 1
       real(wp), intent(out) :: fall(lanes*blocks)
@@ -58,8 +58,8 @@ contains
       !GCC$ builtin (exp) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (sin) attributes simd (notinbranch) if('x86_64')
       !GCC$ builtin (cos) attributes simd (notinbranch) if('x86_64')
-      !> (exp(-x) - 1)/(-x) in powers of x up to this: 1/(k + 1)! with the sign of (-1)^k
-      real(wp), parameter :: short = 0.25_wp
+      !> Up to this x, (exp(-x) - 1)/(-x) = 1 + sum series(k) x^k, series(k) = (-1)^k/(k + 1)!
+      real(wp), parameter :: series_limit = 0.25_wp
       real(wp), parameter :: series(11) = [-1.0_wp/2.0_wp, 1.0_wp/6.0_wp, -1.0_wp/24.0_wp, 1.0_wp/120.0_wp, &
          -1.0_wp/720.0_wp, 1.0_wp/5040.0_wp, -1.0_wp/40320.0_wp, 1.0_wp/362880.0_wp, -1.0_wp/3628800.0_wp, &
          1.0_wp/39916800.0_wp, -1.0_wp/479001600.0_wp]
@@ -78,11 +78,11 @@ contains
       end do
       !$omp simd private(x, versed)
       do i = 1, lanes*blocks
-         x = min(decay(i)*t, short)
+         x = min(decay(i)*t, series_limit)
          fall(i) = -x*(1.0_wp + x*(series(1) + x*(series(2) + x*(series(3) + x*(series(4) + x*(series(5) &
             + x*(series(6) + x*(series(7) + x*(series(8) + x*(series(9) + x*(series(10) + x*series(11))))))))))))
-         fall(i) = merge(fall(i), factors(i) - 1.0_wp, decay(i)*t <= short)
-         ! 1 - cos
+         fall(i) = merge(fall(i), factors(i) - 1.0_wp, decay(i)*t <= series_limit)
+         ! 1 - cos(omega t)
          versed = 2.0_wp*sines(i)**2
          less_one(i) = fall(i) - factors(i)*versed
          real_part(i) = factors(i)*(1.0_wp - versed)
@@ -90,18 +90,19 @@ contains
       end do
    end subroutine powers_less_one
 
-   !> Terms A exp(s t), always by the same arithmetic: what is asked for besides changes no motion.
+   !> Terms A exp(s t). The arithmetic is that of `powers_less_one` whatever else a run evaluates, so that options of a
+   !> run do not change its motion.
    pure subroutine find_terms(amplitude, decay, omega, t, term, imaginary_part, less_one, fall)
-      !> A, [count]
+      !> Amplitudes A, [count]
       complex(wp), intent(in) :: amplitude(:)
       !> -Re s and Im s, [padded]
       real(wp), contiguous, intent(in) :: decay(:)
       real(wp), contiguous, intent(in) :: omega(:)
       !> Time, >= 0
       real(wp), intent(in) :: t
-      !> [count]
+      !> A exp(s t), [count]
       complex(wp), intent(out) :: term(:)
-      !> As `powers_less_one` has them, [padded]
+      !> Further results of `powers_less_one`, [padded]
       real(wp), contiguous, intent(out) :: imaginary_part(:)
       real(wp), contiguous, intent(out) :: less_one(:)
       real(wp), contiguous, intent(out) :: fall(:)

@@ -1,5 +1,5 @@
-!> The modes of a free beam and what follows from them alone. Every run of the same beam, whatever its damping,
-!> its stop and its length, can share them; they are never changed by a run, so threads share them too.
+!> The modes of a beam without contact, and quantities that follow from them alone. All runs of the same beam share
+!> them, whatever the damping, the stop and the length; a run never changes them, so threads share them, too.
 module free_modes
    use beam_model, only: beam_model_t
    use constrained_modes, only: attach_supports
@@ -12,12 +12,12 @@ module free_modes
    public :: free_modes_t, find_free_modes, describe_modes, rigid_square
 
    type :: free_modes_t
-      !> Elements of the mesh
+      !> Number of elements of the mesh
       integer :: elements = 0
-      !> The stop point and the tip among the degrees of freedom
+      !> Degrees of freedom of the stop point and of the tip
       integer :: stop_dof = 0
       integer :: tip_dof = 0
-      !> Displacement and rotation of the root; 0: held
+      !> Degrees of freedom of the displacement and rotation of the root; 0: fixed
       integer :: root_dofs(2) = 0
       !> lambda_i, ascending, [modes]
       real(wp), allocatable :: lambda(:)
@@ -25,22 +25,23 @@ module free_modes
       real(wp), allocatable :: square(:)
       !> Mass-normalised modes, rho Abar L = 1, [degrees of freedom, modes]
       real(wp), allocatable :: mode(:, :)
-      !> Modes above these that a run leaves out and whose static share its moments take; unallocated: there are none
+      !> Squared frequencies and shapes of the truncated modes, whose static part a run adds to the bending moments;
+      !> unallocated: no mode is truncated
       real(wp), allocatable :: left_square(:)
       real(wp), allocatable :: left_mode(:, :)
-      !> Of a massless node at the stop: how far a unit force on it moves it, all else held; 0: it has mass
+      !> Displacement of a massless node at the stop under a unit force with all else fixed; 0: the node has mass
       real(wp) :: node_flexibility = 0.0_wp
-      !> (M phi_i)_c: what the nodal reading of an impulse needs, [modes]
+      !> (M phi_i)_c, for the replacement of the nodal velocity by an impulse, [modes]
       real(wp), allocatable :: nodal_mass(:)
    end type free_modes_t
 
-   !> W^2 of a rigid mode, whose motion differs from a polynomial in time, or with alpha from an exponential, by
-   !> (W t)^2/2: no run is so long that this is more than rounding.
+   !> W^2 of a rigid-body mode. Its motion differs from a polynomial in time, or with alpha from an exponential, by (W
+   !> t)^2/2, which is below rounding in a run of any length.
    real(wp), parameter :: rigid_square = 1.0e-40_wp
 
 contains
 
-   !> Solve for all modes of an assembled beam.
+   !> Compute all modes of an assembled beam.
    subroutine find_free_modes(model, modes, error)
       type(beam_model_t), intent(in) :: model
       type(free_modes_t), intent(out) :: modes
@@ -54,10 +55,10 @@ contains
       call describe_modes(model, modes)
    end subroutine find_free_modes
 
-   !> What follows from lambda and the shapes.
+   !> Compute the quantities that follow from lambda and the mode shapes.
    subroutine describe_modes(model, modes)
       type(beam_model_t), intent(in) :: model
-      !> Has both
+      !> In: lambda and the mode shapes
       type(free_modes_t), intent(inout) :: modes
 
       real(wp), allocatable :: unit(:), mass_column(:)

@@ -1,4 +1,4 @@
-!> Forces at points of a beam in its modes where springs or supports act, while all moves as exp(s t).
+!> Forces of springs or supports at points of a beam, in its modes, if all motion is proportional to exp(s t).
 module point_forces
    use kinds, only: wp
    use small_equations, only: solve_small
@@ -6,8 +6,8 @@ module point_forces
    private
    public :: find_point_forces, slow
 
-   !> Modes below this are slow, beside omega1: their flexibility hides that of the others, so they are unknowns of
-   !> their own.
+   !> Frequency in omega1 below which modes are slow. Slow modes are unknowns of the equations, because their
+   !> flexibility would hide that of the other modes.
    real(wp), parameter :: slow = 0.1_wp
 
 contains
@@ -18,25 +18,25 @@ contains
       complex(wp), intent(in) :: dynamic(:)
       !> b_ik, [modes, points]
       real(wp), intent(in) :: value(:, :)
-      !> Of what acts there, [points]
+      !> Flexibility of the spring or support at each point, [points]
       complex(wp), intent(in) :: flexibility(:)
-      !> [modes]
+      !> Modal load, [modes]
       complex(wp), intent(in) :: load(:)
-      !> [points]
+      !> Prescribed gap at each point, [points]
       complex(wp), intent(in) :: gap(:)
       complex(wp), intent(out) :: force(:)
       complex(wp), intent(out) :: z(:)
 
       complex(wp) :: inverse(size(dynamic))
       complex(wp), allocatable :: matrix(:, :), right(:, :)
-      integer, allocatable :: apart(:)
+      integer, allocatable :: separate(:)
       integer :: i, j, k, points
 
       points = size(flexibility)
-      allocate (apart, source=pack([(i, i=1, size(dynamic))], abs(dynamic) < slow**2))
+      allocate (separate, source=pack([(i, i=1, size(dynamic))], abs(dynamic) < slow**2))
       inverse = 1.0_wp/dynamic
-      inverse(apart) = 0.0_wp
-      allocate (matrix(points + size(apart), points + size(apart)), right(points + size(apart), 1))
+      inverse(separate) = 0.0_wp
+      allocate (matrix(points + size(separate), points + size(separate)), right(points + size(separate), 1))
       matrix = 0.0_wp
       do k = 1, points
          do j = 1, points
@@ -45,16 +45,16 @@ contains
          matrix(k, k) = matrix(k, k) + flexibility(k)
          right(k, 1) = gap(k) - sum(value(:, k)*(inverse*load))
       end do
-      do i = 1, size(apart)
-         matrix(:points, points + i) = value(apart(i), :)
-         matrix(points + i, :points) = -value(apart(i), :)
-         matrix(points + i, points + i) = dynamic(apart(i))
-         right(points + i, 1) = load(apart(i))
+      do i = 1, size(separate)
+         matrix(:points, points + i) = value(separate(i), :)
+         matrix(points + i, :points) = -value(separate(i), :)
+         matrix(points + i, points + i) = dynamic(separate(i))
+         right(points + i, 1) = load(separate(i))
       end do
       right = solve_small(matrix, right)
       force = right(:points, 1)
       z = inverse*(load + matmul(value, force))
-      z(apart) = right(points + 1:, 1)
+      z(separate) = right(points + 1:, 1)
    end subroutine find_point_forces
 
 end module point_forces

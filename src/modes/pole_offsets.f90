@@ -1,13 +1,13 @@
-!> Roots of a secular equation kept as a pole and an offset: of a weakly coupled mode the root lies so near to its pole
-!> that only their distance can carry the digits. Near s = -1/(2 zeta), where heavily damped modes crowd, differences of
-!> poles are taken in e = 1 + 2 zeta s, whose leading digits would be lost in s.
+!> Roots of a secular equation, each stored as a pole and an offset: the root of a weakly coupled mode lies so near to
+!> its pole that only their distance has significant digits. Near s = -1/(2 zeta), where the poles of heavily damped
+!> modes cluster, differences of poles are taken in e = 1 + 2 zeta s, because s would lose the leading digits.
 module pole_offsets
    use kinds, only: wp
    implicit none (type, external)
    private
    public :: secular_t, find_mode_poles, distances, root_distances, sum_of_inverses, size_of
 
-   !> Poles of the equation.
+   !> Poles of a secular equation.
    type :: secular_t
       integer :: modes = 0
       integer :: roots = 0
@@ -17,18 +17,18 @@ module pole_offsets
       real(wp), allocatable :: square(:)
       !> Poles, and 1 + 2 zeta pole, [poles]
       complex(wp), allocatable :: pole(:), relative(:)
-      !> The pole is one of those that crowd near -1/(2 zeta), [poles]
+      !> The pole is one of the cluster near -1/(2 zeta), [poles]
       logical, allocatable :: crowded(:)
    end type secular_t
 
 contains
 
-   !> Exponents of the free modes, pairs side by side.
+   !> Exponents (poles) of the free modes, two for each mode, side by side.
    pure subroutine find_mode_poles(squares, zeta, pole, relative, mass_rate)
       !> W_i^2, [modes]
       real(wp), intent(in) :: squares(:)
       real(wp), intent(in) :: zeta
-      !> Them, and 1 + 2 zeta pole, [2 modes at least]
+      !> Poles s, and 1 + 2 zeta s, [2 modes at least]
       complex(wp), intent(inout) :: pole(:)
       complex(wp), intent(inout) :: relative(:)
       !> alpha, [modes]; default 0
@@ -48,7 +48,7 @@ contains
          damping = 2.0_wp*zeta**2*square - 1.0_wp
          associate (p => pole(2*i - 1:2*i), e => relative(2*i - 1:2*i))
             if (damping > 1.0_wp) then
-               ! the two values of e are each other's inverse
+               ! the two values of e are reciprocals
                e(1) = -1.0_wp/(damping + sqrt((damping - 1.0_wp)*(damping + 1.0_wp)))
                e(2) = 1.0_wp/e(1)
                p = (e - 1.0_wp)/(2.0_wp*zeta)
@@ -62,8 +62,8 @@ contains
       end do
    end subroutine find_mode_poles
 
-   !> The same with damping proportional to mass, or of each mode alone: s^2 + (2 zeta W^2 + alpha) s + W^2 = 0, so that
-   !> 1 + 2 zeta s = -s (s + alpha)/W^2.
+   !> `find_mode_poles` with damping proportional to mass, or given mode by mode: s^2 + (2 zeta W^2 + alpha) s + W^2 =
+   !> 0, so that 1 + 2 zeta s = -s (s + alpha)/W^2.
    pure subroutine find_poles_with_mass(squares, zeta, mass_rate, pole, relative)
       real(wp), intent(in) :: squares(:)
       real(wp), intent(in) :: zeta
@@ -83,7 +83,7 @@ contains
                spread = sqrt((decay - frequency)*(decay + frequency))
                p = -cmplx([squares(i)/(decay + spread), decay + spread], 0.0_wp, wp)
                e = -p*(p + mass_rate(i))/squares(i)
-               ! of a mode so slow that the faster pole is -alpha
+               ! the fast pole of so slow a mode is almost -alpha, where s + alpha cancels
                if (frequency < mass_rate(i)) e(2) = 1.0_wp + 2.0_wp*zeta*p(2)
             else
                p(1) = cmplx(-decay, sqrt((frequency - decay)*(frequency + decay)), wp)
@@ -97,7 +97,7 @@ contains
    !> Difference of two poles, without cancellation where both lie near -1/(2 zeta).
    elemental function pole_difference(problem, a, b) result(difference)
       type(secular_t), intent(in) :: problem
-      !> Their numbers
+      !> Indices of the poles
       integer, intent(in) :: a
       integer, intent(in) :: b
       complex(wp) :: difference
@@ -112,9 +112,9 @@ contains
    !> s - pole for every pole.
    pure subroutine distances(problem, near, offset, distance)
       type(secular_t), intent(in) :: problem
-      !> s lies at this pole
+      !> Index of the pole nearest to s
       integer, intent(in) :: near
-      !> plus this offset
+      !> s less this pole
       complex(wp), intent(in) :: offset
       !> s - pole, [poles]
       complex(wp), intent(out) :: distance(:)
@@ -132,15 +132,15 @@ contains
       end if
    end subroutine distances
 
-   !> Distances of one root from all others.
+   !> Distances of one root from all other roots.
    pure subroutine root_distances(problem, near, offset, root, apart)
       type(secular_t), intent(in) :: problem
-      !> Roots: pole and offset
+      !> Index of the pole of each root, and its offset
       integer, intent(in) :: near(:)
       complex(wp), intent(in) :: offset(:)
-      !> Which
+      !> Index of the root
       integer, intent(in) :: root
-      !> Root less the others; of itself: 0, [roots]
+      !> The root less each other root; 0 for itself, [roots]
       complex(wp), intent(out) :: apart(:)
 
       integer :: j
@@ -157,9 +157,9 @@ contains
       apart(root) = (0.0_wp, 0.0_wp)
    end subroutine root_distances
 
-   !> Sum of 1/z over all z but zeros.
+   !> Sum of 1/z over all z that are not 0.
    pure function sum_of_inverses(z) result(total)
-      !> Numbers whose squares do not underflow, but for zeros
+      !> Numbers z; their squares do not underflow, except those of zeros
       complex(wp), intent(in) :: z(:)
       complex(wp) :: total
 

@@ -1,4 +1,4 @@
-!> Integrals of quadratic forms of exponentials, none of which grows: what a power takes in some time.
+!> Integrals of quadratic forms of decaying exponentials: the energy that a power dissipates or supplies in some time.
 module power_integrals
    use damped_oscillators, only: padded
    use exponential_powers, only: find_terms
@@ -8,53 +8,53 @@ module power_integrals
    private
    public :: power_form_t, span_t, make_power_form, find_span, taken_by, integral, integrals_in
 
-   !> Re sum (plain A_m A_n + conjugate A_m conj(A_n))/2 of terms A_m that go with exp(s_m t); `find_pair` tells both of
-   !> a pair.
+   !> Power Re sum (p_mn A_m A_n + c_mn A_m conj(A_n))/2, with terms A_m proportional to exp(s_m t); `find_pair` gives
+   !> the plain coefficient p and the conjugate coefficient c of a pair.
    type :: power_form_t
-      !> s, [count], with -Re s and Im s filled up with zeros to whole vectors
+      !> Exponents s, [count], and -Re s and Im s, padded with zeros to whole SIMD vectors
       complex(wp), allocatable :: exponent(:)
       real(wp), allocatable :: decay(:), omega(:)
-      !> Sums of products of the real parts of the rates, then of the imaginary ones, [2 count, 2 count]
+      !> Sums of products of the rates: real parts first, then imaginary parts, [2 count, 2 count]
       real(wp), allocatable :: product(:, :)
-      !> Its integral: x^T matrix x with x the real parts of all A_m, then the imaginary ones, [2 count, 2 count], but
-      !> for A_m conj(A_m), which decays as slowly as it may: the factors of the integral of |A_m|^2, [count]
-      real(wp), allocatable :: matrix(:, :), steady(:)
-      !> And but for pairs that nearly are each other's conjugate, [2, pairs]
-      integer, allocatable :: close(:, :)
+      !> Integral of the power: x^T matrix x with x the real parts of all A_m, then the imaginary parts, [2 count, 2
+      !> count]. The matrix omits A_m conj(A_m), which may decay slowly: factors of the integral of |A_m|^2, [count]
+      real(wp), allocatable :: matrix(:, :), diagonal(:)
+      !> Pairs that nearly are each other's conjugate, which the matrix omits, too, [2, pairs]
+      integer, allocatable :: pairs(:, :)
    end type power_form_t
 
-   !> The terms between two instants.
+   !> The terms over an interval of time.
    type :: span_t
       real(wp) :: time = 0.0_wp
-      !> At the first of them, and at the second, [count]
+      !> A_m at its start and at its end, [count]
       complex(wp), allocatable :: amplitude(:), term(:)
-      !> What they change by, exp(s t) - 1 times that, [count]
+      !> Change (exp(s t) - 1) A_m over the interval, [count]
       complex(wp), allocatable :: change(:)
-      !> Real and imaginary parts of that and of the sum of first and last, [2 count]; integral of |A_m|^2, [count]
-      real(wp), allocatable :: changes(:), sums(:), steady(:)
+      !> Real and imaginary parts of the change and of the sum of start and end, [2 count]; integral of |A_m|^2, [count]
+      real(wp), allocatable :: changes(:), sums(:), squares(:)
    end type span_t
 
-   !> A sum of two exponents smaller than this share of them loses digits.
-   real(wp), parameter :: nearness = 0.02_wp
-   !> And the square of a sum below this is none.
-   real(wp), parameter :: least = tiny(1.0_wp)
+   !> If a sum of two exponents is below this share of them, its difference form loses digits.
+   real(wp), parameter :: cancellation_share = 0.02_wp
+   !> A square of a sum below this counts as zero.
+   real(wp), parameter :: negligible = tiny(1.0_wp)
 
 contains
 
-   !> A power is the sum of squares of Re sum rate_im A_m over i. What it takes between two instants is the difference
-   !> of a quadratic form of the terms.
+   !> Power as the sum over i of the squares of Re sum_m rate_im A_m. Its integral between two instants is the
+   !> difference of a quadratic form of the terms.
    pure subroutine make_power_form(exponent, rate, form)
-      !> s, Re s <= 0 <= Im s
+      !> Exponents s, Re s <= 0 <= Im s
       complex(wp), intent(in) :: exponent(:)
-      !> Of what is squared, per unit of each term, [squares, count]
+      !> What is squared, per unit of each term, [squares, count]
       complex(wp), intent(in) :: rate(:, :)
-      !> With its integral
+      !> The power and its integral
       type(power_form_t), intent(out) :: form
 
       complex(wp) :: conjugate, plain
       real(wp), allocatable :: parts(:, :)
       integer, allocatable :: near(:)
-      real(wp) :: apart(size(exponent))
+      real(wp) :: distance(size(exponent))
       integer :: m, n
 
       associate (k => size(exponent), squares => size(rate, 1))
@@ -65,74 +65,74 @@ contains
          allocate (parts(squares, 2*k))
          parts(:, :k) = real(rate, wp)
          parts(:, k + 1:) = aimag(rate)
-         allocate (form%product(2*k, 2*k), form%matrix(2*k, 2*k), form%steady(k), form%close(2, 0))
+         allocate (form%product(2*k, 2*k), form%matrix(2*k, 2*k), form%diagonal(k), form%pairs(2, 0))
          call dgemm('T', 'N', 2*k, 2*k, squares, 1.0_wp, parts, squares, parts, squares, 0.0_wp, form%product, 2*k)
          do n = 1, k
             call integrate_pairs(n, form%decay(:k), form%omega(:k), form%product(:, n), form%product(:, k + n), &
-               form%matrix(:, n), form%matrix(:, k + n), apart)
+               form%matrix(:, n), form%matrix(:, k + n), distance)
             call find_pair(form, n, n, plain, conjugate)
-            form%steady(n) = 0.5_wp*real(conjugate, wp)
-            if (abs(exponent(n))**2 <= least) form%steady(n) = form%steady(n) + 0.5_wp*real(plain, wp)
-            if (count(apart <= least) == 1) cycle
-            near = pack([(m, m=1, k)], apart <= least .and. [(m /= n, m=1, k)])
-            form%close = reshape([form%close, [([near(m), n], m=1, size(near))]], [2, size(form%close, 2) + size(near)])
+            form%diagonal(n) = 0.5_wp*real(conjugate, wp)
+            if (abs(exponent(n))**2 <= negligible) form%diagonal(n) = form%diagonal(n) + 0.5_wp*real(plain, wp)
+            if (count(distance <= negligible) == 1) cycle
+            near = pack([(m, m=1, k)], distance <= negligible .and. [(m /= n, m=1, k)])
+            form%pairs = reshape([form%pairs, [([near(m), n], m=1, size(near))]], [2, size(form%pairs, 2) + size(near)])
          end do
       end associate
    end subroutine make_power_form
 
-   !> The columns of the matrix for a term.
-   pure subroutine integrate_pairs(n, decay, omega, low, high, low_integral, high_integral, apart)
-      !> Which one
+   !> Compute the two columns of the matrix that belong to a term.
+   pure subroutine integrate_pairs(n, decay, omega, product_real, product_imag, integral_real, integral_imag, distance)
+      !> Index n of the term
       integer, intent(in) :: n
       !> -Re s, Im s, [count]
       real(wp), contiguous, intent(in) :: decay(:)
       real(wp), contiguous, intent(in) :: omega(:)
-      !> Products with its real and with its imaginary part, [2 count]
-      real(wp), contiguous, intent(in) :: low(:)
-      real(wp), contiguous, intent(in) :: high(:)
-      !> What is there in the matrix, [2 count]
-      real(wp), contiguous, intent(inout) :: low_integral(:)
-      real(wp), contiguous, intent(inout) :: high_integral(:)
-      !> |s_m + conj(s_n)|^2, 0 for itself and where they nearly are each other's conjugate, [count]
-      real(wp), contiguous, intent(out) :: apart(:)
+      !> Products of all rates with the real and with the imaginary part of rate n, [2 count]
+      real(wp), contiguous, intent(in) :: product_real(:)
+      real(wp), contiguous, intent(in) :: product_imag(:)
+      !> Columns of the matrix, [2 count]
+      real(wp), contiguous, intent(inout) :: integral_real(:)
+      real(wp), contiguous, intent(inout) :: integral_imag(:)
+      !> |s_m + conj(s_n)|^2; 0 for m = n and if the two terms nearly are each other's conjugate, [count]
+      real(wp), contiguous, intent(out) :: distance(:)
 
-      real(wp) :: both, even, least_apart, minus, odd, over_minus, over_plus, plus, square, u, v, x, y
+      real(wp) :: total_decay, even, min_distance, minus, odd, over_minus, over_plus, plus, square, u, v, x, y
       integer :: k, m
 
       k = size(decay)
-      least_apart = nearness**2*(decay(n)**2 + omega(n)**2)
+      min_distance = cancellation_share**2*(decay(n)**2 + omega(n)**2)
       !$omp simd private(minus, square)
       do m = 1, k
-         apart(m) = (decay(m) + decay(n))**2 + (omega(m) - omega(n))**2
-         square = nearness**2*(decay(m)**2 + omega(m)**2)
-         apart(m) = merge(0.0_wp, apart(m), apart(m) <= square .and. apart(m) <= least_apart)
+         distance(m) = (decay(m) + decay(n))**2 + (omega(m) - omega(n))**2
+         square = cancellation_share**2*(decay(m)**2 + omega(m)**2)
+         distance(m) = merge(0.0_wp, distance(m), distance(m) <= square .and. distance(m) <= min_distance)
       end do
-      apart(n) = 0.0_wp
-      !$omp simd private(both, even, minus, odd, over_minus, over_plus, plus, square, u, v, x, y)
+      distance(n) = 0.0_wp
+      !$omp simd private(total_decay, even, minus, odd, over_minus, over_plus, plus, square, u, v, x, y)
       do m = 1, k
-         both = decay(m) + decay(n)
+         total_decay = decay(m) + decay(n)
          plus = omega(m) + omega(n)
          minus = omega(m) - omega(n)
          ! 1/(s_m + s_n) = -(both + i plus) over_plus, 1/(s_m + conj(s_n)) = -(both + i minus) over_minus
-         square = both**2 + plus**2
-         over_plus = merge(0.5_wp, 0.0_wp, square > least)/max(square, least)
-         over_minus = merge(0.5_wp, 0.0_wp, apart(m) > least)/max(apart(m), least)
-         even = low(m) - high(k + m)
-         odd = high(m) + low(k + m)
-         u = over_plus*(plus*odd - both*even)
-         x = over_plus*(both*odd + plus*even)
-         even = low(m) + high(k + m)
-         odd = low(k + m) - high(m)
-         v = over_minus*(minus*odd - both*even)
-         y = over_minus*(both*odd + minus*even)
-         low_integral(m) = u + v
-         high_integral(k + m) = v - u
-         high_integral(m) = x - y
-         low_integral(k + m) = x + y
+         square = total_decay**2 + plus**2
+         over_plus = merge(0.5_wp, 0.0_wp, square > negligible)/max(square, negligible)
+         over_minus = merge(0.5_wp, 0.0_wp, distance(m) > negligible)/max(distance(m), negligible)
+         even = product_real(m) - product_imag(k + m)
+         odd = product_imag(m) + product_real(k + m)
+         u = over_plus*(plus*odd - total_decay*even)
+         x = over_plus*(total_decay*odd + plus*even)
+         even = product_real(m) + product_imag(k + m)
+         odd = product_real(k + m) - product_imag(m)
+         v = over_minus*(minus*odd - total_decay*even)
+         y = over_minus*(total_decay*odd + minus*even)
+         integral_real(m) = u + v
+         integral_imag(k + m) = v - u
+         integral_imag(m) = x - y
+         integral_real(k + m) = x + y
       end do
    end subroutine integrate_pairs
 
-   !> Sums of products of the rates of a pair: its plain and its conjugate share.
+   !> Plain and conjugate coefficient of a pair of terms.
    pure subroutine find_pair(form, m, n, plain, conjugate)
       type(power_form_t), intent(in) :: form
       integer, intent(in) :: m
@@ -146,14 +146,14 @@ contains
       end associate
    end subroutine find_pair
 
-   !> The terms from now on.
+   !> Compute the terms over an interval that starts now.
    pure subroutine find_span(form, amplitude, time, span)
-      !> With the exponents
+      !> The power, which has the exponents
       type(power_form_t), intent(in) :: form
-      !> A_m now, [count]
+      !> A_m at the start, [count]
       complex(wp), intent(in) :: amplitude(:)
       real(wp), intent(in) :: time
-      !> As it is where it is that already
+      !> Computed unless it already is for the same terms and time
       type(span_t), intent(inout) :: span
 
       real(wp), dimension(size(form%decay)) :: imaginary_part, less_one, fall
@@ -166,14 +166,14 @@ contains
                   abs(aimag(span%amplitude - amplitude)) <= 0.0_wp)) return
             end if
             if (size(span%amplitude) /= k) deallocate (span%amplitude, span%term, span%change, span%changes, &
-               span%sums, span%steady)
+               span%sums, span%squares)
          end if
          if (.not. allocated(span%amplitude)) allocate (span%amplitude(k), span%term(k), span%change(k), &
-            span%changes(2*k), span%sums(2*k), span%steady(k))
+            span%changes(2*k), span%sums(2*k), span%squares(k))
          call find_terms(amplitude, form%decay, form%omega, time, span%term, imaginary_part, less_one, fall)
          span%time = time
          span%amplitude(:) = amplitude
-         ! of A^2 and B^2 the difference is (A - B) (A + B)
+         ! the difference of A^2 and B^2 is (A - B) (A + B)
          do m = 1, k
             associate (x => real(amplitude(m), wp), y => aimag(amplitude(m)))
                span%changes(m) = x*less_one(m) - y*imaginary_part(m)
@@ -181,25 +181,25 @@ contains
                span%change(m) = cmplx(span%changes(m), span%changes(k + m), wp)
                span%sums(m) = 2.0_wp*x + span%changes(m)
                span%sums(k + m) = 2.0_wp*y + span%changes(k + m)
-               span%steady(m) = (x**2 + y**2)*time_of_decay(form%decay(m), time, fall(m))
+               span%squares(m) = (x**2 + y**2)*time_of_decay(form%decay(m), time, fall(m))
             end associate
          end do
       end associate
    end subroutine find_span
 
-   !> What a power takes.
+   !> Energy: the integral of a power over an interval.
    pure function taken_by(form, span) result(energy)
       type(power_form_t), intent(in) :: form
-      !> Of its terms
+      !> Terms of the power over the interval
       type(span_t), intent(in) :: span
       real(wp) :: energy
 
       complex(wp) :: conjugate, plain, s
       integer :: i
 
-      energy = bilinear_form(size(span%sums), form%matrix, span%changes, span%sums) + sum(form%steady*span%steady)
-      do i = 1, size(form%close, 2)
-         associate (m => form%close(1, i), n => form%close(2, i))
+      energy = bilinear_form(size(span%sums), form%matrix, span%changes, span%sums) + sum(form%diagonal*span%squares)
+      do i = 1, size(form%pairs, 2)
+         associate (m => form%pairs(1, i), n => form%pairs(2, i))
             s = form%exponent(m) + conjg(form%exponent(n))
             call find_pair(form, m, n, plain, conjugate)
             energy = energy + 0.5_wp*real(conjugate*span%amplitude(m)*conjg(span%amplitude(n)) &
@@ -208,7 +208,7 @@ contains
       end do
    end function taken_by
 
-   !> Integral of exp(-2 decay t) up to a time.
+   !> Integral of exp(-2 decay t) from 0 to t.
    elemental function time_of_decay(decay, t, fall) result(value)
       real(wp), intent(in) :: decay
       real(wp), intent(in) :: t
@@ -216,7 +216,7 @@ contains
       real(wp), intent(in) :: fall
       real(wp) :: value
 
-      ! what decays so little lasts for all of it
+      ! so small a decay is negligible: the integral is t
       value = merge(-fall*(2.0_wp + fall), 2.0_wp*t, decay*t > 1.0e-17_wp) &
          /merge(2.0_wp*decay, 2.0_wp, decay*t > 1.0e-17_wp)
    end function time_of_decay
@@ -243,9 +243,9 @@ contains
       end do
    end function bilinear_form
 
-   !> Integrals of the terms of a span, [count].
+   !> Integrals of the terms over an interval, [count].
    pure function integrals_in(form, span) result(value)
-      !> With the exponents
+      !> The power, which has the exponents
       type(power_form_t), intent(in) :: form
       type(span_t), intent(in) :: span
       complex(wp) :: value(size(span%change))
@@ -276,7 +276,7 @@ contains
       x = s*t
       angle = abs(real(x, wp)) + abs(aimag(x))
       if (angle < 0.1_wp) then
-         ! as many terms as there are digits in
+         ! the series has as many terms as double precision needs
          value = (0.0_wp, 0.0_wp)
          do k = merge(4, size(inverse_factorial), angle < 1.0e-3_wp), 1, -1
             value = inverse_factorial(k) + x*value

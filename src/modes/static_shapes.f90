@@ -1,7 +1,7 @@
 !> Static shapes of a beam on its supports under point forces.
 !>
-!> In its element curvatures (`support_coordinates`) a point force bends the beam by sums in which nothing cancels, and
-!> what supports take away is a projection: on meshes however uneven more digits stay than in a factorised stiffness,
+!> In element curvatures (`support_coordinates`) a point force bends the beam by sums in which nothing cancels, and
+!> rigid supports act by a projection. On very uneven meshes this is more accurate than a factorised stiffness matrix,
 !> which may not even have positive pivots there.
 module static_shapes
    use beam_model, only: beam_model_t, is_mechanism
@@ -14,11 +14,11 @@ module static_shapes
 
 contains
 
-   !> Ready for forces.
+   !> Prepare a beam on its supports for static forces.
    pure subroutine make_elastic_beam(model, beam, error)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(out) :: beam
-      !> Set when it is free to move without strain
+      !> Set if the beam can move without strain
       type(failure_t), allocatable, intent(out) :: error
 
       type(beam_model_t) :: elastic
@@ -27,16 +27,16 @@ contains
          call fail(error, status_run_failed, 'the beam turns about its root, and nothing holds it')
          return
       end if
-      ! at rest a node without mass moves like any other
+      ! in statics a massless node is like any other
       elastic = model
       elastic%has_massless_node = .false.
       call make_supported_beam(elastic, beam)
    end subroutine make_elastic_beam
 
-   !> y and dy/dx of the nodes under a unit force, E Ibar = L = 1.
+   !> Displacements y and slopes dy/dx of the nodes under a unit force, E Ibar = L = 1.
    pure function unit_shape(beam, dof) result(shape)
       type(supported_beam_t), intent(in) :: beam
-      !> Degree of freedom on which the force acts; one that is held gives no shape
+      !> Degree of freedom of the force; the shape is zero if a support fixes it
       integer, intent(in) :: dof
       real(wp), allocatable :: shape(:)
 

@@ -1,5 +1,5 @@
-!> Variations of a motion, side by side: by how much its state would differ had it begun otherwise, or were a load
-!> another one (docs/theory.md, section 22).
+!> Variations of a motion as columns of a matrix: derivatives of its state by the initial state and by a parameter of a
+!> load (docs/theory.md, section 22).
 module tangent_columns
    use complementarity, only: solve_active
    use damped_oscillators, only: oscillators_t
@@ -9,38 +9,38 @@ module tangent_columns
    public :: tangent_t, state_rates_t, open_tangent, strike_columns, shift_columns, size_of_column
    public :: by_nothing, by_amplitude, by_frequency
 
-   !> What the last column is the derivative by, besides those by the state: nothing, the amplitude of a load, or the
-   !> frequency of a load, those of all others in proportion.
+   !> Parameter of the last column, after the columns for the initial state: no such column, the amplitude of a load, or
+   !> the frequency of a load, with the frequencies of all other loads in proportion.
    integer, parameter :: by_nothing = 0
    integer, parameter :: by_amplitude = 1
    integer, parameter :: by_frequency = 2
 
-   !> How fast the state changes.
+   !> Time derivatives of the state.
    type :: state_rates_t
-      !> In the free modes, [modes], and of P2 of each surface, [surfaces]
+      !> Of the free modes, [modes], and of the force P2 (Maxwell branch) of each contact, [contacts]
       real(wp), allocatable :: q(:), v(:), memory(:)
    end type state_rates_t
 
    type :: tangent_t
-      !> In the free modes, [modes, columns], and of P2 of each surface, [surfaces, columns]
+      !> Variations of the free modes, [modes, columns], and of the force P2 of each contact, [contacts, columns]
       real(wp), allocatable :: q(:, :), v(:, :), memory(:, :)
-      !> By how much later the last event comes, [columns]
+      !> Delay of the last event, [columns]
       real(wp), allocatable :: delay(:)
-      !> With these the present phase began; after a run, those at its end
+      !> Time derivatives of the state at the start of the present phase; after a run, those at its end
       type(state_rates_t) :: begun
-      !> One of the `by_` constants, and of which load
+      !> One of the `by_` constants, and the number of the load
       integer :: parameter = by_nothing
       integer :: load = 0
-      !> Least speed at which a rigid surface was met, and the least rate of anything that ended a phase as a share of
-      !> what its sum is made of: where that vanishes there is no derivative
+      !> Minimum normal speed at impacts on rigid contacts, and minimum rate of any event function as a share of its
+      !> terms. If either vanishes, the derivative does not exist
       real(wp) :: least_speed = huge(1.0_wp)
-      !> Logarithm of what the columns were divided by
+      !> Logarithm of the factor by which the columns were divided
       real(wp) :: log_scale = 0.0_wp
    end type tangent_t
 
 contains
 
-   !> Room for so many columns, all zero.
+   !> Allocate columns of zeros.
    pure subroutine open_tangent(modes, contacts, columns, tangent)
       integer, intent(in) :: modes
       integer, intent(in) :: contacts
@@ -51,11 +51,11 @@ contains
          tangent%delay(columns), source=0.0_wp)
    end subroutine open_tangent
 
-   !> Impulses at surfaces turn the velocities there back: B'v+ = -eps B'v over those that give one.
+   !> Apply impulses to all columns: B'v+ = -eps B'v over the contacts that give an impulse.
    subroutine strike_columns(value, restitution, is_active, tangent)
-      !> Modes at those that take part, [modes, taking]
+      !> Modes at the contacts of the impact, [modes, contacts]
       real(wp), intent(in) :: value(:, :)
-      !> [taking]
+      !> Coefficients of restitution eps, [contacts]
       real(wp), intent(in) :: restitution(:)
       logical, intent(in) :: is_active(:)
       type(tangent_t), intent(inout) :: tangent
@@ -70,7 +70,7 @@ contains
       end do
    end subroutine strike_columns
 
-   !> The state where each column meets the event, from that at one instant, or back.
+   !> Move each column from the nominal instant to its own instant of the event, or back.
    pure subroutine shift_columns(rates, factor, tangent)
       type(state_rates_t), intent(in) :: rates
       !> 1: to the event, -1: back
@@ -88,7 +88,7 @@ contains
       end do
    end subroutine shift_columns
 
-   !> So measured that it shrinks evenly in each mode that swings alone.
+   !> Norm of a column in which each underdamped mode by itself decays monotonically.
    pure function size_of_column(tangent, place, oscillators) result(length)
       type(tangent_t), intent(in) :: tangent
       integer, intent(in) :: place
