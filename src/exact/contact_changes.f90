@@ -35,7 +35,7 @@ contains
       end associate
    end subroutine let_go
 
-   !> Record the release from a closed rigid contact (or from a massless node's stop), and start the flight.
+   !> Open a closed contact with a rigid stop: record the release, and start the flight.
    subroutine open_contact(self, k, order, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -55,7 +55,7 @@ contains
       integer, intent(in) :: k
       !> Order of the first nonzero derivative of the gap
       integer, intent(in) :: order
-      !> A flight whose gap stays below this value is a capture; 0: the flight is not tested for a capture
+      !> If the gap of the flight stays below this value, the contact stays closed (capture); 0: not tested
       real(wp), intent(in) :: hop_tolerance
 
       associate (state => self%states(k))

@@ -17,8 +17,10 @@ module contact_impulses
    private
    public :: capture_t, solve_impact, bring_to_rest, arrest
 
-   !> Capture of the beam at a rigid contact: whether the stop point is brought to rest, and by which impulse.
+   !> Capture at a rigid contact, which closes without a further rebound: velocity of the stop point before, impulse, and
+   !> change of energy.
    type :: capture_t
+      !> The stop point is brought to rest
       logical :: is_in = .false.
       !> The contact force is known to be positive
       logical :: is_pressed = .false.
@@ -91,6 +93,7 @@ contains
       logical, intent(in) :: reached(:)
       !> Index of the contact that is hit
       integer, intent(in) :: first
+      !> If the gap of a flight after this impact stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion
@@ -153,6 +156,7 @@ contains
    subroutine record_outcome(self, struck, hop_tolerance, captures, motion, response)
       type(phase_state_t), intent(inout) :: self
       type(struck_t), intent(in) :: struck
+      !> If the gap of a flight after this impact stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
       type(capture_t), intent(inout) :: captures(:)
       type(motion_t), intent(inout) :: motion

@@ -30,11 +30,12 @@ module contact_phase
    private
    public :: contact_phase_t
 
+   !> A phase with any number of contacts, in closed form.
    type, extends(phase_t) :: contact_phase_t
       type(phase_state_t) :: now
       !> Pbar per unit of force
       real(wp) :: force_scale = 0.0_wp
-      !> A flight after a rebound whose gap stays below this value is a capture
+      !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp) :: hop_tolerance = 0.0_wp
       !> Index of the contact that ends the phase (0: none), and how: one of the `end_` constants
       integer :: ended = 0
@@ -164,6 +165,7 @@ contains
       real(wp), intent(in) :: time
       real(wp), intent(out) :: q(:)
       real(wp), intent(out) :: v(:)
+      !> Displacement and velocity of a massless node at the release contact, relative to the modes
       real(wp), optional, intent(out) :: node(2)
 
       real(wp), dimension(size(self%now%z)) :: z, rate

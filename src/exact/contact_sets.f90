@@ -20,6 +20,7 @@ module contact_sets
    public :: contact_set_t, set_store_t, open_sets, find_set, losses_in, find_last_terms, state_in, state_of_terms
    public :: ready_for_losses, moved_by
 
+   !> The beam with one combination of closed contacts.
    type :: contact_set_t
       !> Run of the store for which the set is prepared
       integer :: run = 0
@@ -27,7 +28,7 @@ module contact_sets
       logical, allocatable :: is_closed(:)
       !> The beam with rigid contacts as constraints (none if each mode has its own damping ratio)
       type(constrained_set_t) :: constrained
-      !> All other closed contacts, which apply forces, and the exponential terms of the motion with them
+      !> All other closed contacts, which apply forces, and the terms exp(s t) of the motion with them
       integer, allocatable :: compliant(:)
       type(joint_modes_t) :: joint
       !> Terms of gaps and reactions per unit of amplitude, [contacts, terms], [constraints, terms]
@@ -64,6 +65,7 @@ module contact_sets
    integer, parameter :: max_sets = 128
    real(wp), parameter :: max_bytes = 1.0e8_wp
 
+   !> Pointer to a contact set, as an element of an array.
    type :: set_place_t
       type(contact_set_t), pointer :: set => null()
    end type set_place_t
@@ -183,9 +185,8 @@ contains
       answer = a <= b .and. a >= b
    end function is_equal
 
-   !> Find the set of the given closed contacts, or make it if the store has none.
+   !> Find the set of the given closed contacts, [contacts], or make it if the store has none.
    subroutine find_set(is_closed, store, set, is_new, error)
-      !> [contacts]
       logical, intent(in) :: is_closed(:)
       !> Prepared for the run by `open_sets`
       type(set_store_t), intent(inout) :: store
@@ -271,6 +272,7 @@ contains
       store%count = 0
    end subroutine drop_all
 
+   !> Make the set of a combination of closed contacts.
    subroutine make_set(beam, is_rigid, spring, is_closed, set, error)
       type(free_beam_t), intent(in) :: beam
       logical, intent(in) :: is_rigid(:)
@@ -324,12 +326,11 @@ contains
       end associate
    end subroutine find_equilibrium
 
-   !> Response of the set's modes to a unit force at contact k, each mode divided by its divisor (1: velocities after an
-   !> impulse, W^2: displacements). Rigid contacts in `compliant` do not move.
+   !> Response of the set's modes to a unit force at contact k, divided by the divisor of each mode, [modes] (1: velocity
+   !> change by a unit impulse, W^2: static displacement). Rigid contacts in `compliant` do not move.
    pure function moved_by(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
       integer, intent(in) :: k
-      !> [modes]
       real(wp), intent(in) :: divisor(:)
       real(wp) :: shape(size(divisor))
 
@@ -356,14 +357,13 @@ contains
       end associate
    end function moved_by
 
-   !> Terms at the end of a phase, stored in `span` because losses and impulses need them again.
+   !> Values of the terms at the end of a phase, [terms], stored in `span` because losses and impulses need them again.
    pure subroutine find_last_terms(set, amplitude, time, term)
       type(contact_set_t), intent(inout) :: set
       !> Amplitudes times weights, [terms]
       complex(wp), intent(in) :: amplitude(:)
       !> Since the start of the phase
       real(wp), intent(in) :: time
-      !> [terms]
       complex(wp), intent(out) :: term(:)
 
       if (set%has_stop_losses) then

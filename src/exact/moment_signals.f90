@@ -24,10 +24,12 @@ module moment_signals
    private
    public :: moments_t, make_moments, begin_moments, sample_moments
 
+   !> Signal of the moment at one place.
    type :: signal_place_t
       class(viewed_signal_t), allocatable :: signal
    end type signal_place_t
 
+   !> Bending moments at the requested places.
    type :: moments_t
       !> Moment at each place per unit of modal displacement, and per unit of modal acceleration, [modes, places]
       real(wp), allocatable, private :: stiffness(:, :)

@@ -36,6 +36,7 @@ module motion_phases
       type(failure_t), allocatable :: error
    end type motion_t
 
+   !> A phase of the motion: the part between two changes of the set of closed contacts or of the loads.
    type, abstract :: phase_t
       !> End of the phase: its outcome is that of a search, `found_taken_back` or `found_break`
       type(search_t) :: search

@@ -25,6 +25,7 @@ module phase_intervals
    private
    public :: phase_interval_t
 
+   !> A phase as observers evaluate it; its output rows are gaps, tip, contact forces and moments.
    type, extends(interval_t) :: phase_interval_t
       type(phase_state_t), pointer :: now => null()
       !> Result of the search for the end of the phase at each contact, [contacts]
@@ -34,7 +35,7 @@ module phase_intervals
       !> Contact states at the start of the phase, set if loads act or measures are requested and some contact is
       !> compliant
       type(contact_state_t), allocatable :: at_start(:)
-      !> State of the constrained modes at the end of the phase, stored in the set, [modes]
+      !> State of the constrained modes at the end of the phase, stored in the contact set, [modes]
       real(wp), pointer, contiguous :: z_end(:) => null(), v_end(:) => null()
       !> Signals for integrals, made if integrals are requested
       type(signals_t), allocatable :: signals
@@ -53,6 +54,7 @@ module phase_intervals
       procedure :: energy
    end type phase_interval_t
 
+   !> The gap of a contact during a phase, stored for use after the phase.
    type, extends(curve_t) :: signal_curve_t
       class(viewed_signal_t), allocatable :: signal
       !> The gap does not fall below minus the settling level: large negative gaps need not be searched
@@ -65,6 +67,7 @@ module phase_intervals
 
 contains
 
+   !> State of a contact during the phase, as observers use it.
    pure function contact(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -124,6 +127,7 @@ contains
       end if
    end function reach
 
+   !> Rounding error of a gap.
    pure function rounding(self, k)
       class(phase_interval_t), intent(in) :: self
       integer, intent(in) :: k
@@ -135,6 +139,7 @@ contains
       end associate
    end function rounding
 
+   !> Does an output row exceed a level during the phase?
    function exceeds(self, row, level) result(does)
       class(phase_interval_t), intent(in) :: self
       type(row_t), intent(in) :: row
@@ -186,7 +191,9 @@ contains
    subroutine seek_peak(self, row, stretch, known, peak)
       class(phase_interval_t), intent(inout) :: self
       type(row_t), intent(in) :: row
+      !> Start and end of the part of the phase that is searched
       real(wp), intent(in) :: stretch(2)
+      !> Only a maximum above this value is reported
       real(wp), intent(in) :: known
       type(peak_t), intent(inout) :: peak
 
@@ -274,7 +281,9 @@ contains
    !> Integrals of all output rows but bending moments.
    subroutine integrate(self, stretch, first, second)
       class(phase_interval_t), intent(inout) :: self
+      !> Start and end of the integrals, since the start of the phase
       real(wp), intent(in) :: stretch(2)
+      !> Integral of each output row and of its square, [rows]
       real(wp), intent(out) :: first(:)
       real(wp), intent(out) :: second(:)
 
@@ -430,12 +439,12 @@ contains
                end do
             end associate
          end if
-         if (now%loads%count > 0) impulse = impulse + impulse_of_terms(now, k, time)
+         if (now%loads%count > 0) impulse = impulse + load_response_impulse(now, k, time)
       end associate
    end function impulse
 
    !> Contribution of the load response to the integral of a contact force.
-   function impulse_of_terms(self, k, time) result(impulse)
+   function load_response_impulse(self, k, time) result(impulse)
       type(phase_state_t), intent(in) :: self
       integer, intent(in) :: k
       real(wp), intent(in) :: time
@@ -459,7 +468,7 @@ contains
             end associate
          end do
       end associate
-   end function impulse_of_terms
+   end function load_response_impulse
 
    !> Upper bound of the magnitude of the gap of a closed compliant contact.
    pure function reach_of_terms(self, k) result(reach)

@@ -40,7 +40,7 @@ contains
       !> Homogeneous part (without the load response) of the state of the constrained modes, [modes]
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: v(:)
-      !> Values of the terms at that time if a compliant contact is closed, [terms]
+      !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
       real(wp) :: force
 
@@ -75,7 +75,7 @@ contains
       real(wp), intent(in) :: time
       !> State z, v of the constrained modes and its homogeneous part, [modes, 4]
       real(wp), intent(in) :: state(:, :)
-      !> Values of the terms at that time if a compliant contact is closed, [terms]
+      !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
       !> [1 + compliant]
       real(wp), intent(out) :: lost(:)
@@ -112,7 +112,7 @@ contains
       !> Index among the compliant contacts of the set
       integer, intent(in) :: place
       real(wp), intent(in) :: time
-      !> Values of the terms at that time, [terms]
+      !> Values of the terms exp(s t) at that time, [terms]
       complex(wp), intent(in) :: term(:)
       type(contact_state_t), intent(inout) :: state
 

@@ -32,19 +32,20 @@ module phase_state
    !> Signals that end no phase: the gap to the undeformed contact, and the displacement of the tip.
    integer, parameter :: whole_gap = 5, whole_tip = 6
 
+   !> The beam in its free modes, the states of its contacts, and the present phase of its motion.
    type :: phase_state_t
       type(free_beam_t) :: beam
       type(contact_state_t), allocatable :: states(:)
       !> Index of the contact from which the beam is released; 0: none
       integer :: release_contact = 1
-      !> Store of contact sets, which later runs share
+      !> Store of contact sets, which later runs share, and the set of the present phase
       type(set_store_t), pointer :: store => null()
       type(contact_set_t), pointer :: set => null()
-      !> Homogeneous part (without the load response) of the initial state of the phase, stored in the set, [modes]
+      !> Homogeneous part (without the load response) of the initial state of the phase, stored in `set`, [modes]
       real(wp), pointer, contiguous :: z(:) => null(), v(:) => null()
       !> Displacement of a massless node relative to the modes at the start of the phase
       real(wp) :: node_depth = 0.0_wp
-      !> Loads on the beam; `count` = 0: there are none
+      !> Loads on the beam (none: `count` = 0), and the load response in the present phase
       type(applied_loads_t) :: loads
       type(forced_response_t) :: forced
       !> Nothing moves until loads change
@@ -55,7 +56,7 @@ module phase_state
       real(wp) :: longest = huge(1.0_wp)
       !> Modal loads at the present instant, and their rates, [free modes]
       real(wp), allocatable :: load(:), load_rate(:)
-      !> Amplitudes times weights of the terms if a compliant contact is closed, [terms]
+      !> Amplitudes times weights of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), allocatable :: amplitude(:)
       !> The signal that `signal_of` returned last
       class(viewed_signal_t), allocatable :: signal
@@ -426,7 +427,7 @@ contains
    subroutine keep_state(self, time, term)
       type(phase_state_t), intent(in) :: self
       real(wp), intent(in) :: time
-      !> Values of the terms at that time if a compliant contact is closed, [terms]
+      !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)
 
       associate (set => self%set)

@@ -27,7 +27,7 @@ contains
       !> The flight that ends began at rest on this contact
       logical, intent(in) :: from_rest
       type(search_t), intent(in) :: search
-      !> A flight whose gap stays below this value is a capture
+      !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
       type(motion_t), intent(inout) :: motion
       !> Receives the events
@@ -50,7 +50,7 @@ contains
       !> The flight that ends began at rest on this contact
       logical, intent(in) :: from_rest
       type(search_t), intent(in) :: search
-      !> A flight whose gap stays below this value is a capture
+      !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
       type(motion_t), intent(inout) :: motion
       !> Receives the events
@@ -105,7 +105,7 @@ contains
    !> Find the contacts that are closed, touched or hit at the start of a run.
    subroutine begin_contacts_at_start(self, hop_tolerance, motion, response)
       type(phase_state_t), intent(inout) :: self
-      !> A flight whose gap stays below this value is a capture
+      !> If the gap of a flight after a rebound stays below this value, the contact stays closed (capture)
       real(wp), intent(in) :: hop_tolerance
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
