@@ -1,7 +1,7 @@
-!> What acts on a beam besides its stops: forces, and the inertia that the motion of its base gives it, each as a
-!> vector over the degrees of freedom times a course in time.
+!> Applied loads of a beam: forces, and the inertia forces of a moving base, each as a vector over the degrees of
+!> freedom times a time course.
 !>
-!> Scales: displacement eta, time tau, mass in rho Abar L, so forces as those of the stops' laws: 3 E Ibar D/L^3 is
+!> Scales: displacement eta, time tau, mass in rho Abar L, so forces as in the laws of the stops: 3 E Ibar D/L^3 is
 !> 3/lambda1^4.
 module applied_loads
    use beam_loads, only: base_mass_vector, line_load, point_load
@@ -15,44 +15,45 @@ module applied_loads
    private
    public :: applied_loads_t, gather_loads, has_loads, bear_whole, count_forces, courses_of
 
-   !> A mode whose static shape would be so many units of displacement, or move with as many of velocity where a table
-   !> rises, is slow, as from there to the surfaces too little would be left of the digits; but not where that makes
-   !> more phases than this.
-   real(wp), parameter :: most_units = 1.0e2_wp
-   real(wp), parameter :: most_phases = 1.0e4_wp
+   !> A mode is slow if its static displacement under the loads, or its quasi-static velocity under the slopes of a
+   !> table, exceeds `max_units` units, because gaps computed relative to such a response lose too many digits. The
+   !> limit frequency is at most `max_phases` over the length of the run, which limits the number of phases.
+   real(wp), parameter :: max_units = 1.0e2_wp
+   real(wp), parameter :: max_phases = 1.0e4_wp
 
    type :: applied_loads_t
       integer :: count = 0
-      !> How each goes on, [loads]
+      !> Time course of each load, [loads]
       type(time_course_t), allocatable :: course(:)
-      !> Per unit of its course, over the degrees of freedom, [order, loads]
+      !> Vectors over the degrees of freedom per unit of the time course, [order, loads]
       real(wp), allocatable :: vector(:, :)
-      !> The same in the free modes, where they are found, [modes, loads]
+      !> The vectors in the free modes once these are known, [modes, loads]
       real(wp), allocatable :: mode(:, :)
-      !> Frequency with which it swings, 0: it does not, and which of all frequencies that is, [loads]
+      !> Circular frequency of a harmonic or half-sine load, 0 for others, and its index in `frequencies`, [loads]
       real(wp), allocatable :: frequency(:)
       integer, allocatable :: harmonic(:)
-      !> Its amplitude goes with which power of its frequency, [loads]
+      !> The amplitude of the load is proportional to this power of its frequency, [loads]
       integer, allocatable :: power(:)
-      !> All that differ
+      !> All distinct frequencies
       real(wp), allocatable :: frequencies(:)
-      !> Modes below this are too slow to come near their static shape, or so far that nothing is left of its digits
+      !> Modes below this frequency are treated as slow: they do not reach their static displacement, or it is too large
+      !> for the precision of the gaps
       real(wp) :: slow = 0.0_wp
-      !> Length of the run
+      !> Length of the run, tau
       real(wp) :: duration = 1.0_wp
    end type applied_loads_t
 
 contains
 
-   !> Does anything act on the beam?
-   pure function has_loads(settings) result(has)
+   !> Has the run applied loads?
+   pure function has_loads(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
-      logical :: has
+      logical :: answer
 
-      has = allocated(settings%forces) .or. allocated(settings%bases)
+      answer = allocated(settings%forces) .or. allocated(settings%bases)
    end function has_loads
 
-   !> Of all loads so many are forces, which come first; the others move the base.
+   !> Number of forces, which precede the base motions among all loads.
    pure function count_forces(settings) result(number)
       type(run_settings_t), intent(in) :: settings
       integer :: number
@@ -61,7 +62,7 @@ contains
       if (allocated(settings%forces)) number = size(settings%forces)
    end function count_forces
 
-   !> Courses of all loads as they are in the settings.
+   !> Time courses of all loads as in the settings.
    pure function courses_of(settings) result(courses)
       type(run_settings_t), intent(in) :: settings
       type(time_course_t), allocatable :: courses(:)
@@ -76,7 +77,7 @@ contains
       if (bases > 0) courses(forces + 1:) = settings%bases%course
    end function courses_of
 
-   !> Vectors and courses of all loads.
+   !> Vectors and time courses of all loads.
    pure subroutine gather_loads(model, settings, loads)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
@@ -114,33 +115,33 @@ contains
       call find_frequencies(loads)
       loads%duration = settings%response%duration
       loads%slow = max(slow, 1.0_wp/settings%response%duration, &
-         min(sqrt(greatest_amplitude(loads)/most_units), most_phases/settings%response%duration))
+         min(sqrt(max_amplitude(loads)/max_units), max_phases/settings%response%duration))
    end subroutine gather_loads
 
-   !> The greatest value of all courses, or rate.
-   pure function greatest_amplitude(loads) result(greatest)
+   !> Maximum magnitude of all time courses and of the slopes of tables.
+   pure function max_amplitude(loads) result(maximum)
       type(applied_loads_t), intent(in) :: loads
-      real(wp) :: greatest
+      real(wp) :: maximum
 
       integer :: g, i
 
-      greatest = 0.0_wp
+      maximum = 0.0_wp
       do g = 1, loads%count
          associate (course => loads%course(g))
             if (allocated(course%value)) then
-               greatest = max(greatest, abs(course%amplitude)*maxval(abs(course%value)))
+               maximum = max(maximum, abs(course%amplitude)*maxval(abs(course%value)))
                do i = 2, size(course%value)
-                  greatest = max(greatest, abs(course%amplitude*(course%value(i) - course%value(i - 1)) &
+                  maximum = max(maximum, abs(course%amplitude*(course%value(i) - course%value(i - 1)) &
                      /(course%time(i) - course%time(i - 1))))
                end do
             else
-               greatest = max(greatest, abs(course%amplitude))
+               maximum = max(maximum, abs(course%amplitude))
             end if
          end associate
       end do
-   end function greatest_amplitude
+   end function max_amplitude
 
-   !> With which each of them swings.
+   !> Frequencies of the harmonic and half-sine loads.
    pure subroutine find_frequencies(loads)
       type(applied_loads_t), intent(inout) :: loads
 
@@ -165,29 +166,30 @@ contains
       end do
    end subroutine find_frequencies
 
-   !> A load that the surfaces which hold the beam take whole moves nothing, and none of them bears a part of it that is
-   !> a rounding error: a force that never is any would come and go by its last bits.
+   !> A load that the closed rigid contacts balance entirely accelerates no mode, so its modal load is set to zero; a
+   !> contact whose share of the load is a rounding error bears none of it. Otherwise the last bits of a zero force
+   !> would decide when contacts open and close.
    pure subroutine bear_whole(value, mode, share, load)
-      !> The free modes at the surfaces, [free, held]
+      !> Values of the free modes at the closed contacts, [free, closed]
       real(wp), intent(in) :: value(:, :)
       !> The load in the free modes, [free]
       real(wp), intent(in) :: mode(:)
-      !> What each surface takes of it, [held]
+      !> Share of the load that each contact balances, [closed]
       real(wp), intent(inout) :: share(:)
-      !> The load in the set's modes, [modes]
+      !> The load in the constrained modes, [modes]
       real(wp), intent(inout) :: load(:)
 
       real(wp), parameter :: rounding = 64.0_wp*epsilon(1.0_wp)
-      real(wp), dimension(size(mode)) :: left, scale
+      real(wp), dimension(size(mode)) :: remainder, scale
       integer :: k
 
-      left = mode
+      remainder = mode
       scale = abs(mode)
       do k = 1, size(share)
-         left = left - value(:, k)*share(k)
+         remainder = remainder - value(:, k)*share(k)
          scale = scale + abs(value(:, k)*share(k))
       end do
-      if (any(abs(left) > rounding*scale)) return
+      if (any(abs(remainder) > rounding*scale)) return
       do k = 1, size(share)
          if (norm2(value(:, k)*share(k)) <= rounding*norm2(mode)) share(k) = 0.0_wp
       end do

@@ -1,6 +1,6 @@
-!> A mode that a load drives from rest, in closed form: E'' + 2 a E' + W^2 E = exp(sigma t), or t (docs/theory.md,
-!> section 18). So go modes with which a load resonates and those that are slow, whose answers to a load without a
-!> start would be far greater than the motion.
+!> A mode driven by a load from rest, in closed form: E'' + 2 a E' + W^2 E = exp(sigma t), or t (docs/theory.md, section
+!> 18). This form serves modes in resonance with a load and slow modes, whose steady response would be much larger than
+!> the motion.
 module driven_modes
    use damped_oscillators, only: oscillators_t
    use exponential_differences, only: exponential_difference, find_differences, square_of
@@ -17,20 +17,20 @@ module driven_modes
       complex(wp) :: force = (0.0_wp, 0.0_wp)
       !> sigma = i frequency
       real(wp) :: frequency = 0.0_wp
-      !> Driven by t, sigma = 0
+      !> The load is t, sigma = 0
       logical :: is_ramp = .false.
-      !> 2 a, W^2 and the exponents of the mode alone
+      !> 2 a, W^2 and the exponents of the free motion of the mode
       real(wp) :: damping = 0.0_wp
       real(wp) :: square = 0.0_wp
       complex(wp) :: own(2) = (0.0_wp, 0.0_wp)
    end type driven_mode_t
 
-   !> Of exp(s t), in a divided difference of which a mode goes
-   integer, parameter :: most_points = 4
+   !> Maximum number of points of a divided difference of exp(s t) that gives the motion
+   integer, parameter :: max_points = 4
 
 contains
 
-   !> A mode of a family, with nothing that drives it.
+   !> A mode of a set of oscillators, without load.
    pure function make_driven_mode(oscillators, place) result(mode)
       type(oscillators_t), intent(in) :: oscillators
       integer, intent(in) :: place
@@ -47,21 +47,22 @@ contains
       end associate
    end function make_driven_mode
 
-   !> It and its derivatives: that of the difference over some points is the first of them times it, and the difference
-   !> over the others. By the equation of motion rounding would grow by what is stiff.
-   pure function driven_mode_at(mode, time, most) result(derivative)
+   !> The motion and its derivatives. The derivative of a divided difference over some points is the first point times
+   !> that difference plus the difference over the other points. Derivatives by the equation of motion would amplify
+   !> rounding errors in stiff modes.
+   pure function driven_mode_at(mode, time, highest) result(derivative)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: time
-      !> The highest, >= 1
-      integer, intent(in) :: most
-      real(wp) :: derivative(0:most)
+      !> Highest derivative, >= 1
+      integer, intent(in) :: highest
+      real(wp) :: derivative(0:highest)
 
-      complex(wp) :: points(0:most_points), differences(most_points)
+      complex(wp) :: points(0:max_points), differences(max_points)
       integer :: i, k, last
 
       call find_points(mode, points, last)
       call find_differences(points(1:last), time, differences(:last))
-      do k = 0, most
+      do k = 0, highest
          derivative(k) = real(mode%force*differences(1), wp)
          do i = 1, last - 1
             differences(i) = points(i)*differences(i) + differences(i + 1)
@@ -70,11 +71,11 @@ contains
       end do
    end function driven_mode_at
 
-   !> E is the divided difference of exp(s t) over points 1 to last, E' - sigma E that over those from 2 on, and the
-   !> integral of E that with point 0 besides.
+   !> Points of the divided differences of exp(s t): E has the points 1 to last, E' - sigma E the points from 2 on, and
+   !> the integral of E has the point 0 besides.
    pure subroutine find_points(mode, points, last)
       type(driven_mode_t), intent(in) :: mode
-      complex(wp), intent(out) :: points(0:most_points)
+      complex(wp), intent(out) :: points(0:max_points)
       integer, intent(out) :: last
 
       points = (0.0_wp, 0.0_wp)
@@ -83,46 +84,46 @@ contains
       points(last - 1:last) = mode%own
    end subroutine find_points
 
-   !> Its integral from the start.
+   !> Integral of the motion from the start.
    pure function integral_of(mode, time) result(value)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: time
       real(wp) :: value
 
-      complex(wp) :: points(0:most_points)
+      complex(wp) :: points(0:max_points)
       integer :: last
 
       call find_points(mode, points, last)
       value = real(mode%force*exponential_difference(points(:last), time), wp)
    end function integral_of
 
-   !> Work that a load does on it.
+   !> Work of a load on the motion.
    pure function work_on(mode, segment, time) result(work)
       type(driven_mode_t), intent(in) :: mode
-      !> The load, per unit of its share in the mode
+      !> The load per unit of its modal load
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
       real(wp) :: work
 
-      real(wp) :: here(0:1)
+      real(wp) :: motion(0:1)
 
-      here = driven_mode_at(mode, time, 1)
-      work = segment%constant*here(0)
-      if (abs(segment%slope) > 0.0_wp) work = work + segment%slope*(time*here(0) - integral_of(mode, time))
+      motion = driven_mode_at(mode, time, 1)
+      work = segment%constant*motion(0)
+      if (abs(segment%slope) > 0.0_wp) work = work + segment%slope*(time*motion(0) - integral_of(mode, time))
       if (abs(segment%harmonic) <= 0.0_wp) return
-      associate (turning => cmplx(0.0_wp, segment%frequency, wp))
-         work = work + 0.5_wp*real(mode%force*(segment%harmonic*turned(turning) &
-            + conjg(segment%harmonic)*turned(-turning)), wp)
+      associate (load_exponent => cmplx(0.0_wp, segment%frequency, wp))
+         work = work + 0.5_wp*real(mode%force*(segment%harmonic*integral_with(load_exponent) &
+            + conjg(segment%harmonic)*integral_with(-load_exponent)), wp)
       end associate
 
    contains
 
       !> Integral of exp(theta t) E'.
-      pure function turned(theta) result(value)
+      pure function integral_with(theta) result(value)
          complex(wp), intent(in) :: theta
          complex(wp) :: value
 
-         complex(wp) :: points(0:most_points)
+         complex(wp) :: points(0:max_points)
          integer :: last
 
          call find_points(mode, points, last)
@@ -132,27 +133,27 @@ contains
             *exponential_difference(points(:last), time)
          points(1) = (0.0_wp, 0.0_wp)
          value = value + exponential_difference(points(1:last), time)
-      end function turned
+      end function integral_with
    end function work_on
 
-   !> Work of a load on the mode that swings of itself, z' = v0 h' - W^2 z0 h with h its answer to a unit impulse.
+   !> Work of a load on the free motion of the mode, z' = v0 h' - W^2 z0 h with h the response to a unit impulse.
    pure function work_on_free_motion(mode, start, segment, time) result(work)
       type(driven_mode_t), intent(in) :: mode
       !> z and z' at time 0
       real(wp), intent(in) :: start(2)
-      !> The load, per unit of its share in the mode
+      !> The load per unit of its modal load
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: time
       real(wp) :: work
 
       complex(wp), parameter :: zero = (0.0_wp, 0.0_wp)
-      complex(wp) :: moved, theta
+      complex(wp) :: change, theta
 
-      moved = start(2)*exponential_difference(mode%own, time) &
+      change = start(2)*exponential_difference(mode%own, time) &
          - mode%square*start(1)*exponential_difference([zero, mode%own], time)
-      work = segment%constant*real(moved, wp)
+      work = segment%constant*real(change, wp)
       if (abs(segment%slope) > 0.0_wp) then
-         work = work + segment%slope*(time*(start(1) + real(moved, wp)) - integral_of_free_motion(mode, start, time))
+         work = work + segment%slope*(time*(start(1) + real(change, wp)) - integral_of_free_motion(mode, start, time))
       end if
       if (abs(segment%harmonic) <= 0.0_wp) return
       theta = cmplx(0.0_wp, segment%frequency, wp)
@@ -162,7 +163,7 @@ contains
       end associate
    end function work_on_free_motion
 
-   !> Integral of the mode that swings of itself.
+   !> Integral of the free motion of the mode.
    pure function integral_of_free_motion(mode, start, time) result(value)
       type(driven_mode_t), intent(in) :: mode
       !> z and z' at time 0
@@ -176,89 +177,89 @@ contains
          - mode%square*start(1)*exponential_difference([zero, zero, mode%own], time), wp)
    end function integral_of_free_motion
 
-   !> Bounds on it and on its derivatives between two instants. Of a mode that is hit by a unit impulse neither the
-   !> velocity exceeds 1 nor W times the displacement; the load is a sum of such hits, each derivative further one by
-   !> the equation of motion. From an instant on the rates of what a constant drives go like those of a mode that swings
-   !> of itself, of which each is bounded by itself and the next. And nothing exceeds the sum of the exponentials in it,
-   !> each of which only dies away.
-   pure subroutine bound_driven_mode(mode, until, bounds, from, here)
+   !> Bounds on the motion and its derivatives between two instants. After a unit impulse neither the velocity of the
+   !> mode nor W times its displacement exceeds 1; the load is a superposition of impulses, and the equation of motion
+   !> gives the bound on each further derivative. The derivatives of a response to a constant load are a free motion
+   !> after any instant, so each is bounded by its own value and that of the next derivative. Finally, nothing exceeds
+   !> the sum of the magnitudes of its exponentials, none of which grows.
+   pure subroutine bound_driven_mode(mode, until, bounds, from, derivative)
       type(driven_mode_t), intent(in) :: mode
       real(wp), intent(in) :: until
-      !> From the mode itself on
+      !> Bounds, starting with that on the motion itself
       real(wp), intent(out) :: bounds(0:)
-      !> Bounds from then on are asked for; default: from the start
+      !> Instant from which the bounds hold; default: the start
       real(wp), intent(in), optional :: from
-      !> It and its derivatives then, one more than are bounded
-      real(wp), intent(in), optional :: here(0:)
+      !> Motion and derivatives at that instant, one derivative more than is bounded
+      real(wp), intent(in), optional :: derivative(0:)
 
-      ! whose square is a number
-      real(wp), parameter :: greatest_time = 1.0e100_wp
-      real(wp) :: forced, greatest, length, omega, time
+      ! the square of the time must not overflow
+      real(wp), parameter :: max_time = 1.0e100_wp
+      real(wp) :: load_bound, max_response, length, decayed_bound, time
       integer :: k
 
-      time = min(until, greatest_time)
-      greatest = min(time, 1.0_wp/sqrt(mode%square), 2.0_wp/max(abs(mode%own(1) - mode%own(2)), tiny(1.0_wp)))
-      bounds(0) = time*min(greatest, 0.5_wp*time)
+      time = min(until, max_time)
+      max_response = min(time, 1.0_wp/sqrt(mode%square), 2.0_wp/max(abs(mode%own(1) - mode%own(2)), tiny(1.0_wp)))
+      bounds(0) = time*min(max_response, 0.5_wp*time)
       bounds(1) = time
       if (abs(aimag(mode%own(1))) > 0.0_wp) then
-         ! what was long ago has died away
+         ! the effect of earlier impulses has decayed
          length = min(time, 2.0_wp/max(mode%damping, tiny(1.0_wp)))
-         omega = length/abs(aimag(mode%own(1)))
-         bounds(0) = min(bounds(0), omega)
-         bounds(1) = min(bounds(1), sqrt(mode%square)*omega)
+         decayed_bound = length/abs(aimag(mode%own(1)))
+         bounds(0) = min(bounds(0), decayed_bound)
+         bounds(1) = min(bounds(1), sqrt(mode%square)*decayed_bound)
       end if
-      forced = 1.0_wp
+      load_bound = 1.0_wp
       if (.not. mode%frequency > 0.0_wp) then
          bounds(0) = min(bounds(0), 2.0_wp/mode%square)
-         bounds(1) = min(bounds(1), greatest)
+         bounds(1) = min(bounds(1), max_response)
          if (mode%is_ramp) then
             bounds(1) = bounds(0)
             bounds(0) = time*bounds(0)
-            forced = time
+            load_bound = time
          end if
       end if
       do k = 2, ubound(bounds, 1)
-         bounds(k) = forced + mode%damping*bounds(k - 1) + mode%square*bounds(k - 2)
-         if (mode%is_ramp) forced = merge(1.0_wp, 0.0_wp, k == 2)
-         if (.not. mode%is_ramp) forced = forced*mode%frequency
+         bounds(k) = load_bound + mode%damping*bounds(k - 1) + mode%square*bounds(k - 2)
+         if (mode%is_ramp) load_bound = merge(1.0_wp, 0.0_wp, k == 2)
+         if (.not. mode%is_ramp) load_bound = load_bound*mode%frequency
       end do
       bounds = min(bounds, sums_of_exponentials(mode, ubound(bounds, 1), from))
       bounds = abs(mode%force)*bounds
-      if (.not. present(here) .or. mode%frequency > 0.0_wp) return
+      if (.not. present(derivative) .or. mode%frequency > 0.0_wp) return
       do k = merge(2, 1, mode%is_ramp), ubound(bounds, 1)
-         bounds(k) = min(bounds(k), hypot(here(k), here(k + 1)/sqrt(mode%square)))
+         bounds(k) = min(bounds(k), hypot(derivative(k), derivative(k + 1)/sqrt(mode%square)))
       end do
    end subroutine bound_driven_mode
 
-   !> From an instant on none of the exponentials of which it and its derivatives consist is greater than then; the rate
-   !> of what a ramp drives is what a constant does.
-   pure function sums_of_exponentials(mode, most, from) result(bounds)
+   !> Bounds by the sum of the magnitudes of the exponentials in the motion and its derivatives, none of which grows
+   !> after an instant. The rate of the response to a ramp is the response to a constant.
+   pure function sums_of_exponentials(mode, highest, from) result(bounds)
       type(driven_mode_t), intent(in) :: mode
-      !> The highest derivative
-      integer, intent(in) :: most
-      !> Default: from the start
+      !> Highest derivative
+      integer, intent(in) :: highest
+      !> Instant from which the bounds hold; default: the start
       real(wp), intent(in), optional :: from
-      !> Per unit of the force
-      real(wp) :: bounds(0:most)
+      !> Bounds per unit of the force
+      real(wp) :: bounds(0:highest)
 
-      ! with less between them points are one
-      real(wp), parameter :: least_apart = sqrt(tiny(1.0_wp))
+      ! minimum distance of two distinct points
+      real(wp), parameter :: min_distance = sqrt(tiny(1.0_wp))
       complex(wp) :: points(3)
-      real(wp) :: apart(3), greatest(3), rate(3)
+      real(wp) :: distance(3), amplitude(3), magnitude(3)
       integer :: k
 
       bounds = huge(1.0_wp)
       points = [cmplx(0.0_wp, mode%frequency, wp), mode%own]
-      apart = sqrt(square_of(points - cshift(points, 1)))
-      ! from the two others
-      apart = apart*cshift(apart, -1)
-      if (any(apart < least_apart)) return
-      greatest = 1.0_wp/apart
-      if (present(from)) greatest(2:) = greatest(2:)*exp(real(mode%own, wp)*from)
-      rate = sqrt(square_of(points))
-      do k = merge(1, 0, mode%is_ramp), most
-         bounds(k) = sum(greatest)
-         greatest = rate*greatest
+      distance = sqrt(square_of(points - cshift(points, 1)))
+      ! product of the distances from the other two points
+      distance = distance*cshift(distance, -1)
+      if (any(distance < min_distance)) return
+      amplitude = 1.0_wp/distance
+      if (present(from)) amplitude(2:) = amplitude(2:)*exp(real(mode%own, wp)*from)
+      magnitude = sqrt(square_of(points))
+      do k = merge(1, 0, mode%is_ramp), highest
+         bounds(k) = sum(amplitude)
+         amplitude = magnitude*amplitude
       end do
    end function sums_of_exponentials
 

@@ -1,4 +1,4 @@
-!> A signal of what swings of itself, and of what loads do to it besides (docs/theory.md, section 18).
+!> A signal that is the sum of a free motion and of the load response (docs/theory.md, section 18).
 module driven_signal
    use certified_search, only: bound_curvature, bound_jerk, bound_value, found_none, bounds_t, search_t, term_columns, &
       term_curvature, term_rate, term_value, viewed_signal_t
@@ -10,13 +10,14 @@ module driven_signal
    private
    public :: driven_signal_t, driven_terms_t, add_terms, find_short_driven, start_of, turn_of
 
-   !> constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
+   !> Load response: constant + slope t + Re sum harmonic exp(i frequency t), and modes driven from rest.
    type :: driven_terms_t
       real(wp) :: constant = 0.0_wp
       real(wp) :: slope = 0.0_wp
       complex(wp), allocatable :: harmonic(:)
       real(wp), allocatable :: frequency(:)
-      !> So many modes, and their shares of the signal, of themselves and of their rates; unallocated: there are none
+      !> Number of modes driven from rest, and the weights of their displacements and velocities in the signal;
+      !> unallocated: there are none
       integer :: modes = 0
       type(driven_mode_t), allocatable :: mode(:)
       real(wp), allocatable :: share(:), share_of_rate(:)
@@ -24,12 +25,13 @@ module driven_signal
 
    type, extends(viewed_signal_t) :: driven_signal_t
       class(viewed_signal_t), allocatable :: free
-      !> What is added to it: its own `factor` times a derivative of the terms, from an instant of theirs on
+      !> Load response added to the free motion: `factor` times the derivative of order `order` of the terms, whose time
+      !> begins `from` before that of the signal
       type(driven_terms_t) :: terms
       real(wp) :: factor = 1.0_wp
       real(wp) :: from = 0.0_wp
       integer :: order = 0
-      !> No bound is asked for beyond that instant
+      !> No bound is needed after this instant
       real(wp) :: until = huge(1.0_wp)
    contains
       procedure :: find_bounds
@@ -39,7 +41,7 @@ module driven_signal
       procedure :: stands_off
    end type driven_signal_t
 
-   !> Which of the columns go with a derivative and those after it, and which bound them
+   !> Columns for a derivative and its two successors, and columns for their bounds
    integer, parameter :: value_columns(3) = [term_value, term_rate, term_curvature]
    integer, parameter :: bound_columns(3) = [bound_value, bound_curvature, bound_jerk]
 
@@ -67,67 +69,67 @@ contains
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Which derivative, 0: the signal itself
+      !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> What is there
+      !> Values and bounds at the instant
       type(bounds_t), intent(out) :: here
 
-      call look_for(self, t, order, .true., here)
+      call evaluate_bounds(self, t, order, .true., here)
    end subroutine find_bounds
 
-   !> The same for who takes no step from there.
+   !> Values and bounds for a caller that takes no step from this instant.
    subroutine find_bounds_without_step(self, t, order, here)
       class(driven_signal_t), intent(in) :: self
       !> Instant
       real(wp), intent(in) :: t
-      !> Which derivative, 0: the signal itself
+      !> Order of the derivative; 0: the signal itself
       integer, intent(in) :: order
-      !> What is there
+      !> Values and bounds at the instant
       type(bounds_t), intent(out) :: here
 
-      call look_for(self, t, order, .false., here)
+      call evaluate_bounds(self, t, order, .false., here)
    end subroutine find_bounds_without_step
 
-   !> Either.
-   subroutine look_for(self, t, order, takes_step, here)
+   !> Values and bounds at an instant, with or without a bound on the step.
+   subroutine evaluate_bounds(self, t, order, takes_step, here)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       integer, intent(in) :: order
       logical, intent(in) :: takes_step
       type(bounds_t), intent(out) :: here
 
-      complex(wp) :: turn(size(self%terms%frequency))
-      real(wp) :: floor, known, magnitude, more(term_columns), rest(0:1), rounding, slope
+      complex(wp) :: phasor(size(self%terms%frequency))
+      real(wp) :: floor, response, magnitude, oscillating(term_columns), linear(0:1), rounding, slope
 
-      turn = turn_of(self%terms%frequency, self%from + t)
-      rest = rest_of(self, t, order)
-      call find_swing(self, t, turn, order, more, magnitude)
-      more(term_value) = rest(0) + more(term_value)
-      more(term_rate) = rest(1) + more(term_rate)
-      floor = min(rest(0), rest(0) + rest(1)*max(self%until - t, 0.0_wp)) - more(bound_value)
+      phasor = turn_of(self%terms%frequency, self%from + t)
+      linear = linear_part_of(self, t, order)
+      call sum_oscillating_terms(self, t, phasor, order, oscillating, magnitude)
+      oscillating(term_value) = linear(0) + oscillating(term_value)
+      oscillating(term_rate) = linear(1) + oscillating(term_rate)
+      floor = min(linear(0), linear(0) + linear(1)*max(self%until - t, 0.0_wp)) - oscillating(bound_value)
       select type (free => self%free)
       type is (modal_signal_t)
-         call free%find_bounds_among(t, order, here, more, floor, takes_step)
+         call free%find_bounds_among(t, order, here, oscillating, floor, takes_step)
       class default
          call free%find_bounds(t, order, here)
-         ! its own steps know nothing of the rest
+         ! its certified step does not include the load response
          here%free = 0.0_wp
-         call add_more(more, floor, here)
+         call add_more(oscillating, floor, here)
       end select
       rounding = 4.0_wp*epsilon(1.0_wp)*(1.0_wp + highest_frequency(self)*(self%from + t))
-      here%rounding = here%rounding + rounding*(abs(rest(0)) + magnitude)
+      here%rounding = here%rounding + rounding*(abs(linear(0)) + magnitude)
       if (order == 0) then
          here%signal = here%value
          here%signal_rounding = here%rounding
       else
-         call terms_at(self, t, turn, known, slope)
-         here%signal = here%signal + known
-         here%signal_rounding = here%signal_rounding + rounding*(abs(known) + abs(self%factor) &
+         call terms_at(self, t, phasor, response, slope)
+         here%signal = here%signal + response
+         here%signal_rounding = here%signal_rounding + rounding*(abs(response) + abs(self%factor) &
             *sum(abs(self%terms%harmonic)*self%terms%frequency**self%order))
       end if
-   end subroutine look_for
+   end subroutine evaluate_bounds
 
-   !> offset + factor times a derivative of the signal, from an instant on.
+   !> The signal offset + factor times a derivative of this signal, with its time starting at an instant.
    subroutine view(self, from, factor, offset, order, part)
       class(driven_signal_t), intent(in) :: self
       !> The instant
@@ -136,7 +138,7 @@ contains
       real(wp), intent(in) :: offset
       !> 0: the signal itself, 1: its slope
       integer, intent(in) :: order
-      !> The same as a signal
+      !> The new signal
       class(viewed_signal_t), allocatable, intent(out) :: part
 
       type(driven_signal_t), allocatable :: driven
@@ -151,108 +153,109 @@ contains
       call move_alloc(driven, part)
    end subroutine view
 
-   !> What is added, and its slope.
-   subroutine terms_at(self, t, turn, value, slope)
+   !> Load response and its slope.
+   subroutine terms_at(self, t, phasor, value, slope)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       !> exp(i W t), [harmonics]
-      complex(wp), intent(in) :: turn(:)
+      complex(wp), intent(in) :: phasor(:)
       real(wp), intent(out) :: value
       real(wp), intent(out) :: slope
 
       complex(wp) :: term
-      real(wp) :: here(0:self%order + 2), rest(0:1), time
+      real(wp) :: derivative(0:self%order + 2), linear(0:1), time
       integer :: i
 
-      rest = rest_of(self, t, 0)
+      linear = linear_part_of(self, t, 0)
       value = 0.0_wp
       slope = 0.0_wp
       time = self%from + t
       associate (terms => self%terms)
          do i = 1, size(terms%frequency)
             associate (w => terms%frequency(i))
-               term = turned(self%factor*terms%harmonic(i)*turn(i), w, self%order)
+               term = differentiate(self%factor*terms%harmonic(i)*phasor(i), w, self%order)
                value = value + real(term, wp)
                slope = slope - w*aimag(term)
             end associate
          end do
          do i = 1, terms%modes
-            here(:) = driven_mode_at(terms%mode(i), time, self%order + 2)
-            value = value + self%factor*(terms%share(i)*here(self%order) + terms%share_of_rate(i)*here(self%order + 1))
-            slope = slope + self%factor*(terms%share(i)*here(self%order + 1) &
-               + terms%share_of_rate(i)*here(self%order + 2))
+            derivative(:) = driven_mode_at(terms%mode(i), time, self%order + 2)
+            value = value + self%factor*(terms%share(i)*derivative(self%order) &
+               + terms%share_of_rate(i)*derivative(self%order + 1))
+            slope = slope + self%factor*(terms%share(i)*derivative(self%order + 1) &
+               + terms%share_of_rate(i)*derivative(self%order + 2))
          end do
       end associate
-      value = rest(0) + value
-      slope = rest(1) + slope
+      value = linear(0) + value
+      slope = linear(1) + slope
    end subroutine terms_at
 
-   !> The constant and the slope: a derivative of what is added, and the next.
-   pure function rest_of(self, t, order) result(rest)
+   !> A derivative of the constant and the slope in the load response, and the next derivative.
+   pure function linear_part_of(self, t, order) result(linear)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       integer, intent(in) :: order
-      real(wp) :: rest(0:1)
+      real(wp) :: linear(0:1)
 
-      rest = 0.0_wp
+      linear = 0.0_wp
       associate (terms => self%terms)
-         if (self%order + order == 0) rest = self%factor*[terms%constant + terms%slope*(self%from + t), terms%slope]
-         if (self%order + order == 1) rest(0) = self%factor*terms%slope
+         if (self%order + order == 0) linear = self%factor*[terms%constant + terms%slope*(self%from + t), terms%slope]
+         if (self%order + order == 1) linear(0) = self%factor*terms%slope
       end associate
-   end function rest_of
+   end function linear_part_of
 
-   !> A derivative of the sum of all harmonics and modes driven from rest, those after it, and bounds on them from now
-   !> on.
-   subroutine find_swing(self, t, turn, order, omega, magnitude)
+   !> A derivative of the sum of all harmonics and modes driven from rest, the next two derivatives, and bounds on them
+   !> from this instant on.
+   subroutine sum_oscillating_terms(self, t, phasor, order, columns, magnitude)
       class(driven_signal_t), intent(in) :: self
       real(wp), intent(in) :: t
       !> exp(i W t), [harmonics]
-      complex(wp), intent(in) :: turn(:)
+      complex(wp), intent(in) :: phasor(:)
       integer, intent(in) :: order
       !> Columns as in `certified_search`
-      real(wp), intent(out) :: omega(term_columns)
-      !> What the rounding error of that derivative is measured by
+      real(wp), intent(out) :: columns(term_columns)
+      !> Magnitude to which the rounding error of that derivative is relative
       real(wp), intent(out) :: magnitude
 
       complex(wp) :: term
-      real(wp), allocatable :: here(:), bounds(:)
-      real(wp) :: greatest, time
+      real(wp), allocatable :: derivative(:), bounds(:)
+      real(wp) :: amplitude, time
       integer :: first, i
 
       first = order + self%order
       time = self%from + t
-      omega = 0.0_wp
-      do i = 1, size(turn)
+      columns = 0.0_wp
+      do i = 1, size(phasor)
          associate (w => self%terms%frequency(i))
-            term = turned(self%factor*self%terms%harmonic(i)*turn(i), w, first)
-            greatest = size_of(self%factor*self%terms%harmonic(i))*w**first
-            omega(term_value) = omega(term_value) + real(term, wp)
-            omega(term_rate) = omega(term_rate) - w*aimag(term)
-            omega(term_curvature) = omega(term_curvature) - w**2*real(term, wp)
-            omega(bound_value) = omega(bound_value) + greatest
-            omega(bound_curvature) = omega(bound_curvature) + greatest*w**2
-            omega(bound_jerk) = omega(bound_jerk) + greatest*w**3
+            term = differentiate(self%factor*self%terms%harmonic(i)*phasor(i), w, first)
+            amplitude = size_of(self%factor*self%terms%harmonic(i))*w**first
+            columns(term_value) = columns(term_value) + real(term, wp)
+            columns(term_rate) = columns(term_rate) - w*aimag(term)
+            columns(term_curvature) = columns(term_curvature) - w**2*real(term, wp)
+            columns(bound_value) = columns(bound_value) + amplitude
+            columns(bound_curvature) = columns(bound_curvature) + amplitude*w**2
+            columns(bound_jerk) = columns(bound_jerk) + amplitude*w**3
          end associate
       end do
-      magnitude = omega(bound_value)
+      magnitude = columns(bound_value)
       if (self%terms%modes == 0) return
-      allocate (here(0:first + 5), bounds(0:first + 4))
+      allocate (derivative(0:first + 5), bounds(0:first + 4))
       do i = 1, self%terms%modes
          associate (share => self%factor*self%terms%share(i), of_rate => self%factor*self%terms%share_of_rate(i), &
             mode => self%terms%mode(i))
-            here(:) = driven_mode_at(mode, time, first + 5)
-            omega(value_columns) = omega(value_columns) + share*here(first:first + 2) &
-               + of_rate*here(first + 1:first + 3)
+            derivative(:) = driven_mode_at(mode, time, first + 5)
+            columns(value_columns) = columns(value_columns) + share*derivative(first:first + 2) &
+               + of_rate*derivative(first + 1:first + 3)
             call bound_driven_mode(mode, time, bounds)
             magnitude = magnitude + abs(share)*bounds(first) + abs(of_rate)*bounds(first + 1)
-            call bound_driven_mode(mode, self%from + self%until, bounds, time, here)
-            omega(bound_columns) = omega(bound_columns) + abs(share)*bounds(first + [0, 2, 3]) &
+            call bound_driven_mode(mode, self%from + self%until, bounds, time, derivative)
+            columns(bound_columns) = columns(bound_columns) + abs(share)*bounds(first + [0, 2, 3]) &
                + abs(of_rate)*bounds(first + [1, 3, 4])
          end associate
       end do
-   end subroutine find_swing
+   end subroutine sum_oscillating_terms
 
-   !> Its magnitude, without care for overflow.
+   !> Magnitude of a complex amplitude, without protection against overflow.
    elemental function size_of(harmonic) result(magnitude)
       complex(wp), intent(in) :: harmonic
       real(wp) :: magnitude
@@ -260,66 +263,66 @@ contains
       magnitude = sqrt(real(harmonic, wp)**2 + aimag(harmonic)**2)
    end function size_of
 
-   !> What a harmonic has turned by: exp(i w t).
-   elemental function turn_of(w, time) result(turn)
+   !> Phasor exp(i w t) of a harmonic.
+   elemental function turn_of(w, time) result(phasor)
       !> Circular frequency
       real(wp), intent(in) :: w
       real(wp), intent(in) :: time
-      complex(wp) :: turn
+      complex(wp) :: phasor
 
-      turn = cmplx(cos(w*time), sin(w*time), wp)
+      phasor = cmplx(cos(w*time), sin(w*time), wp)
    end function turn_of
 
-   !> A derivative of what turns with i w.
-   elemental function turned(turning, w, order) result(term)
-      complex(wp), intent(in) :: turning
+   !> A derivative of a harmonic term with the factor exp(i w t).
+   elemental function differentiate(phasor, w, order) result(term)
+      complex(wp), intent(in) :: phasor
       real(wp), intent(in) :: w
       integer, intent(in) :: order
       complex(wp) :: term
 
       integer :: k
 
-      term = turning
+      term = phasor
       do k = 1, order
          term = w*cmplx(-aimag(term), real(term, wp), wp)
       end do
-   end function turned
+   end function differentiate
 
-   !> The end of a short hop of modes and what loads add, which rise from zero together.
+   !> Find the end of a short flight whose gap is a sum of modes and load response that rises from zero.
    subroutine find_short_driven(modes, slope, harmonic, frequency, limit, search)
       type(modal_signal_t), intent(in) :: modes
-      !> Of what is added, as in `driven_terms_t`
+      !> Load response as in `driven_terms_t`
       real(wp), intent(in) :: slope
       complex(wp), intent(in) :: harmonic(:)
       real(wp), intent(in) :: frequency(:)
-      !> Where the search ends
+      !> End of the search
       real(wp), intent(in) :: limit
-      !> As of `find_short_flight`
+      !> As in `find_short_flight`
       type(search_t), intent(inout) :: search
 
-      ! whose powers are numbers
-      real(wp), parameter :: greatest_frequency = 1.0e5_wp
-      complex(wp) :: turning(size(harmonic))
+      ! powers of the frequencies must not overflow
+      real(wp), parameter :: max_frequency = 1.0e5_wp
+      complex(wp) :: phasor(size(harmonic))
 
       search%outcome = found_none
-      if (any(frequency > greatest_frequency)) return
+      if (any(frequency > max_frequency)) return
       if (size(frequency) == 0 .and. abs(slope) <= 0.0_wp) then
          call modes%find_short(limit, search)
       else
-         turning = harmonic
-         call modes%find_short(limit, search, slope, turning, frequency)
+         phasor = harmonic
+         call modes%find_short(limit, search, slope, phasor, frequency)
       end if
    end subroutine find_short_driven
 
-   !> Is the signal at its start far from zero, as its terms go?
-   pure function stands_off(self) result(is)
+   !> Is the signal clearly positive at its start, relative to the magnitudes of its terms?
+   pure function stands_off(self) result(answer)
       class(driven_signal_t), intent(in) :: self
-      logical :: is
+      logical :: answer
 
       real(wp) :: magnitude, value
 
-      is = .false.
-      ! modes driven from rest are at rest
+      answer = .false.
+      ! modes driven from rest are zero at the start
       select type (free => self%free)
       type is (modal_signal_t)
          if (self%order > 0 .or. self%from > 0.0_wp) return
@@ -327,34 +330,35 @@ contains
             + sum(real(self%terms%harmonic, wp)))
          magnitude = abs(free%offset) + sum(abs(free%weight*free%z)) + abs(self%factor)*(abs(self%terms%constant) &
             + sum(abs(self%terms%harmonic)))
-         is = value > 1.0e-9_wp*magnitude
+         answer = value > 1.0e-9_wp*magnitude
       end select
    end function stands_off
 
-   !> A signal that has nothing left to tell where it stands begins with its slope.
-   function start_of(signal, known) result(order)
+   !> Order of the first derivative that a search must treat as nonzero at the start: a signal within its rounding error
+   !> of zero and with positive slope starts with its slope.
+   function start_of(signal, known_order) result(order)
       class(viewed_signal_t), intent(in) :: signal
-      !> What is known of it; 0: nothing
-      integer, intent(in) :: known
+      !> Order known to the caller; 0: unknown
+      integer, intent(in) :: known_order
       integer :: order
 
-      type(bounds_t) :: here
+      type(bounds_t) :: at_start
 
-      order = known
-      if (known > 0) return
+      order = known_order
+      if (known_order > 0) return
       select type (signal)
       type is (modal_signal_t)
-         ! far from that
+         ! the signal is clearly positive
          if (signal%offset + sum(signal%weight*signal%z) + min(signal%contact, 0.0_wp) > &
             1.0e-9_wp*(abs(signal%offset) + sum(abs(signal%weight*signal%z)))) return
       type is (driven_signal_t)
          if (signal%stands_off()) return
       end select
-      call signal%find_bounds(0.0_wp, 0, here)
-      if (here%value <= here%rounding .and. here%slope > 0.0_wp) order = 1
+      call signal%find_bounds(0.0_wp, 0, at_start)
+      if (at_start%value <= at_start%rounding .and. at_start%slope > 0.0_wp) order = 1
    end function start_of
 
-   !> Of all that the loads swing with.
+   !> Highest frequency of the harmonics.
    pure function highest_frequency(self) result(frequency)
       class(driven_signal_t), intent(in) :: self
       real(wp) :: frequency
@@ -363,9 +367,9 @@ contains
       if (size(self%terms%frequency) > 0) frequency = maxval(self%terms%frequency)
    end function highest_frequency
 
-   !> What loads do to a signal, through a phase that lasts no longer than that.
+   !> Add the load response to a signal, for a phase of limited length.
    subroutine add_terms(terms, longest, signal)
-      !> Gone afterwards
+      !> Load response, moved into the signal
       type(driven_terms_t), intent(inout) :: terms
       real(wp), intent(in) :: longest
       class(viewed_signal_t), allocatable, intent(inout) :: signal
@@ -393,7 +397,7 @@ contains
       call move_alloc(driven, signal)
    end subroutine add_terms
 
-   !> As further terms.
+   !> Add the harmonics as further exponential terms, in order of the magnitudes of the exponents.
    pure subroutine add_harmonics(terms, sum)
       type(driven_terms_t), intent(in) :: terms
       type(exponential_signal_t), intent(inout) :: sum

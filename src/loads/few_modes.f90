@@ -1,5 +1,5 @@
-!> The modes of a large mesh that a run is made in: some of the lowest, and what the others do where something acts on
-!> the beam (docs/theory.md, section 13).
+!> Reduced basis of a large mesh for one run: some of the lowest modes, and residual modes at the points of forces
+!> (docs/theory.md, section 13).
 module few_modes
    use applied_loads, only: applied_loads_t, gather_loads, has_loads
    use beam_model, only: beam_model_t, hold_supports, is_mechanism
@@ -22,14 +22,15 @@ module few_modes
    public :: takes_few_modes, keeps_all_modes, number_of_modes, base_count
    public :: find_base_modes, find_modes_of_run, find_few_modes
 
-   !> Up to this many elements all modes are found at once, in a twentieth of a second.
+   !> Up to this number of elements all modes are found at once, in about 0.05 s.
    integer, parameter :: largest_dense = 100
-   !> Of a larger mesh so many of the lowest modes are found to choose from, and kept where runs cannot be compared.
+   !> Number of the lowest modes that are found of a larger mesh; runs choose theirs among these, or take all of these
+   !> if runs cannot be compared.
    integer, parameter :: base_count = 64
 
 contains
 
-   !> Is a mesh so large that only a part of its modes is found?
+   !> Is the mesh so large that only a part of its modes is found?
    pure function takes_few_modes(elements, settings) result(answer)
       integer, intent(in) :: elements
       type(run_settings_t), intent(in) :: settings
@@ -38,7 +39,7 @@ contains
       answer = elements > largest_dense .and. .not. keeps_all_modes(settings)
    end function takes_few_modes
 
-   !> Does a run leave out no mode? The nodal reading of an impulse knows a column of the whole mass matrix.
+   !> Does a run need all modes? The replacement of the nodal velocity needs a column of the full mass matrix.
    pure function keeps_all_modes(settings) result(answer)
       type(run_settings_t), intent(in) :: settings
       logical :: answer
@@ -46,7 +47,7 @@ contains
       answer = settings%response%keep_all_modes .or. settings%stop%impulse == impulse_nodal
    end function keeps_all_modes
 
-   !> How many modes the mesh has.
+   !> Number of modes of the mesh.
    pure function number_of_modes(model) result(number)
       type(beam_model_t), intent(in) :: model
       integer :: number
@@ -54,13 +55,13 @@ contains
       number = model%stiffness%order - count(model%supports%stiffness <= 0.0_wp) - merge(1, 0, model%has_massless_node)
    end function number_of_modes
 
-   !> The modes from which runs of a beam choose theirs, and which they can share: all, or of a large mesh the lowest.
+   !> Modes that several runs of a beam can share and choose from: all modes, or the lowest modes of a large mesh.
    subroutine find_base_modes(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
-      !> Of one of the runs
+      !> Settings of one of the runs
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(out) :: modes
-      !> Set when they cannot be found
+      !> Set when the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       type(run_settings_t) :: unloaded
@@ -73,12 +74,13 @@ contains
       end if
    end subroutine find_base_modes
 
-   !> The modes of a run that is not compared with another: all, or of a large mesh the usual number.
+   !> Modes of a run whose number of modes is not chosen by trials: all modes, or a fixed number of the lowest modes of
+   !> a large mesh.
    subroutine find_modes_of_run(model, settings, modes, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(free_modes_t), intent(out) :: modes
-      !> Set when they cannot be found
+      !> Set when the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
 
       integer :: count
@@ -92,8 +94,8 @@ contains
       end if
    end subroutine find_modes_of_run
 
-   !> The lowest modes, and the residual modes of stops and loads behind them. All, where so few cannot be had and all
-   !> still can.
+   !> The lowest modes, followed by the residual modes of stops and loads. If the lowest modes cannot be found
+   !> separately, all modes are found, as long as the mesh is small enough.
    subroutine find_few_modes(model, settings, count, modes, error, base)
       type(beam_model_t), intent(in) :: model
       !> Stops and loads
@@ -101,23 +103,23 @@ contains
       !> Number of the lowest modes
       integer, intent(in) :: count
       type(free_modes_t), intent(out) :: modes
-      !> Set when they cannot be found
+      !> Set when the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
-      !> From `find_base_modes`: what it has is not found again
+      !> Modes from `find_base_modes`, which are reused
       type(free_modes_t), intent(in), optional :: base
 
-      !> Solved at once in some minutes
+      !> Maximum number of elements for a solution of all modes, which takes minutes
       integer, parameter :: last_resort = 2048
       type(supported_beam_t) :: beam
-      real(wp), allocatable :: deflection(:, :), rest(:, :), shapes(:, :), vectors(:, :)
+      real(wp), allocatable :: deflection(:, :), residuals(:, :), shapes(:, :), vectors(:, :)
       integer :: lowest
-      logical :: is_known
+      logical :: is_available
 
       call make_supported_beam(model, beam)
       lowest = max(count, settings%start%mode)
-      is_known = .false.
-      if (present(base)) is_known = size(base%lambda) >= lowest
-      if (is_known) then
+      is_available = .false.
+      if (present(base)) is_available = size(base%lambda) >= lowest
+      if (is_available) then
          call take_lowest(model, beam, lowest, base, modes, vectors)
       else
          if (lowest <= model%mesh%elements/2) call find_lowest(model, beam, lowest, modes, vectors, error)
@@ -133,22 +135,22 @@ contains
       end if
       call gather_shapes(model, settings, beam, shapes, error)
       if (allocated(error)) return
-      call find_residual_modes(beam, shapes, vectors, rest, deflection, error)
+      call find_residual_modes(beam, shapes, vectors, residuals, deflection, error)
       if (allocated(error)) return
-      call append(model, beam, rest, deflection, modes)
+      call append(model, beam, residuals, deflection, modes)
       call describe_modes(model, modes)
    end subroutine find_few_modes
 
-   !> The lowest of modes that are known.
+   !> Take the lowest of the modes already known.
    subroutine take_lowest(model, beam, lowest, base, modes, vectors)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(in) :: beam
-      !> How many
+      !> Number of modes
       integer, intent(in) :: lowest
       type(free_modes_t), intent(in) :: base
-      !> Gets lambda and the shapes
+      !> Receives lambda and the shapes
       type(free_modes_t), intent(inout) :: modes
-      !> Coordinates of those with strain, [order, modes]
+      !> Coordinates of the modes with strain, [order, modes]
       real(wp), allocatable, intent(out) :: vectors(:, :)
 
       real(wp) :: deflection(beam%rows)
@@ -159,23 +161,23 @@ contains
       allocate (modes%mode, source=base%mode(:, :lowest))
       allocate (vectors(beam%order, lowest - rigid))
       do j = 1, size(vectors, 2)
-         ! the rounding of displacements is one of strains in high modes, of which B^T B leaves nothing
+         ! rounding errors of displacements cause strains of high modes, which the product with B^T B suppresses
          call bend(beam, strain_of_shape(beam, modes%mode(:, rigid + j)), deflection)
          call bend_transposed(beam, deflection, vectors(:, j))
       end do
    end subroutine take_lowest
 
-   !> The lowest modes, a rotation about the root first where nothing holds it.
+   !> Find the lowest modes, with the rigid-body rotation about the root first if nothing prevents it.
    subroutine find_lowest(model, beam, lowest, modes, vectors, error)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(in) :: beam
-      !> How many
+      !> Number of modes
       integer, intent(in) :: lowest
-      !> Gets lambda and the shapes
+      !> Receives lambda and the shapes
       type(free_modes_t), intent(inout) :: modes
-      !> Coordinates of those with strain, [order, modes]
+      !> Coordinates of the modes with strain, [order, modes]
       real(wp), allocatable, intent(out) :: vectors(:, :)
-      !> Set when they are not found
+      !> Set when the modes are not found
       type(failure_t), allocatable, intent(out) :: error
 
       real(wp), allocatable :: deflection(:, :)
@@ -194,15 +196,15 @@ contains
       call append(model, beam, vectors, deflection, modes)
    end subroutine find_lowest
 
-   !> Modes behind others.
+   !> Append modes.
    subroutine append(model, beam, vectors, deflection, modes)
       type(beam_model_t), intent(in) :: model
       type(supported_beam_t), intent(in) :: beam
-      !> Coordinates of those to append, of unit modal mass, [order, appended]
+      !> Coordinates of the appended modes, of unit modal mass, [order, appended]
       real(wp), intent(in) :: vectors(:, :)
-      !> B times these, [rows, appended]
+      !> B times these coordinates, [rows, appended]
       real(wp), intent(in) :: deflection(:, :)
-      !> Gets lambda and the shapes
+      !> Receives lambda and the shapes
       type(free_modes_t), intent(inout) :: modes
 
       real(wp), allocatable :: shape(:, :)
@@ -219,12 +221,13 @@ contains
       modes%lambda = [modes%lambda, lambda_of(vectors, deflection)]
    end subroutine append
 
-   !> Static shapes of forces at stops and of loads; what an impulse on a rigid stop sets in motion.
+   !> Static shapes of unit forces at the stops and of the loads, and for each rigid stop the velocity field of a unit
+   !> impulse at the stop.
    subroutine gather_shapes(model, settings, beam, shapes, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(supported_beam_t), intent(in) :: beam
-      !> In the coordinates of the beam, [order, shapes]
+      !> Shapes in the coordinates of the beam, [order, shapes]
       real(wp), allocatable, intent(out) :: shapes(:, :)
       !> Set when the mass matrix cannot be factorised
       type(failure_t), allocatable, intent(out) :: error
@@ -233,13 +236,13 @@ contains
       type(beam_model_t) :: constrained
       type(skyline_t) :: factors
       real(wp), allocatable :: forces(:, :), shape(:)
-      logical, allocatable :: is_struck(:)
+      logical, allocatable :: has_impulses(:)
       integer :: j, stops
 
       stops = 0
       if (settings%has_stop) stops = size(model%stop_dofs)
-      allocate (is_struck(stops), source=.false.)
-      if (stops > 0) is_struck = is_rigid(stops_of(settings)) .and. .not. model%has_massless_node
+      allocate (has_impulses(stops), source=.false.)
+      if (stops > 0) has_impulses = is_rigid(stops_of(settings)) .and. .not. model%has_massless_node
       if (has_loads(settings)) call gather_loads(model, settings, loads)
       allocate (forces(beam%dofs, stops + loads%count), source=0.0_wp)
       do j = 1, stops
@@ -247,20 +250,20 @@ contains
       end do
       if (loads%count > 0) forces(:, stops + 1:) = loads%vector
       forces(beam%supported, :) = 0.0_wp
-      allocate (shapes(beam%order, size(forces, 2) + count(is_struck)))
+      allocate (shapes(beam%order, size(forces, 2) + count(has_impulses)))
       do j = 1, size(forces, 2)
          call displace_transposed(beam, forces(:, j), shapes(:, j))
       end do
-      if (.not. any(is_struck)) return
+      if (.not. any(has_impulses)) return
       constrained = hold_supports(model)
       factors = constrained%mass
       call factorise(factors, error)
       if (allocated(error)) return
       do j = 1, stops
-         if (.not. is_struck(j)) cycle
+         if (.not. has_impulses(j)) cycle
          shape = forces(:, j)
          call solve_factorised(factors, shape)
-         shapes(:, size(forces, 2) + count(is_struck(:j))) = strain_of_shape(beam, shape)
+         shapes(:, size(forces, 2) + count(has_impulses(:j))) = strain_of_shape(beam, shape)
       end do
    end subroutine gather_shapes
 

@@ -1,10 +1,11 @@
-!> What loads do to a beam on one set of surfaces, beside what swings of itself: on each piece of their course a motion
-!> in closed form (docs/theory.md, section 18).
+!> Load response of a beam with one set of closed contacts, in closed form on each load segment (docs/theory.md, section
+!> 18). The motion is the sum of the load response and a free motion.
 !>
-!> Everything that is read off the motion is a row: modes of the set, gaps, forces, indentations and forces in branches
-!> of surfaces, the tip, and the points of the loads. A row goes as constant + slope t + Re sum harmonic exp(i W t),
-!> besides modes that start from rest, as there the sum of two great parts would lose its digits: those with which a
-!> harmonic load resonates, and those so slow that loads hardly meet their stiffness.
+!> Each output quantity is a row: modes of the set, gaps, contact forces, indentations and branch forces of the
+!> contacts, the tip displacement, and the work-conjugate displacements of the loads. A row is constant + slope t + Re sum harmonic
+!> exp(i W t), plus modes driven from rest. Modes are driven from rest if they are in resonance with a harmonic load, or
+!> so slow that their stiffness hardly acts during a phase, because their steady response and free motion would be two
+!> large parts whose sum loses its digits.
 module forced_responses
    use applied_loads, only: applied_loads_t, bear_whole
    use complementarity, only: solve_active
@@ -23,13 +24,14 @@ module forced_responses
       forced_at, find_rows_at
    public :: answer_at, by_constant, by_harmonic
 
-   !> A harmonic this near to the frequency of a mode, as a share of it, resonates.
+   !> A harmonic load resonates with a mode if their relative distance in frequency is less than this.
    real(wp), parameter :: resonant = 0.02_wp
 
-   !> So many periods of a load that drives modes from rest are a phase at most: bounds grow with its length.
-   real(wp), parameter :: most_periods = 2.0_wp
+   !> Maximum number of load periods in a phase with modes driven by a harmonic load from rest: bounds grow with the
+   !> length of the phase.
+   real(wp), parameter :: max_periods = 2.0_wp
 
-   !> Where the rows of each kind begin, less one.
+   !> Index of the row before the first row of each kind, and number of all rows.
    type :: row_places_t
       integer :: modes = 0
       integer :: gaps = 0
@@ -41,76 +43,76 @@ module forced_responses
       integer :: rows = 0
    end type row_places_t
 
-   !> What of a load drives a mode from rest.
+   !> Part of a load that drives a mode from rest.
    integer, parameter :: by_constant = 1
    integer, parameter :: by_slope = 2
    integer, parameter :: by_harmonic = 3
 
    !> A mode of the set that is driven from rest.
-   type :: driven_pair_t
+   type :: mode_from_rest_t
       integer :: mode = 0
-      !> One of the `by_` constants
+      !> Part of the load, one of the `by_` constants
       integer :: part = 0
-      !> Which load does; 0: all of them
+      !> Index of the load; 0: all loads
       integer :: load = 0
-      !> The rows per unit of the mode and of its rate, [rows]
+      !> Rows per unit of the modal displacement and of the modal velocity, [rows]
       real(wp), allocatable :: row(:), row_of_rate(:)
-   end type driven_pair_t
+   end type mode_from_rest_t
 
-   !> Answers of a set to unit loads.
+   !> Responses of a set to unit loads.
    type :: unit_responses_t
       type(row_places_t) :: at
-      !> To 1, and what t leaves besides t times that, [rows, loads]
+      !> Response to 1, and the response to t minus t times that, [rows, loads]
       real(wp), allocatable :: constant(:, :), ramp(:, :)
-      !> To exp(i W t), [rows, loads]
+      !> Response to exp(i W t), [rows, loads]
       complex(wp), allocatable :: harmonic(:, :)
-      !> Of each mode alone to exp(i W t), as time runs backward, [modes, loads]
+      !> Response of each independent mode to exp(i W t) with the damping of reversed time, [modes, loads]
       complex(wp), allocatable :: backward(:, :)
-      !> The loads in the set's modes, [modes, loads]
+      !> Modal loads of the set, [modes, loads]
       real(wp), allocatable :: load(:, :)
-      !> Their parts that the surfaces which hold the beam take at once, [held, loads]
+      !> Parts of the loads that the closed rigid contacts balance instantaneously, [closed, loads]
       real(wp), allocatable :: share(:, :)
-      type(driven_pair_t), allocatable :: driven(:)
-      !> Where surfaces yield: the loads on the terms of the motion, [count, loads], and integrals of products of these,
-      !> of the harmonics and of a constant
+      type(mode_from_rest_t), allocatable :: driven(:)
+      !> With closed compliant contacts: modal loads of the terms of the motion, [count, loads], and integrals of the
+      !> products of these terms, the harmonics and a constant
       complex(wp), allocatable :: term_load(:, :)
       type(power_form_t) :: products
-      !> Gaps as signals, where no surface yields, [surfaces]; their state and terms are set by who looks at them
+      !> Without closed compliant contacts: gaps as signals, [contacts]; each user sets their state and terms first
       type(driven_signal_t), allocatable :: gap(:)
    end type unit_responses_t
 
-   !> The rows during a phase.
+   !> Load response during a phase.
    type :: forced_response_t
-      !> tau at its start, and at which it has to end
+      !> tau at the start of the phase, and the latest tau at its end
       real(wp) :: tau = 0.0_wp
       real(wp) :: until = huge(1.0_wp)
-      !> The loads, [loads]
+      !> Segments of the loads, [loads]
       type(load_segment_t), allocatable :: segment(:)
-      !> [rows], [rows, harmonics]
+      !> Coefficients of the rows, [rows], [rows, harmonics]
       real(wp), allocatable :: constant(:), slope(:)
       complex(wp), allocatable :: harmonic(:, :)
-      !> [harmonics]
+      !> Circular frequencies, [harmonics]
       real(wp), allocatable :: frequency(:)
-      !> And modes driven from rest, with their pairs
+      !> Modes driven from rest, and the indices of their entries in `driven`
       type(driven_mode_t), allocatable :: mode(:)
       integer, allocatable :: pair(:)
    end type forced_response_t
 
 contains
 
-   !> The answers of a set.
+   !> Responses of a set to unit loads.
    subroutine make_unit_responses(beam, constrained, compliant, spring, loads, forced)
       type(free_beam_t), intent(in) :: beam
       type(constrained_set_t), intent(in) :: constrained
-      !> Surfaces that yield and are closed, and all impedances
+      !> Indices of the closed compliant contacts, and impedances of all contacts
       integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(out) :: forced
 
-      ! what a step in s has to be for the derivative there, which needs no difference
+      ! step of the complex-step derivative by s, which needs no difference and so no larger step
       real(wp), parameter :: tiny_step = 1.0e-100_wp
-      complex(wp), allocatable :: answer(:)
+      complex(wp), allocatable :: response(:)
       logical, dimension(constrained%count) :: is_slow, is_driven
       real(wp) :: mobility(size(constrained%closed), size(constrained%closed))
       integer :: g, i, contacts, total
@@ -127,7 +129,7 @@ contains
       associate (rows => forced%at%rows)
          allocate (forced%constant(rows, total), forced%ramp(rows, total), source=0.0_wp)
          allocate (forced%harmonic(rows, total), source=(0.0_wp, 0.0_wp))
-         allocate (answer(rows))
+         allocate (response(rows))
       end associate
       if (allocated(constrained%mode)) then
          allocate (forced%load, source=matmul(transpose(constrained%mode), loads%mode))
@@ -153,9 +155,9 @@ contains
          if (is_slow(i)) call add_driven(constrained, i, by_slope, 0, forced)
       end do
       do g = 1, total
-         call answer_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, tiny_step, wp), is_slow, answer)
-         forced%constant(:, g) = real(answer, wp)
-         forced%ramp(:, g) = aimag(answer)/tiny_step
+         call answer_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, tiny_step, wp), is_slow, response)
+         forced%constant(:, g) = real(response, wp)
+         forced%ramp(:, g) = aimag(response)/tiny_step
          if (loads%frequency(g) <= 0.0_wp) cycle
          is_driven = size(compliant) == 0 .and. (resonates(constrained%oscillators, loads%frequency(g)) .or. &
             (is_slow .and. loads%frequency(g) < loads%slow))
@@ -163,8 +165,8 @@ contains
             if (is_driven(i)) call add_driven(constrained, i, by_harmonic, g, forced)
          end do
          call answer_at(constrained, compliant, spring, forced, g, cmplx(0.0_wp, loads%frequency(g), wp), is_driven, &
-            answer)
-         forced%harmonic(:, g) = answer
+            response)
+         forced%harmonic(:, g) = response
          forced%backward(:, g) = backward_of(constrained%oscillators, forced%load(:, g), loads%frequency(g), is_driven)
       end do
       if (size(compliant) > 0) return
@@ -174,30 +176,30 @@ contains
       end do
    end subroutine make_unit_responses
 
-   !> Answer of modes to a load, with their damping turned round.
-   pure function backward_of(oscillators, load, frequency, left_out) result(answer)
+   !> Response of independent modes to a harmonic load, with negative damping.
+   pure function backward_of(oscillators, load, frequency, left_out) result(response)
       type(oscillators_t), intent(in) :: oscillators
-      !> [modes]
+      !> Modal loads, [modes]
       real(wp), intent(in) :: load(:)
       real(wp), intent(in) :: frequency
-      !> Modes that stay at rest, [modes]
+      !> Modes without response, [modes]
       logical, intent(in) :: left_out(:)
-      complex(wp) :: answer(size(load))
+      complex(wp) :: response(size(load))
 
       real(wp) :: damping(size(load))
 
-      answer = (0.0_wp, 0.0_wp)
+      response = (0.0_wp, 0.0_wp)
       damping = oscillators%two_zeta*oscillators%square + oscillators%mass_rate(:size(load))
-      where (.not. left_out) answer = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
+      where (.not. left_out) response = load/cmplx(oscillators%square - frequency**2, -damping*frequency, wp)
    end function backward_of
 
-   !> What work of loads and losses in stops need of the terms of a set on surfaces that yield.
+   !> Prepare the terms of a set with closed compliant contacts for the work of loads and the losses in stops.
    subroutine ready_for_terms(exponent, shape, frequency, forced)
-      !> [count]
+      !> Exponents of the terms, [count]
       complex(wp), intent(in) :: exponent(:)
-      !> Modes of the set per unit of each, [modes, count]
+      !> Modes of the set per unit of each term, [modes, count]
       complex(wp), intent(in) :: shape(:, :)
-      !> With which loads swing, [harmonics]
+      !> Circular frequencies of the harmonic loads, [harmonics]
       real(wp), intent(in) :: frequency(:)
       type(unit_responses_t), intent(inout) :: forced
 
@@ -213,29 +215,29 @@ contains
          reshape([((1.0_wp, 0.0_wp), m=1, all)], [1, all]), forced%products)
    end subroutine ready_for_terms
 
-   !> With which modes does a harmonic load resonate?
-   pure function resonates(oscillators, frequency) result(does)
+   !> Which modes are in resonance with a harmonic load?
+   pure function resonates(oscillators, frequency) result(answer)
       type(oscillators_t), intent(in) :: oscillators
       real(wp), intent(in) :: frequency
-      logical :: does(oscillators%count)
+      logical :: answer(oscillators%count)
 
-      does = .false.
+      answer = .false.
       associate (n => oscillators%oscillating)
-         does(:n) = hypot(oscillators%decay(:n), oscillators%spread(:n) - frequency) <= resonant*frequency
+         answer(:n) = hypot(oscillators%decay(:n), oscillators%spread(:n) - frequency) <= resonant*frequency
       end associate
    end function resonates
 
-   !> A mode that is left out of the answer to a load.
+   !> Add a mode driven from rest, which the response to a load leaves out.
    subroutine add_driven(constrained, mode, part, load, forced)
       type(constrained_set_t), intent(in) :: constrained
       integer, intent(in) :: mode
-      !> One of the `by_` constants
+      !> Part of the load, one of the `by_` constants
       integer, intent(in) :: part
-      !> Which load; 0: all
+      !> Index of the load; 0: all loads
       integer, intent(in) :: load
       type(unit_responses_t), intent(inout) :: forced
 
-      type(driven_pair_t) :: pair
+      type(mode_from_rest_t) :: pair
       integer :: place
 
       pair%mode = mode
@@ -256,63 +258,63 @@ contains
       forced%driven = [forced%driven, pair]
    end subroutine add_driven
 
-   !> The rows that follow exp(s t) of a unit load.
-   pure subroutine answer_at(constrained, compliant, spring, forced, load, s, left_out, answer)
+   !> Response of the rows to a unit load exp(s t).
+   pure subroutine answer_at(constrained, compliant, spring, forced, load, s, left_out, response)
       type(constrained_set_t), intent(in) :: constrained
       integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
-      !> Places of the rows, loads in the set's modes
+      !> Indices of the rows, and modal loads of the set
       type(unit_responses_t), intent(in) :: forced
       integer, intent(in) :: load
       complex(wp), intent(in) :: s
-      !> Modes that stay at rest, [modes]
+      !> Modes without response, [modes]
       logical, intent(in) :: left_out(:)
       !> [rows]
-      complex(wp), intent(out) :: answer(:)
+      complex(wp), intent(out) :: response(:)
 
       complex(wp), dimension(constrained%count) :: dynamic, z, viscous
-      complex(wp), dimension(size(compliant)) :: flexibility, force, unmoved
+      complex(wp), dimension(size(compliant)) :: flexibility, force, no_height
       integer :: k
 
-      answer = (0.0_wp, 0.0_wp)
+      response = (0.0_wp, 0.0_wp)
       viscous = 1.0_wp + constrained%oscillators%two_zeta*s
       dynamic = s**2 + constrained%oscillators%mass_rate(:constrained%count)*s + viscous*constrained%oscillators%square
       if (size(compliant) > 0) then
-         unmoved = (0.0_wp, 0.0_wp)
+         no_height = (0.0_wp, 0.0_wp)
          flexibility = (0.0_wp, 0.0_wp)
-         where (.not. holds(spring(compliant))) flexibility = 1.0_wp/response_of(spring(compliant), s)
+         where (.not. holds(spring(compliant))) flexibility = 1.0_wp/dynamic_stiffness(spring(compliant), s)
          call find_point_forces(dynamic, constrained%value(:, compliant), flexibility, cmplx(forced%load(:, load), &
             0.0_wp, wp), &
-            unmoved, force, z)
+            no_height, force, z)
       else
          z = (0.0_wp, 0.0_wp)
          where (.not. left_out) z = forced%load(:, load)/dynamic
       end if
       associate (at => forced%at)
-         answer(at%modes + 1:at%modes + constrained%count) = z
-         answer(at%gaps + 1:at%gaps + size(constrained%gap)) = matmul(z, constrained%value)
+         response(at%modes + 1:at%modes + constrained%count) = z
+         response(at%gaps + 1:at%gaps + size(constrained%gap)) = matmul(z, constrained%value)
          do k = 1, size(constrained%closed)
-            answer(at%forces + constrained%closed(k)) = sum(constrained%reaction(k, :)*viscous*z) - forced%share(k, &
+            response(at%forces + constrained%closed(k)) = sum(constrained%reaction(k, :)*viscous*z) - forced%share(k, &
                load) &
                - sum(constrained%share(k, compliant)*force)
          end do
          do k = 1, size(compliant)
-            answer(at%forces + compliant(k)) = force(k)
-            answer(at%gaps + compliant(k)) = (0.0_wp, 0.0_wp)
+            response(at%forces + compliant(k)) = force(k)
+            response(at%gaps + compliant(k)) = (0.0_wp, 0.0_wp)
             if (holds(spring(compliant(k)))) cycle
             associate (u => force(k)*flexibility(k), p => compliant(k))
-               answer(at%depths + p) = u
-               answer(at%gaps + p) = -u
-               answer(at%branches + p) = spring(p)%branch_stiffness*s/(s + spring(p)%relaxation_rate)*u
+               response(at%depths + p) = u
+               response(at%gaps + p) = -u
+               response(at%branches + p) = spring(p)%branch_stiffness*s/(s + spring(p)%relaxation_rate)*u
             end associate
          end do
-         answer(at%tip + 1) = sum(constrained%tip_value*z)
-         answer(at%loads + 1:) = matmul(z, forced%load)
+         response(at%tip + 1) = sum(constrained%tip_value*z)
+         response(at%loads + 1:) = matmul(z, forced%load)
       end associate
    end subroutine answer_at
 
-   !> P per unit of u exp(s t).
-   elemental function response_of(spring, s) result(stiffness)
+   !> Dynamic stiffness of a stop: P per unit of u exp(s t).
+   elemental function dynamic_stiffness(spring, s) result(stiffness)
       type(impedance_t), intent(in) :: spring
       complex(wp), intent(in) :: s
       complex(wp) :: stiffness
@@ -321,12 +323,12 @@ contains
       if (spring%branch_stiffness > 0.0_wp) then
          stiffness = stiffness + spring%branch_stiffness*s/(s + spring%relaxation_rate)
       end if
-   end function response_of
+   end function dynamic_stiffness
 
-   !> The rows from an instant on.
+   !> Start the load response of a phase at an instant.
    subroutine start_forced_response(set, oscillators, loads, tau, forced)
       type(unit_responses_t), intent(in) :: set
-      !> Of the set
+      !> Oscillators of the set
       type(oscillators_t), intent(in) :: oscillators
       type(applied_loads_t), intent(in) :: loads
       real(wp), intent(in) :: tau
@@ -372,12 +374,12 @@ contains
       call start_modes(set, oscillators, forced)
    end subroutine start_forced_response
 
-   !> Modes that are driven from rest.
+   !> Start the modes driven from rest.
    subroutine start_modes(set, oscillators, forced)
       type(unit_responses_t), intent(in) :: set
-      !> Of the set
+      !> Oscillators of the set
       type(oscillators_t), intent(in) :: oscillators
-      !> Its pieces are there
+      !> Contains the load segments
       type(forced_response_t), intent(inout) :: forced
 
       complex(wp) :: force(size(set%driven))
@@ -408,16 +410,16 @@ contains
             mode%is_ramp = pair%part == by_slope
             if (pair%part /= by_harmonic) cycle
             mode%frequency = forced%segment(pair%load)%frequency
-            forced%until = min(forced%until, forced%tau + most_periods*2.0_wp*acos(-1.0_wp)/mode%frequency)
+            forced%until = min(forced%until, forced%tau + max_periods*2.0_wp*acos(-1.0_wp)/mode%frequency)
          end associate
       end do
    end subroutine start_modes
 
-   !> Rows at a time since the start of the phase, or their rates.
+   !> Rows of the load response at a time since the start of the phase, or their rates.
    pure function forced_at(set, forced, first, last, time, order) result(values)
       type(unit_responses_t), intent(in) :: set
       type(forced_response_t), intent(in) :: forced
-      !> Which rows
+      !> First and last row
       integer, intent(in) :: first
       integer, intent(in) :: last
       real(wp), intent(in) :: time
@@ -432,22 +434,22 @@ contains
       if (order > 0) values = rates
    end function forced_at
 
-   !> Both.
-   pure subroutine find_rows_at(set, forced, first, last, time, rows, rates, turn)
+   !> Rows of the load response at a time since the start of the phase, and their rates.
+   pure subroutine find_rows_at(set, forced, first, last, time, rows, rates, phasor)
       type(unit_responses_t), intent(in) :: set
       type(forced_response_t), intent(in) :: forced
-      !> Which rows
+      !> First and last row
       integer, intent(in) :: first
       integer, intent(in) :: last
       real(wp), intent(in) :: time
-      !> [last - first + 1]
+      !> Rows and rates, [last - first + 1]
       real(wp), contiguous, intent(out) :: rows(:)
       real(wp), contiguous, intent(out) :: rates(:)
-      !> exp(i W t), where it is known, [harmonics]
-      complex(wp), intent(in), optional :: turn(:)
+      !> exp(i W t) if known already, [harmonics]
+      complex(wp), intent(in), optional :: phasor(:)
 
-      complex(wp) :: turned(size(forced%frequency))
-      real(wp) :: here(0:2)
+      complex(wp) :: phasors(size(forced%frequency))
+      real(wp) :: motion(0:2)
       integer :: i, m
 
       !$omp simd
@@ -455,37 +457,37 @@ contains
          rates(i) = forced%slope(first - 1 + i)
          rows(i) = forced%constant(first - 1 + i) + rates(i)*time
       end do
-      if (present(turn)) then
-         turned = turn
+      if (present(phasor)) then
+         phasors = phasor
       else
-         turned = turn_of(forced%frequency, time)
+         phasors = turn_of(forced%frequency, time)
       end if
       do m = 1, size(forced%frequency)
-         call add_harmonic(forced%harmonic(first:last, m), forced%frequency(m), turned(m), rows, rates)
+         call add_harmonic(forced%harmonic(first:last, m), forced%frequency(m), phasors(m), rows, rates)
       end do
       do m = 1, size(forced%pair)
-         here = driven_mode_at(forced%mode(m), time, 2)
+         motion = driven_mode_at(forced%mode(m), time, 2)
          associate (pair => set%driven(forced%pair(m)))
-            rows = rows + pair%row(first:last)*here(0) + pair%row_of_rate(first:last)*here(1)
-            rates = rates + pair%row(first:last)*here(1) + pair%row_of_rate(first:last)*here(2)
+            rows = rows + pair%row(first:last)*motion(0) + pair%row_of_rate(first:last)*motion(1)
+            rates = rates + pair%row(first:last)*motion(1) + pair%row_of_rate(first:last)*motion(2)
          end associate
       end do
    end subroutine find_rows_at
 
-   !> One that has turned.
-   pure subroutine add_harmonic(harmonic, frequency, turn, rows, rates)
+   !> Add a harmonic with the phasor of the instant.
+   pure subroutine add_harmonic(harmonic, frequency, phasor, rows, rates)
       complex(wp), contiguous, intent(in) :: harmonic(:)
       real(wp), intent(in) :: frequency
-      complex(wp), intent(in) :: turn
-      !> As many
+      complex(wp), intent(in) :: phasor
+      !> As many rows and rates
       real(wp), contiguous, intent(inout) :: rows(:)
       real(wp), contiguous, intent(inout) :: rates(:)
 
       real(wp) :: cosine, even, odd, sine
       integer :: i
 
-      cosine = real(turn, wp)
-      sine = aimag(turn)
+      cosine = real(phasor, wp)
+      sine = aimag(phasor)
       !$omp simd private(even, odd)
       do i = 1, size(harmonic)
          even = real(harmonic(i), wp)

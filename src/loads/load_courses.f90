@@ -1,4 +1,4 @@
-!> How loads go on in time, piece by piece: on each a constant, a slope and a harmonic (docs/theory.md, section 18).
+!> Time courses of loads in segments: in each segment a constant, a slope and a harmonic (docs/theory.md, section 18).
 module load_courses
    use cubic_splines, only: spline_curvature
    use kinds, only: wp
@@ -10,22 +10,23 @@ module load_courses
 
    real(wp), parameter :: pi = acos(-1.0_wp)
 
-   !> constant + slope t + Re(harmonic exp(i frequency t)), t from where the piece was asked for.
+   !> A load segment: constant + slope t + Re(harmonic exp(i frequency t)), with t from the instant for which the
+   !> segment was requested.
    type :: load_segment_t
       real(wp) :: constant = 0.0_wp
       real(wp) :: slope = 0.0_wp
       complex(wp) :: harmonic = (0.0_wp, 0.0_wp)
       real(wp) :: frequency = 0.0_wp
-      !> tau at which another piece follows
+      !> tau at the end of the segment
       real(wp) :: until = huge(1.0_wp)
    end type load_segment_t
 
 contains
 
-   !> The piece that begins, or goes on, at an instant.
+   !> The load segment that contains an instant, or begins there.
    pure function load_segment_at(course, tau) result(segment)
       type(time_course_t), intent(in) :: course
-      !> What is as near to a break as rounding can tell is past it
+      !> Instant; if it equals the boundary of two segments to rounding, the later segment is returned
       real(wp), intent(in) :: tau
       type(load_segment_t) :: segment
 
@@ -42,19 +43,19 @@ contains
       segment%until = last
       select case (course%kind)
       case (course_harmonic)
-         call omega(course%amplitude, course%frequency, course%frequency*tau + course%phase, segment)
+         call set_harmonic(course%amplitude, course%frequency, course%frequency*tau + course%phase, segment)
       case (course_step)
          segment%constant = course%amplitude
       case (course_pulse)
          if (course%shape == pulse_half_sine) then
             associate (frequency => pi/course%duration)
-               call omega(course%amplitude, frequency, frequency*(tau - course%start), segment)
+               call set_harmonic(course%amplitude, frequency, frequency*(tau - course%start), segment)
             end associate
          else
             segment%constant = course%amplitude
          end if
       case (course_table)
-         k = place_in(course, tau)
+         k = last_point_before(course, tau)
          if (k < size(course%time)) segment%until = min(last, course%start + course%time(k + 1))
          if (k == 0 .or. k == size(course%time)) return
          associate (t => course%time, v => course%value)
@@ -64,29 +65,29 @@ contains
       end select
    end function load_segment_at
 
-   !> amplitude sin(angle + frequency t).
-   pure subroutine omega(amplitude, frequency, angle, segment)
+   !> Set the harmonic of a segment to amplitude sin(angle + frequency t).
+   pure subroutine set_harmonic(amplitude, frequency, angle, segment)
       real(wp), intent(in) :: amplitude
       real(wp), intent(in) :: frequency
-      !> Where the piece begins
+      !> Phase angle at the start of the segment
       real(wp), intent(in) :: angle
       type(load_segment_t), intent(inout) :: segment
 
       segment%frequency = frequency
       segment%harmonic = cmplx(amplitude*sin(angle), -amplitude*cos(angle), wp)
-   end subroutine omega
+   end subroutine set_harmonic
 
-   !> Has an instant come, as far as rounding can tell?
-   elemental function is_past(tau, instant) result(is)
+   !> Has an instant been reached, to rounding?
+   elemental function is_past(tau, instant) result(answer)
       real(wp), intent(in) :: tau
       real(wp), intent(in) :: instant
-      logical :: is
+      logical :: answer
 
-      is = instant - tau <= 2.0_wp*epsilon(1.0_wp)*abs(tau)
+      answer = instant - tau <= 2.0_wp*epsilon(1.0_wp)*abs(tau)
    end function is_past
 
-   !> The last point of a table that an instant has passed; 0: none.
-   pure function place_in(course, tau) result(place)
+   !> Index of the last point of a table at or before an instant; 0: there is none.
+   pure function last_point_before(course, tau) result(place)
       type(time_course_t), intent(in) :: course
       real(wp), intent(in) :: tau
       integer :: place
@@ -103,9 +104,9 @@ contains
             above = middle
          end if
       end do
-   end function place_in
+   end function last_point_before
 
-   !> Its value at an instant; where it jumps, after the jump.
+   !> Value of a load at an instant; at a jump the value after the jump.
    elemental function value_at(course, tau) result(value)
       type(time_course_t), intent(in) :: course
       real(wp), intent(in) :: tau
@@ -117,8 +118,8 @@ contains
       value = segment%constant + real(segment%harmonic, wp)
    end function value_at
 
-   !> The acceleration of a base whose displacement is harmonic, or a cubic spline through a table, with no velocity at
-   !> its ends: linear between its points.
+   !> Acceleration of a base. If its displacement is a table, a cubic spline with zero end slopes interpolates the
+   !> table, and the acceleration is linear between its points.
    pure function acceleration_of(base) result(course)
       type(base_settings_t), intent(in) :: base
       type(time_course_t) :: course

@@ -1,4 +1,4 @@
-!> Numbers of modes that a run can do with, and the modes themselves (docs/theory.md, section 13).
+!> Choice of the number of modes of a run, and selection of the modes (docs/theory.md, section 13).
 module mode_choice
    use applied_loads, only: courses_of
    use damped_oscillators, only: damping_order
@@ -11,20 +11,20 @@ module mode_choice
    private
    public :: first_count, next_count, most_count, largest_untried, rates_of_modes, take_modes
 
-   !> A beam of so many modes moves in all of them: trials would cost what they save.
+   !> A beam with up to this number of modes uses all of them: trial runs would cost more time than they save.
    integer, parameter :: largest_untried = 32
-   !> Numbers of the lowest modes that are tried, one after the other.
+   !> Numbers of lowest modes in successive trial runs.
    integer, parameter :: counts(*) = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256]
    integer, parameter :: most_count = counts(size(counts))
-   !> Modes up to so many times the frequency of the fastest load are not left out, as far as that asks for no more than
-   !> so many: a resonance may need longer than a trial to show.
-   real(wp), parameter :: beyond_loads = 2.0_wp
-   integer, parameter :: most_for_loads = 64
-   !> Turns of a table count that change it by more than this share of its greatest value.
-   real(wp), parameter :: least_turn = 1.0e-3_wp
+   !> Modes up to this multiple of the highest load frequency are always included, up to a maximum number of modes,
+   !> because a resonance may need longer than a trial run to develop.
+   real(wp), parameter :: frequency_margin = 2.0_wp
+   integer, parameter :: max_for_loads = 64
+   !> Reversals of a table count if they change its value by more than this share of its maximum magnitude.
+   real(wp), parameter :: min_reversal = 1.0e-3_wp
 contains
 
-   !> Number of the lowest modes of the first trial.
+   !> Number of lowest modes of the first trial run.
    pure function first_count(settings, base) result(count_of_first)
       type(run_settings_t), intent(in) :: settings
       !> All modes, or the lowest
@@ -37,54 +37,54 @@ contains
       count_of_first = counts(1)
       allocate (courses, source=courses_of(settings))
       do k = 1, size(courses)
-         associate (fastest => beyond_loads*fastest_of(courses(k)))
-            count_of_first = max(count_of_first, min(count(sqrt(base%square) < fastest), most_for_loads))
+         associate (limit_frequency => frequency_margin*highest_frequency(courses(k)))
+            count_of_first = max(count_of_first, min(count(sqrt(base%square) < limit_frequency), max_for_loads))
          end associate
       end do
       if (allocated(settings%mode_ratios)) count_of_first = max(count_of_first, size(settings%mode_ratios))
       count_of_first = max(count_of_first, settings%start%mode)
    end function first_count
 
-   !> The frequency of a load; of a table the highest at which it turns.
-   pure function fastest_of(course) result(frequency)
+   !> Frequency of a load; for a table the maximum frequency of its reversals.
+   pure function highest_frequency(course) result(frequency)
       type(time_course_t), intent(in) :: course
-      !> Over omega1
+      !> Circular frequency over omega1
       real(wp) :: frequency
 
       frequency = 0.0_wp
       if (course%kind == course_harmonic) frequency = course%frequency
       if (course%kind == course_pulse .and. course%shape == pulse_half_sine) frequency = pi/course%duration
-      if (course%kind == course_table) frequency = pi/shortest_swing(course%time, course%value)
-   end function fastest_of
+      if (course%kind == course_table) frequency = pi/min_half_period(course%time, course%value)
+   end function highest_frequency
 
-   !> The shortest time from one turn of a table to the next.
-   pure function shortest_swing(time, value) result(shortest)
+   !> Minimum time from one reversal of a table to the next.
+   pure function min_half_period(time, value) result(half_period)
       real(wp), intent(in) :: time(:)
       real(wp), intent(in) :: value(:)
-      real(wp) :: shortest
+      real(wp) :: half_period
 
-      real(wp) :: least
-      integer :: i, turn, farthest
+      real(wp) :: threshold
+      integer :: i, reversal, farthest
 
-      shortest = huge(1.0_wp)
-      least = least_turn*maxval(abs(value))
-      ! the last turn, and the farthest point from there so far
-      turn = 1
+      half_period = huge(1.0_wp)
+      threshold = min_reversal*maxval(abs(value))
+      ! the last reversal, and the point of maximum deviation from it since
+      reversal = 1
       farthest = 1
       do i = 2, size(value)
-         if (abs(value(i) - value(turn)) >= abs(value(farthest) - value(turn)) .and. &
-            (value(i) - value(turn))*(value(farthest) - value(turn)) >= 0.0_wp) farthest = i
-         if (abs(value(i) - value(farthest)) <= least) cycle
-         shortest = min(shortest, time(farthest) - time(turn))
-         turn = farthest
+         if (abs(value(i) - value(reversal)) >= abs(value(farthest) - value(reversal)) .and. &
+            (value(i) - value(reversal))*(value(farthest) - value(reversal)) >= 0.0_wp) farthest = i
+         if (abs(value(i) - value(farthest)) <= threshold) cycle
+         half_period = min(half_period, time(farthest) - time(reversal))
+         reversal = farthest
          farthest = i
       end do
-      if (farthest > turn) shortest = min(shortest, time(farthest) - time(turn))
-   end function shortest_swing
+      if (farthest > reversal) half_period = min(half_period, time(farthest) - time(reversal))
+   end function min_half_period
 
-   !> The number of the next trial.
+   !> Number of lowest modes of the next trial run.
    pure function next_count(count) result(more)
-      !> That of the last one
+      !> Number of the last trial run
       integer, intent(in) :: count
       integer :: more
 
@@ -95,10 +95,10 @@ contains
       if (place > 0) more = counts(place)
    end function next_count
 
-   !> alpha of each mode: that of damping by mass, or what gives it a ratio of its own.
+   !> alpha of each mode: from mass-proportional damping, or from the damping ratio given for the mode.
    pure function rates_of_modes(settings, square) result(rate)
       type(run_settings_t), intent(in) :: settings
-      !> W_i^2
+      !> W_i^2, [modes]
       real(wp), intent(in) :: square(:)
       real(wp) :: rate(size(square))
 
@@ -111,20 +111,20 @@ contains
       end associate
    end function rates_of_modes
 
-   !> The lowest modes in the order of their damping, and what settings say of single ones.
-   subroutine take_modes(kept, modes, settings)
-      !> How many
-      integer, intent(in) :: kept
+   !> Select the lowest modes, ordered by their damping, and reorder the settings of single modes alike.
+   subroutine take_modes(selected, modes, settings)
+      !> Number of modes
+      integer, intent(in) :: selected
       type(free_modes_t), intent(inout) :: modes
       type(run_settings_t), intent(inout) :: settings
 
       real(wp), allocatable :: ratio(:)
-      integer :: i, order(kept)
+      integer :: i, order(selected)
 
-      order = damping_order(modes%square(:kept), settings%zeta, rates_of_modes(settings, modes%square(:kept)))
-      if (kept < size(modes%square) .and. allocated(settings%stress)) then
-         allocate (modes%left_square, source=modes%square(kept + 1:))
-         allocate (modes%left_mode, source=modes%mode(:, kept + 1:))
+      order = damping_order(modes%square(:selected), settings%zeta, rates_of_modes(settings, modes%square(:selected)))
+      if (selected < size(modes%square) .and. allocated(settings%stress)) then
+         allocate (modes%left_square, source=modes%square(selected + 1:))
+         allocate (modes%left_mode, source=modes%mode(:, selected + 1:))
       end if
       modes%lambda = modes%lambda(order)
       modes%square = modes%square(order)
@@ -133,7 +133,7 @@ contains
       if (.not. allocated(settings%mode_ratios)) return
       allocate (ratio, source=settings%mode_ratios)
       deallocate (settings%mode_ratios)
-      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, kept)])
+      allocate (settings%mode_ratios, source=[(ratio(min(order(i), size(ratio))), i=1, selected)])
    end subroutine take_modes
 
 end module mode_choice

@@ -1,6 +1,7 @@
-!> Loads that hardly change while a phase lasts, on surfaces that are pressed: where terms of the motion hardly begin to
-!> swing in a run, what balances the loads would be far greater than the motion. Swings of the load about as fast as the
-!> phase is long add up to it, and their answers are not greater (docs/theory.md, section 18).
+!> Surrogate harmonics for loads that hardly change during a phase, on closed compliant contacts. If |exponent| times
+!> the length of the run is small for a term of the motion, the response that balances the loads would be much larger
+!> than the motion. A sum of harmonics with frequencies of about the inverse length of the phase replaces the loads; the
+!> responses to these surrogates are hardly larger than the motion (docs/theory.md, section 18).
 module slow_loads
    use applied_loads, only: applied_loads_t
    use constrained_sets, only: constrained_set_t
@@ -14,11 +15,11 @@ module slow_loads
    public :: forced_terms, swings, swings_of, shares_of
 
    !> A term is slow if its exponent times the length of the run is less than this.
-   real(wp), parameter :: greatest_slow = 0.1_wp
+   real(wp), parameter :: max_slow = 0.1_wp
 
-   !> So many swings; their frequencies times the length of the phase are between these, their squares Chebyshev's
-   !> points: exp(i w t) comes from them to rounding, up to the lower. The length is stretched by one of these, so that
-   !> none is near to an exponent.
+   !> Number of surrogate harmonics. Their frequencies times the length of the phase lie between `lowest` and `highest`,
+   !> and the squares are Chebyshev points: the harmonics interpolate exp(i w t) to rounding for w times the length up
+   !> to `lowest`. The length is stretched by one of several factors to keep all frequencies away from the exponents.
    integer, parameter :: swings = 12
    real(wp), parameter :: stretches(4) = [1.0_wp, 1.05_wp, 1.11_wp, 1.18_wp]
    real(wp), parameter :: lowest = 0.5_wp
@@ -30,55 +31,55 @@ module slow_loads
 
 contains
 
-   !> What loads do to a set on surfaces that are pressed, as a phase begins.
+   !> Load response of a set with closed compliant contacts at the start of a phase.
    subroutine forced_terms(constrained, joint, compliant, spring, loads, is_new, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(joint_modes_t), intent(in) :: joint
-      !> Surfaces that yield and are closed, and all impedances
+      !> Indices of the closed compliant contacts, and impedances of all contacts
       integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
-      !> The set has not been driven by them so far
+      !> This is the first phase of the set under these loads
       logical, intent(in) :: is_new
       type(unit_responses_t), intent(inout) :: set
-      !> Has the answers of the set
+      !> Contains the load response of the set without surrogates
       type(forced_response_t), intent(inout) :: forced
 
       logical :: is_slow
 
-      is_slow = any(abs(joint%exponent)*loads%duration < greatest_slow) .or. &
-         any(constrained%oscillators%frequency(joint%inactive)*loads%duration < greatest_slow)
-      if (is_slow) call swing_slow_loads(constrained, joint, compliant, spring, loads, set, forced)
+      is_slow = any(abs(joint%exponent)*loads%duration < max_slow) .or. &
+         any(constrained%oscillators%frequency(joint%inactive)*loads%duration < max_slow)
+      if (is_slow) call add_surrogates(constrained, joint, compliant, spring, loads, set, forced)
       if (is_slow .or. is_new) call ready_for_terms(joint%exponent, joint%shape, forced%frequency, set)
    end subroutine forced_terms
 
-   !> Let swings stand for all of the loads that is slow.
-   subroutine swing_slow_loads(constrained, joint, compliant, spring, loads, set, forced)
+   !> Replace the slow parts of the loads by surrogate harmonics.
+   subroutine add_surrogates(constrained, joint, compliant, spring, loads, set, forced)
       type(constrained_set_t), intent(in) :: constrained
       type(joint_modes_t), intent(in) :: joint
-      !> Surfaces that yield and are closed, and all impedances
+      !> Indices of the closed compliant contacts, and impedances of all contacts
       integer, intent(in) :: compliant(:)
       type(impedance_t), intent(in) :: spring(:)
       type(applied_loads_t), intent(in) :: loads
       type(unit_responses_t), intent(in) :: set
-      !> Its phase has begun
+      !> Contains the start and the segments of the phase
       type(forced_response_t), intent(inout) :: forced
 
-      complex(wp) :: answer(set%at%rows), share(swings)
+      complex(wp) :: response(set%at%rows), share(swings)
       complex(wp), allocatable :: harmonic(:, :)
-      logical :: nowhere(constrained%count)
-      real(wp) :: length, rooms(size(stretches))
-      integer :: g, k, others
+      logical :: none_left_out(constrained%count)
+      real(wp) :: length, clearances(size(stretches))
+      integer :: g, k, harmonic_count
 
-      nowhere = .false.
+      none_left_out = .false.
       forced%until = min(forced%until, forced%tau + loads%duration)
       length = forced%until - forced%tau
-      rooms = [(room_beside([joint%exponent, cmplx(-constrained%oscillators%decay(joint%inactive), &
+      clearances = [(min_clearance([joint%exponent, cmplx(-constrained%oscillators%decay(joint%inactive), &
          constrained%oscillators%spread(joint%inactive), wp)], swings_of(length*stretches(k))), k=1, size(stretches))]
-      length = length*stretches(maxloc(rooms, dim=1))
-      others = size(loads%frequencies)
+      length = length*stretches(maxloc(clearances, dim=1))
+      harmonic_count = size(loads%frequencies)
       forced%frequency = [loads%frequencies, swings_of(length)]
-      allocate (harmonic(set%at%rows, others + swings), source=(0.0_wp, 0.0_wp))
+      allocate (harmonic(set%at%rows, harmonic_count + swings), source=(0.0_wp, 0.0_wp))
       do g = 1, loads%count
          call shares_of(forced%segment(g), length, share)
          if (loads%harmonic(g) > 0 .and. .not. is_slow(forced%segment(g), length)) then
@@ -88,18 +89,17 @@ contains
          end if
          if (all(abs(share) <= 0.0_wp)) cycle
          do k = 1, swings
-            call answer_at(constrained, compliant, spring, set, g, cmplx(0.0_wp, forced%frequency(others + k), wp), &
-               nowhere, &
-               answer)
-            harmonic(:, others + k) = harmonic(:, others + k) + share(k)*answer
+            call answer_at(constrained, compliant, spring, set, g, &
+               cmplx(0.0_wp, forced%frequency(harmonic_count + k), wp), none_left_out, response)
+            harmonic(:, harmonic_count + k) = harmonic(:, harmonic_count + k) + share(k)*response
          end do
       end do
       call move_alloc(harmonic, forced%harmonic)
       forced%constant(:) = 0.0_wp
       forced%slope(:) = 0.0_wp
-   end subroutine swing_slow_loads
+   end subroutine add_surrogates
 
-   !> Their frequencies, where they serve for a time.
+   !> Frequencies of the surrogate harmonics for a phase of given length.
    pure function swings_of(length) result(frequency)
       real(wp), intent(in) :: length
       real(wp) :: frequency(swings)
@@ -107,32 +107,33 @@ contains
       frequency = sqrt(square)/length
    end function swings_of
 
-   !> How far do frequencies stay from all exponents, as a share of them?
-   pure function room_beside(exponent, frequency) result(room)
+   !> Minimum distance of the frequencies from all exponents, relative to the frequency.
+   pure function min_clearance(exponent, frequency) result(clearance)
       complex(wp), intent(in) :: exponent(:)
       real(wp), intent(in) :: frequency(:)
-      real(wp) :: room
+      real(wp) :: clearance
 
       integer :: k
 
-      room = minval([(minval(abs(cmplx(0.0_wp, frequency(k), wp) - exponent))/frequency(k), k=1, size(frequency))])
-   end function room_beside
+      clearance = minval([(minval(abs(cmplx(0.0_wp, frequency(k), wp) - exponent))/frequency(k), k=1, size(frequency))])
+   end function min_clearance
 
-   !> Does the harmonic of a piece hardly swing in a time?
-   pure function is_slow(segment, length) result(is)
+   !> Is the harmonic of a segment slow for a phase of given length?
+   pure function is_slow(segment, length) result(answer)
       type(load_segment_t), intent(in) :: segment
       real(wp), intent(in) :: length
-      logical :: is
+      logical :: answer
 
-      is = segment%frequency*length < lowest
+      answer = segment%frequency*length < lowest
    end function is_slow
 
-   !> What of a piece each swing has: as functions of the square of w, cos(w t) and sin(w t)/w are interpolated.
+   !> Amplitudes of the surrogate harmonics for a load segment: cos(w t) and sin(w t)/w are interpolated as functions of
+   !> w^2.
    pure subroutine shares_of(segment, length, share)
       type(load_segment_t), intent(in) :: segment
-      !> No later instant is asked for
+      !> Maximum time at which the sum is evaluated
       real(wp), intent(in) :: length
-      !> Re sum share exp(i w t) is constant + slope t, and the harmonic if that is slow
+      !> Re sum share exp(i w t) equals constant + slope t, plus the harmonic if that is slow
       complex(wp), intent(out) :: share(swings)
 
       associate (w => swings_of(length))
@@ -142,7 +143,7 @@ contains
       end associate
    end subroutine shares_of
 
-   !> Lagrange's polynomials.
+   !> Lagrange polynomials at x, the squared frequency times the squared length.
    pure function shares_at(x) result(share)
       real(wp), intent(in) :: x
       real(wp) :: share(swings)

@@ -1,5 +1,5 @@
-!> Branches of motions that return over a parameter, by steps of pseudo-arclength, and what happens on them (docs/
-!> theory.md, section 22).
+!> Branches of periodic orbits over a parameter, by pseudo-arclength continuation, and the bifurcations and grazing
+!> points on them (docs/theory.md, section 22).
 module orbit_branches
    use bracketed_zero, only: bracket_t, chord, enter, go_to
    use failures, only: failure_t
@@ -15,25 +15,25 @@ module orbit_branches
    private
    public :: trace_branches
 
-   !> Steps of Newton's method in which a point of a branch must be found.
-   integer, parameter :: most_corrections = 8
+   !> Maximum number of Newton steps for a point of a branch.
+   integer, parameter :: max_corrections = 8
 
-   !> A branch while it is traced.
+   !> A branch during its continuation.
    type :: trace_t
       type(solution_t) :: last
-      !> Its direction there, in units of the map
+      !> Tangent of the branch at the last orbit, in units of the map
       real(wp), allocatable :: direction(:)
       real(wp) :: step = 0.0_wp
       !> Range of the parameter
       real(wp) :: limit(2) = 0.0_wp
       type(orbit_point_t), allocatable :: point(:)
-      !> Where the period doubles, and which points that are
+      !> Orbits at period doublings, and indices of their points
       type(place_t), allocatable :: doubling(:)
       integer, allocatable :: at(:)
-      !> Where the branch that it left doubles its period
+      !> Period doublings of the branch that this one left
       type(orbit_point_t), allocatable :: origin(:)
       logical :: is_over = .false.
-      !> Where it began, how it went on, and whether it was elsewhere since and came back
+      !> First and second point, whether the branch has moved away from its start, and whether it has closed in itself
       type(orbit_point_t) :: start, second
       logical :: has_left = .false.
       logical :: is_closed = .false.
@@ -41,7 +41,7 @@ module orbit_branches
 
 contains
 
-   !> The branch through a motion, both ways, and those that leave it where the period doubles.
+   !> Trace the branch through an orbit in both directions, and the branches that leave it at period doublings.
    subroutine trace_branches(map, asked, orbit, branch)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
@@ -65,77 +65,77 @@ contains
       doubling = [down%doubling, up%doubling]
       associate (at => [n + 1 - down%at, n + 1 + up%at])
          do i = 1, size(doubling)
-            if (asked%doublings > 0 .and. .not. is_traced(map, branch, 1, doubling(i)%value)) call leave_branch(map, &
+            if (asked%doublings > 0 .and. .not. is_traced(map, branch, 1, doubling(i)%value)) call switch_branch(map, &
                asked, 1, at(i), doubling(i), 2*orbit%point%periods, asked%doublings, branch)
          end do
       end associate
    end subroutine trace_branches
 
-   !> A branch of twice the period, and those that leave it in turn.
-   recursive subroutine leave_branch(map, asked, parent, parent_point, doubling, periods, levels, branch)
+   !> Switch to the branch of twice the period at a period doubling, and to the branches that leave that one in turn.
+   recursive subroutine switch_branch(map, asked, parent, parent_point, doubling, periods, levels, branch)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       integer, intent(in) :: parent
       integer, intent(in) :: parent_point
       type(place_t), intent(in) :: doubling
       integer, intent(in) :: periods
-      !> So many doublings are left
+      !> Number of successive doublings still to follow
       integer, intent(in) :: levels
       type(orbit_branch_t), allocatable, intent(inout) :: branch(:)
 
-      type(solution_t) :: here, there
+      type(solution_t) :: at_doubling, branched
       type(trace_t) :: trace
-      type(orbit_branch_t) :: one
-      real(wp), allocatable :: aside(:)
+      type(orbit_branch_t) :: new_branch
+      real(wp), allocatable :: direction(:)
       real(wp) :: length
       integer :: i, number
-      logical :: is_other
+      logical :: is_new
 
       map%periods = periods/2
-      call close_orbit(map, doubling, asked%tolerance, most_corrections, here)
-      if (.not. here%converged) return
-      call direction_of_multiplier(map, here%map, aside)
-      if (.not. allocated(aside)) return
+      call close_orbit(map, doubling, asked%tolerance, max_corrections, at_doubling)
+      if (.not. at_doubling%converged) return
+      call direction_of_multiplier(map, at_doubling%map, direction)
+      if (.not. allocated(direction)) return
       map%periods = periods
       length = asked%step
       do i = 1, 4
-         call close_orbit(map, moved_along(map, doubling, aside, length), asked%tolerance, 2*most_corrections, &
-            there, aside)
-         is_other = there%converged
-         if (is_other) is_other = .not. returns_in_half(there%point, units_of(map))
-         if (is_other) exit
+         call close_orbit(map, moved_along(map, doubling, direction, length), asked%tolerance, 2*max_corrections, &
+            branched, direction)
+         is_new = branched%converged
+         if (is_new) is_new = .not. returns_in_half(branched%point, units_of(map))
+         if (is_new) exit
          length = 0.3_wp*length
       end do
-      if (.not. is_other) return
-      call open_trace(map, asked, there, trace)
+      if (.not. is_new) return
+      call open_trace(map, asked, branched, trace)
       associate (point => branch(parent)%point)
          trace%origin = pack(point, point%mark == mark_doubling)
       end associate
-      call find_direction(map, there%map, aside, trace%direction)
+      call find_direction(map, branched%map, direction, trace%direction)
       if (.not. allocated(trace%direction)) return
-      call trace_on(map, asked, trace)
-      one%parent = parent
-      one%parent_point = parent_point
-      allocate (one%point, source=[here%point, there%point, trace%point])
-      branch = [branch, one]
+      call continue_trace(map, asked, trace)
+      new_branch%parent = parent
+      new_branch%parent_point = parent_point
+      allocate (new_branch%point, source=[at_doubling%point, branched%point, trace%point])
+      branch = [branch, new_branch]
       number = size(branch)
       if (levels < 2) return
       do i = 1, size(trace%doubling)
-         if (.not. is_traced(map, branch, number, trace%doubling(i)%value)) call leave_branch(map, asked, number, &
+         if (.not. is_traced(map, branch, number, trace%doubling(i)%value)) call switch_branch(map, asked, number, &
             2 + trace%at(i), trace%doubling(i), 2*periods, levels - 1, branch)
       end do
-   end subroutine leave_branch
+   end subroutine switch_branch
 
-   !> Does a branch that left the same one elsewhere end where the period doubles?
+   !> Does a branch known already end at this period doubling? It left the same branch at another doubling.
    pure function is_traced(map, branch, parent, value) result(answer)
       type(section_map_t), intent(in) :: map
       type(orbit_branch_t), intent(in) :: branch(:)
       integer, intent(in) :: parent
-      !> Of the parameter there
+      !> Value of the parameter at the doubling
       real(wp), intent(in) :: value
       logical :: answer
 
-      ! as a share of the range
+      ! relative to the range of the parameter
       real(wp), parameter :: near = 1.0e-6_wp
       integer :: i
 
@@ -148,12 +148,12 @@ contains
       end do
    end function is_traced
 
-   !> Down or up from a motion.
+   !> Trace a branch from an orbit in the direction of decreasing or increasing parameter.
    subroutine trace_from(map, asked, orbit, side, trace)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(solution_t), intent(in) :: orbit
-      !> -1 or 1
+      !> -1: decreasing, 1: increasing
       real(wp), intent(in) :: side
       type(trace_t), intent(out) :: trace
 
@@ -163,7 +163,7 @@ contains
       allocate (along(size(map%unit)), source=0.0_wp)
       along(size(along)) = side
       call find_direction(map, orbit%map, along, trace%direction)
-      if (allocated(trace%direction)) call trace_on(map, asked, trace)
+      if (allocated(trace%direction)) call continue_trace(map, asked, trace)
    end subroutine trace_from
 
    subroutine open_trace(map, asked, start, trace)
@@ -180,42 +180,43 @@ contains
       allocate (trace%point(0), trace%doubling(0), trace%at(0), trace%origin(0))
    end subroutine open_trace
 
-   !> Step on until the range ends, or the branch.
-   subroutine trace_on(map, asked, trace)
+   !> Continue a branch until it ends or leaves the range of the parameter.
+   subroutine continue_trace(map, asked, trace)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(trace_t), intent(inout) :: trace
 
-      ! steps below this, as a share of the first, tell that the branch ends
-      real(wp), parameter :: least = 1.0e-4_wp
+      ! a branch ends if steps below this share of the first step fail
+      real(wp), parameter :: min_ratio = 1.0e-4_wp
       type(solution_t) :: next
       real(wp), allocatable :: direction(:)
-      logical :: is_near
+      logical :: is_acceptable
 
       do while (.not. trace%is_over .and. size(trace%point) < asked%most_points)
          call close_orbit(map, moved_along(map, trace%last%place, trace%direction, trace%step), asked%tolerance, &
-            most_corrections, next, trace%direction)
-         is_near = .false.
+            max_corrections, next, trace%direction)
+         is_acceptable = .false.
          if (next%converged) then
             call find_direction(map, next%map, trace%direction, direction)
-            if (allocated(direction)) is_near = sum(direction*trace%direction) > 0.7_wp .and. &
+            if (allocated(direction)) is_acceptable = sum(direction*trace%direction) > 0.7_wp .and. &
                distance_of(map, next%place, trace%last%place) < 2.0_wp*trace%step
-            ! back on the branch that it left
-            if (size(trace%origin) > 0) is_near = is_near .and. .not. returns_in_half(next%point, units_of(map))
+            ! the orbit is on the branch of half the period again
+            if (size(trace%origin) > 0) is_acceptable = is_acceptable .and. &
+               .not. returns_in_half(next%point, units_of(map))
          end if
-         if (is_near .and. next%point%impacts == trace%last%point%impacts) then
-            call take_step(map, asked, next, direction, trace)
-         else if (trace%step > least*asked%step) then
+         if (is_acceptable .and. next%point%impacts == trace%last%point%impacts) then
+            call add_step(map, asked, next, direction, trace)
+         else if (trace%step > min_ratio*asked%step) then
             trace%step = 0.25_wp*trace%step
          else
-            call end_of_impacts(map, asked, trace, next, is_near)
-            if (is_near) call take_step(map, asked, next, direction, trace)
+            call locate_end(map, asked, trace, next, is_acceptable)
+            if (is_acceptable) call add_step(map, asked, next, direction, trace)
          end if
       end do
-   end subroutine trace_on
+   end subroutine continue_trace
 
-   !> A point, and what lies between it and the one before.
-   subroutine take_step(map, asked, next, direction, trace)
+   !> Add a point, and the bifurcations between it and the point before.
+   subroutine add_step(map, asked, next, direction, trace)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(solution_t), intent(in) :: next
@@ -231,14 +232,14 @@ contains
       integer :: n
 
       n = size(direction)
-      call see_whether_over(map, next%point, trace)
+      call check_end(map, next%point, trace)
       if (trace%is_over) return
-      if (next%point%impacts == trace%last%point%impacts) call mark_between(map, asked, next, direction, trace)
+      if (next%point%impacts == trace%last%point%impacts) call locate_bifurcations(map, asked, next, direction, trace)
       if (trace%is_over) return
       if (next%place%value < trace%limit(1) .or. next%place%value > trace%limit(2)) then
          guess = next%place
          guess%value = min(max(guess%value, trace%limit(1)), trace%limit(2))
-         call close_orbit(map, guess, asked%tolerance, 2*most_corrections, end)
+         call close_orbit(map, guess, asked%tolerance, 2*max_corrections, end)
          end%point%mark = mark_limit
          if (end%converged) trace%point = [trace%point, end%point]
          trace%is_over = .true.
@@ -248,13 +249,13 @@ contains
       trace%last = next
       trace%direction = direction
       if (next%point%iterations <= 3) trace%step = min(1.5_wp*trace%step, asked%greatest_step)
-      ! near a fold the parameter tells no direction
+      ! near a fold the sign of the parameter change is uncertain
       if (abs(direction(n)) < 1.0e-3_wp) return
       side = sign(1.0_wp, direction(n))
       call turn_section(map, trace%last%place%value, trace%last%place%state, next%map%response, is_turned, error)
       if (.not. is_turned .or. allocated(error)) return
       trace%last%place%turn = map%turn
-      call close_orbit(map, trace%last%place, asked%tolerance, most_corrections, end)
+      call close_orbit(map, trace%last%place, asked%tolerance, max_corrections, end)
       trace%is_over = .not. end%converged
       if (trace%is_over) return
       trace%last = end
@@ -262,15 +263,15 @@ contains
       along(n) = side
       call find_direction(map, end%map, along, trace%direction)
       trace%is_over = .not. allocated(trace%direction)
-   end subroutine take_step
+   end subroutine add_step
 
-   !> A branch ends where it comes back to the one that it left, or to its own beginning.
-   pure subroutine see_whether_over(map, next, trace)
+   !> End a branch that rejoins the branch that it left, or closes in itself.
+   pure subroutine check_end(map, next, trace)
       type(section_map_t), intent(in) :: map
       type(orbit_point_t), intent(in) :: next
       type(trace_t), intent(inout) :: trace
 
-      ! as a share of the range
+      ! relative to the range of the parameter
       real(wp), parameter :: near = 1.0e-6_wp
       logical :: is_away
       integer :: i
@@ -278,7 +279,7 @@ contains
       do i = 1, size(trace%origin)
          trace%is_over = joins_at(trace%origin(i), trace%last%point, next, 2.0_wp*trace%step*map%unit(size(map%unit)))
          if (.not. trace%is_over) cycle
-         ! that it turns back there, too, may have been seen a step before
+         ! the previous step may have marked the same point as a fold
          where (trace%point%mark == mark_fold .and. abs(trace%point%value - trace%origin(i)%value) <= near &
             *map%unit(size(map%unit))) trace%point%mark = mark_none
          trace%point = [trace%point, trace%origin(i)]
@@ -290,9 +291,9 @@ contains
       trace%has_left = trace%has_left .or. is_away
       trace%is_over = trace%is_closed
       if (trace%is_over) trace%point = [trace%point, trace%start]
-   end subroutine see_whether_over
+   end subroutine check_end
 
-   !> Of the parameter and of velocities.
+   !> Units of the parameter and of velocities.
    pure function units_of(map) result(units)
       type(section_map_t), intent(in) :: map
       real(wp) :: units(2)
@@ -300,8 +301,8 @@ contains
       units = map%unit([size(map%unit), size(map%value, 1) + 1])
    end function units_of
 
-   !> Folds, doublings and tori between the last point and the next.
-   subroutine mark_between(map, asked, next, direction, trace)
+   !> Locate folds, period doublings and Neimark-Sacker bifurcations between the last point and the next.
+   subroutine locate_bifurcations(map, asked, next, direction, trace)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(solution_t), intent(in) :: next
@@ -313,14 +314,15 @@ contains
       integer :: kind
 
       do kind = mark_fold, mark_torus
-         before = test_of(kind, trace%last%point, trace%direction)
-         after = test_of(kind, next%point, direction)
+         before = test_function(kind, trace%last%point, trace%direction)
+         after = test_function(kind, next%point, direction)
          if ((before > 0.0_wp) .eqv. (after > 0.0_wp)) cycle
-         call find_between(map, asked, trace, kind, [before, after], there)
+         call locate_zero(map, asked, trace, kind, [before, after], there)
          if (.not. there%converged) cycle
          if (kind == mark_torus .and. .not. has_pair_on_circle(there%point)) cycle
          there%point%mark = kind
-         ! another branch, that is not known, doubles its period where the sections of this one change places
+         ! if the two halves of the period exchange their values there, the fold is a period doubling of another,
+         ! unknown branch
          if (kind == mark_fold .and. size(trace%origin) > 0) trace%is_over = change_places(trace%last%point, next%point)
          if (trace%is_over) there%point%mark = mark_doubling
          trace%point = [trace%point, there%point]
@@ -329,39 +331,40 @@ contains
          trace%doubling = [trace%doubling, there%place]
          trace%at = [trace%at, size(trace%point)]
       end do
-   end subroutine mark_between
+   end subroutine locate_bifurcations
 
-   !> Changes its sign where something happens.
-   pure function test_of(kind, point, direction) result(value)
+   !> Test function, which changes its sign at a bifurcation.
+   pure function test_function(kind, point, direction) result(value)
       integer, intent(in) :: kind
       type(orbit_point_t), intent(in) :: point
       real(wp), intent(in) :: direction(:)
       real(wp) :: value
 
       complex(wp), parameter :: one = (1.0_wp, 0.0_wp)
-      complex(wp) :: all
+      complex(wp) :: product_of_all
       integer :: i
 
       associate (multiplier => point%multiplier)
-         all = one
+         product_of_all = one
          select case (kind)
          case (mark_fold)
-            all = cmplx(direction(size(direction)), 0.0_wp, wp)
+            product_of_all = cmplx(direction(size(direction)), 0.0_wp, wp)
          case (mark_doubling)
             do i = 1, size(multiplier)
-               all = all*(multiplier(i) + one)
+               product_of_all = product_of_all*(multiplier(i) + one)
             end do
          case default
-            ! of all pairs: smooth where two meet on the real axis, too
+            ! the product over all pairs is smooth, also if two multipliers meet on the real axis
             do i = 2, size(multiplier)
-               all = all*product(multiplier(i)*multiplier(:i - 1) - one)
+               product_of_all = product_of_all*product(multiplier(i)*multiplier(:i - 1) - one)
             end do
          end select
       end associate
-      value = real(all, wp)
-   end function test_of
+      value = real(product_of_all, wp)
+   end function test_function
 
-   !> Or is it a pair of real ones, the inverse of each other, of which nothing comes?
+   !> Is a complex pair of multipliers on the unit circle? The test function of a torus also vanishes for two real
+   !> multipliers that are inverse to each other, without a bifurcation.
    pure function has_pair_on_circle(point) result(answer)
       type(orbit_point_t), intent(in) :: point
       logical :: answer
@@ -371,13 +374,13 @@ contains
       answer = any(abs(aimag(point%multiplier)) > 0.0_wp .and. abs(abs(point%multiplier) - 1.0_wp) < near)
    end function has_pair_on_circle
 
-   !> Where that is, as exactly as Newton's method tells.
-   subroutine find_between(map, asked, trace, kind, values, there)
+   !> Locate a zero of a test function along the predictor, to the accuracy of Newton's method.
+   subroutine locate_zero(map, asked, trace, kind, values, there)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(trace_t), intent(in) :: trace
       integer, intent(in) :: kind
-      !> At the last point and at the next
+      !> Test function at the last point and at the next
       real(wp), intent(in) :: values(2)
       type(solution_t), intent(out) :: there
 
@@ -389,33 +392,34 @@ contains
       bracket%point = chord(bracket)
       do
          call close_orbit(map, moved_along(map, trace%last%place, trace%direction, bracket%point), asked%tolerance, &
-            most_corrections, there, trace%direction)
+            max_corrections, there, trace%direction)
          if (.not. there%converged) return
          call find_direction(map, there%map, trace%direction, direction)
          if (.not. allocated(direction)) return
-         call enter(bracket, test_of(kind, there%point, direction))
+         call enter(bracket, test_function(kind, there%point, direction))
          call go_to(bracket, chord(bracket))
          if (bracket%is_found) return
       end do
-   end subroutine find_between
+   end subroutine locate_zero
 
-   !> No step is short enough: an impact comes or goes, or there is nothing beyond. The last motion of the old kind.
-   subroutine end_of_impacts(map, asked, trace, next, goes_on)
+   !> Locate the end of a branch after steps of minimum length have failed: an impact appears or vanishes, or no orbit
+   !> exists beyond. The last orbit with the same impacts is found by bisection.
+   subroutine locate_end(map, asked, trace, next, continues)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(trace_t), intent(inout) :: trace
-      !> The step that was tried last
+      !> Result of the last step tried
       type(solution_t), intent(in) :: next
-      !> The branch does, with other impacts
-      logical, intent(in) :: goes_on
+      !> The branch continues with other impacts
+      logical, intent(in) :: continues
 
-      ! from each motion found so, as Newton's method reaches less far the nearer it is to the last
+      ! restart from each orbit found, because Newton's method converges from shorter distances only near the end
       integer, parameter :: rounds = 12, halvings = 8
-      ! a speed below this share of the motion's is that of a graze
-      real(wp), parameter :: slow = 1.0e-2_wp
+      ! an impact slower than this share of the velocity unit is grazing
+      real(wp), parameter :: grazing_ratio = 1.0e-2_wp
       type(solution_t) :: best, trial
       real(wp), allocatable :: direction(:)
-      real(wp) :: high, low, speed, tried
+      real(wp) :: high, low, speed, trial_step
       integer :: i, round
 
       best = trace%last
@@ -426,15 +430,15 @@ contains
          trace%last = best
          low = 0.0_wp
          do i = 1, halvings
-            tried = 0.5_wp*(low + high)
-            call close_orbit(map, moved_along(map, trace%last%place, direction, tried), asked%tolerance, &
-               most_corrections, trial, direction)
+            trial_step = 0.5_wp*(low + high)
+            call close_orbit(map, moved_along(map, trace%last%place, direction, trial_step), asked%tolerance, &
+               max_corrections, trial, direction)
             speed = min(speed, trial%least_speed)
             if (trial%converged .and. trial%point%impacts == best%point%impacts) then
                best = trial
-               low = tried
+               low = trial_step
             else
-               high = tried
+               high = trial_step
             end if
          end do
          if (.not. low > 0.0_wp) exit
@@ -444,11 +448,11 @@ contains
          trace%direction = direction
       end do
       best%point%mark = mark_lost
-      associate (whole => map%unit(size(best%place%state%q) + 1))
-         if (goes_on .or. speed < slow*whole) best%point%mark = mark_grazing
+      associate (velocity_unit => map%unit(size(best%place%state%q) + 1))
+         if (continues .or. speed < grazing_ratio*velocity_unit) best%point%mark = mark_grazing
       end associate
       trace%point = [trace%point, best%point]
-      trace%is_over = .not. goes_on
-   end subroutine end_of_impacts
+      trace%is_over = .not. continues
+   end subroutine locate_end
 
 end module orbit_branches

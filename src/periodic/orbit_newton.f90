@@ -1,4 +1,4 @@
-!> Newton's method for a motion that returns, alone or at a distance from others along a branch, and its Floquet
+!> Newton's method for a periodic orbit, at a given parameter or by pseudo-arclength along a branch, and its Floquet
 !> multipliers (docs/theory.md, section 22).
 module orbit_newton
    use kinds, only: wp
@@ -10,11 +10,11 @@ module orbit_newton
    private
    public :: place_t, solution_t, close_orbit, find_direction, direction_of_multiplier, moved_along, distance_of
 
-   !> Where a motion begins, and the value of the parameter.
+   !> Initial state of an orbit, and the value of the parameter.
    type :: place_t
       type(section_state_t) :: state
       real(wp) :: value = 0.0_wp
-      !> Where in the period that is
+      !> Phase of the section in the load period, as a share of the period
       real(wp) :: turn = 0.0_wp
    end type place_t
 
@@ -22,37 +22,37 @@ module orbit_newton
       type(place_t) :: place
       type(orbit_point_t) :: point
       type(map_result_t) :: map
-      !> Least speed of an impact with restitution in all motions that were tried
+      !> Minimum speed of an impact with restitution in all trial motions
       real(wp) :: least_speed = huge(1.0_wp)
       logical :: converged = .false.
    end type solution_t
 
 contains
 
-   !> From a guess to a motion that returns. With a direction the parameter is found, too: the sum of squares goes along
-   !> the direction as far as the guess does.
+   !> Solve for a periodic orbit from an initial guess. With a direction the parameter is unknown, too, and corrections
+   !> are orthogonal to the direction, so that the orbit keeps the arclength of the guess.
    subroutine close_orbit(map, guess, tolerance, most_steps, solution, direction)
       type(section_map_t), target, intent(inout) :: map
       type(place_t), intent(in) :: guess
-      !> Of the residual, in units of the motion
+      !> Tolerance of the residual, in units of the map
       real(wp), intent(in) :: tolerance
       integer, intent(in) :: most_steps
       type(solution_t), intent(out) :: solution
-      !> In units of the map, [unknowns + 1]
+      !> Direction in units of the map, [unknowns + 1]
       real(wp), intent(in), optional :: direction(:)
 
-      integer, parameter :: most_halvings = 12
+      integer, parameter :: max_halvings = 12
       type(place_t) :: trial
       type(map_result_t) :: result
-      real(wp), allocatable :: move(:), residual(:)
-      real(wp) :: share, size_of_residual
-      logical :: fits
+      real(wp), allocatable :: correction(:), residual(:)
+      real(wp) :: step_share, size_of_residual
+      logical :: is_admissible
       integer :: halving, step
 
       map%turn = guess%turn
       solution%place = guess
-      call put_unknowns(map, unknowns_of(map, guess%state), solution%place%state, fits)
-      if (.not. fits) return
+      call put_unknowns(map, unknowns_of(map, guess%state), solution%place%state, is_admissible)
+      if (.not. is_admissible) return
       call evaluate_map(map, solution%place%value, solution%place%state, solution%map)
       if (.not. allocated(solution%map%unknowns)) return
       solution%least_speed = solution%map%least_speed
@@ -63,24 +63,25 @@ contains
          solution%point%iterations = step
          if (size_of_residual <= tolerance) exit
          if (step == most_steps) return
-         call find_move(map, solution%map, residual, move, direction)
-         if (.not. allocated(move)) return
-         share = 1.0_wp
-         do halving = 0, most_halvings
-            if (halving == most_halvings) return
+         call find_correction(map, solution%map, residual, correction, direction)
+         if (.not. allocated(correction)) return
+         step_share = 1.0_wp
+         do halving = 0, max_halvings
+            if (halving == max_halvings) return
             trial = solution%place
             associate (n => size(residual))
-               call put_unknowns(map, unknowns_of(map, trial%state) + share*map%unit(:n)*move(:n), trial%state, fits)
-               trial%value = trial%value + share*map%unit(n + 1)*move(n + 1)
+               call put_unknowns(map, unknowns_of(map, trial%state) + step_share*map%unit(:n)*correction(:n), &
+                  trial%state, is_admissible)
+               trial%value = trial%value + step_share*map%unit(n + 1)*correction(n + 1)
             end associate
-            ! a load neither vanishes nor turns on the way
-            if (map%parameter > 0) fits = fits .and. trial%value/guess%value > 0.1_wp
-            share = 0.5_wp*share
-            if (.not. fits) cycle
+            ! the load must neither vanish nor change its sign
+            if (map%parameter > 0) is_admissible = is_admissible .and. trial%value/guess%value > 0.1_wp
+            step_share = 0.5_wp*step_share
+            if (.not. is_admissible) cycle
             call evaluate_map(map, trial%value, trial%state, result)
             if (.not. allocated(result%unknowns)) cycle
             solution%least_speed = min(solution%least_speed, result%least_speed)
-            if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*share)*size_of_residual) exit
+            if (norm2(residual_of(map, trial, result)) < (1.0_wp - 1.0e-3_wp*step_share)*size_of_residual) exit
          end do
          solution%place = trial
          solution%map = result
@@ -90,25 +91,26 @@ contains
       call fill_point(map, solution)
    end subroutine close_orbit
 
-   !> A guess in a direction.
+   !> Predictor: initial guess at a distance from an orbit in a direction.
    function moved_along(map, place, direction, length) result(guess)
       type(section_map_t), intent(in) :: map
       type(place_t), intent(in) :: place
-      !> In units of the map, [unknowns + 1]
+      !> Direction in units of the map, [unknowns + 1]
       real(wp), intent(in) :: direction(:)
       real(wp), intent(in) :: length
       type(place_t) :: guess
 
-      logical :: fits
+      logical :: is_admissible
 
       guess = place
       associate (n => size(direction) - 1)
-         call put_unknowns(map, unknowns_of(map, place%state) + length*map%unit(:n)*direction(:n), guess%state, fits)
+         call put_unknowns(map, unknowns_of(map, place%state) + length*map%unit(:n)*direction(:n), guess%state, &
+            is_admissible)
          guess%value = place%value + length*map%unit(n + 1)*direction(n + 1)
       end associate
    end function moved_along
 
-   !> In units of the map.
+   !> Distance of two initial states with their parameters, in units of the map.
    pure function distance_of(map, place, other) result(distance)
       type(section_map_t), intent(in) :: map
       type(place_t), intent(in) :: place
@@ -119,7 +121,7 @@ contains
          /map%unit)
    end function distance_of
 
-   !> By how much the motion misses its start.
+   !> Residual: end state minus initial state, in units of the map.
    pure function residual_of(map, place, result) result(residual)
       type(section_map_t), intent(in) :: map
       type(place_t), intent(in) :: place
@@ -130,15 +132,15 @@ contains
       residual = residual/map%unit(:size(residual))
    end function residual_of
 
-   !> Newton's step, in units of the map; unallocated: there is none.
-   subroutine find_move(map, result, residual, move, direction)
+   !> Newton step, in units of the map; unallocated if the matrix is singular.
+   subroutine find_correction(map, result, residual, correction, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
       real(wp), intent(in) :: residual(:)
-      real(wp), allocatable, intent(out) :: move(:)
+      real(wp), allocatable, intent(out) :: correction(:)
       real(wp), intent(in), optional :: direction(:)
 
-      real(wp), allocatable :: matrix(:, :), right(:, :)
+      real(wp), allocatable :: matrix(:, :), rhs(:, :)
       integer :: n
 
       n = size(residual)
@@ -147,11 +149,11 @@ contains
       else
          allocate (matrix, source=bordered(map, result, [spread(0.0_wp, 1, n), 1.0_wp]))
       end if
-      allocate (right(n + 1, 1), source=reshape([-residual, 0.0_wp], [n + 1, 1]))
-      call solve(matrix, right, move)
-   end subroutine find_move
+      allocate (rhs(n + 1, 1), source=reshape([-residual, 0.0_wp], [n + 1, 1]))
+      call solve_linear(matrix, rhs, correction)
+   end subroutine find_correction
 
-   !> The derivative of the residual in units of the map, and a last row.
+   !> Derivative of the residual in units of the map, bordered by a last row.
    pure function bordered(map, result, row) result(matrix)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
@@ -171,40 +173,40 @@ contains
       matrix(n + 1, :) = row
    end function bordered
 
-   subroutine solve(matrix, right, solution)
+   subroutine solve_linear(matrix, rhs, solution)
       real(wp), intent(inout) :: matrix(:, :)
-      real(wp), intent(inout) :: right(:, :)
-      !> Unallocated: there is none
+      real(wp), intent(inout) :: rhs(:, :)
+      !> Unallocated if the matrix is singular or the solution not finite
       real(wp), allocatable, intent(out) :: solution(:)
 
-      integer :: info, pivot(size(right))
+      integer :: info, pivot(size(rhs))
 
-      ! the derivative at a graze is no number
+      ! the derivative at grazing is not finite
       if (.not. all(abs(matrix) < huge(1.0_wp))) return
-      call dgesv(size(right), 1, matrix, size(right), pivot, right, size(right), info)
+      call dgesv(size(rhs), 1, matrix, size(rhs), pivot, rhs, size(rhs), info)
       if (info /= 0) return
-      if (all(abs(right) < huge(1.0_wp))) allocate (solution, source=right(:, 1))
-   end subroutine solve
+      if (all(abs(rhs) < huge(1.0_wp))) allocate (solution, source=rhs(:, 1))
+   end subroutine solve_linear
 
-   !> The direction of a branch at a motion that returns, of length 1, on the side of another.
+   !> Unit tangent of a branch at a periodic orbit, with a positive component along another direction.
    subroutine find_direction(map, result, along, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      !> [unknowns + 1]
+      !> The other direction, [unknowns + 1]
       real(wp), intent(in) :: along(:)
-      !> Unallocated: there is none
+      !> Unallocated if the matrix is singular or the solution not finite
       real(wp), allocatable, intent(out) :: direction(:)
 
-      real(wp), allocatable :: matrix(:, :), right(:, :)
+      real(wp), allocatable :: matrix(:, :), rhs(:, :)
 
       allocate (matrix, source=bordered(map, result, along))
-      allocate (right(size(along), 1), source=0.0_wp)
-      right(size(along), 1) = 1.0_wp
-      call solve(matrix, right, direction)
+      allocate (rhs(size(along), 1), source=0.0_wp)
+      rhs(size(along), 1) = 1.0_wp
+      call solve_linear(matrix, rhs, direction)
       if (allocated(direction)) direction = direction/norm2(direction)
    end subroutine find_direction
 
-   !> Multipliers, what sections of phase 0 have, impacts.
+   !> Fill the branch point with multipliers, section values and impacts.
    subroutine fill_point(map, solution)
       type(section_map_t), intent(in) :: map
       type(solution_t), intent(inout) :: solution
@@ -220,7 +222,7 @@ contains
       end associate
    end subroutine fill_point
 
-   !> Eigenvalues of the derivative, the greatest first.
+   !> Eigenvalues of the derivative of the map, in descending order of magnitude.
    subroutine find_multipliers(map, result, multiplier)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
@@ -232,7 +234,7 @@ contains
       integer :: i, info, j, n
 
       n = size(result%derivative, 1)
-      allocate (matrix(n, n), source=scaled(map, result))
+      allocate (matrix(n, n), source=scaled_derivative(map, result))
       allocate (real_part(n), imaginary_part(n), work(8*n))
       call dgeev('N', 'N', n, matrix, n, real_part, imaginary_part, left, 1, right, 1, work, size(work), info)
       allocate (multiplier(n), source=cmplx(huge(1.0_wp), 0.0_wp, wp))
@@ -249,8 +251,8 @@ contains
       end do
    end subroutine find_multipliers
 
-   !> The derivative by the state, in units of the map.
-   pure function scaled(map, result) result(matrix)
+   !> Derivative of the map by the state, in units of the map.
+   pure function scaled_derivative(map, result) result(matrix)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
       real(wp) :: matrix(size(result%derivative, 1), size(result%derivative, 1))
@@ -262,35 +264,35 @@ contains
             matrix(:, i) = result%derivative(:, i)*map%unit(i)/map%unit(:n)
          end do
       end associate
-   end function scaled
+   end function scaled_derivative
 
-   !> Where a motion goes beside one of which a multiplier is -1, of length 1: by inverse iteration, as LAPACK's vectors
-   !> of matrices with both great and vanishing numbers are of no use.
+   !> Unit direction in which an orbit of twice the period branches off: the eigenvector of the multiplier -1 by inverse
+   !> iteration, because LAPACK's eigenvectors are inaccurate for matrices with both large and vanishing entries.
    subroutine direction_of_multiplier(map, result, direction)
       type(section_map_t), intent(in) :: map
       type(map_result_t), intent(in) :: result
-      !> [unknowns + 1]; unallocated: there is none
+      !> Direction, [unknowns + 1]; unallocated if the inverse iteration fails
       real(wp), allocatable, intent(out) :: direction(:)
 
       integer, parameter :: rounds = 3
-      ! beside the multiplier, so that the matrix has an inverse
+      ! slightly off the multiplier, so that the matrix is regular
       real(wp), parameter :: shift = 1.0_wp + 1.0e-9_wp
-      real(wp), allocatable :: matrix(:, :), right(:, :), vector(:)
+      real(wp), allocatable :: matrix(:, :), rhs(:, :), vector(:)
       integer :: i, n, round
 
       n = size(result%derivative, 1)
-      allocate (right(n, 1), source=1.0_wp)
+      allocate (rhs(n, 1), source=1.0_wp)
       do round = 1, rounds
-         allocate (matrix(n, n), source=scaled(map, result))
+         allocate (matrix(n, n), source=scaled_derivative(map, result))
          do i = 1, n
             matrix(i, i) = matrix(i, i) + shift
          end do
-         call solve(matrix, right, vector)
+         call solve_linear(matrix, rhs, vector)
          deallocate (matrix)
          if (.not. allocated(vector)) return
-         right(:, 1) = vector/norm2(vector)
+         rhs(:, 1) = vector/norm2(vector)
       end do
-      allocate (direction, source=[right(:, 1), 0.0_wp])
+      allocate (direction, source=[rhs(:, 1), 0.0_wp])
    end subroutine direction_of_multiplier
 
 end module orbit_newton

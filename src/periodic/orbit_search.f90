@@ -1,4 +1,4 @@
-!> Motions that return, found from where a run has come to (docs/theory.md, section 22).
+!> Search for periodic orbits from the final state of a run (docs/theory.md, section 22).
 module orbit_search
    use beam_model, only: beam_model_t
    use contact_sets, only: set_store_t
@@ -18,18 +18,18 @@ module orbit_search
    private
    public :: find_orbits
 
-   !> Of a motion in the file.
+   !> Number of samples of an orbit in the results file.
    integer, parameter :: samples = 400
 
 contains
 
-   !> The motion that a run comes to, and branches of such motions.
+   !> Find the periodic orbit that a run approaches, and branches of such orbits.
    subroutine find_orbits(model, settings, asked, study, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
       type(orbit_settings_t), intent(in) :: asked
       type(orbit_study_t), allocatable, intent(out) :: study
-      !> Set when there is none
+      !> Set when no orbit is found
       type(failure_t), allocatable, intent(out) :: error
 
       type(section_map_t), target :: map
@@ -43,18 +43,18 @@ contains
       map%parameter = by_nothing
       if (asked%varied == vary_amplitude) map%parameter = by_amplitude
       if (asked%varied == vary_frequency) map%parameter = by_frequency
-      call find_first(map, asked, orbit, error)
+      call find_first_orbit(map, asked, orbit, error)
       if (allocated(error)) return
       allocate (study)
       study%orbit = orbit%point
-      call follow(map, orbit%place, study, error)
+      call record_orbit(map, orbit%place, study, error)
       if (allocated(error) .or. asked%varied == vary_nothing) return
       study%quantity = quantity_of(map)
       call trace_branches(map, asked, orbit, study%branch)
    end subroutine find_orbits
 
-   !> From where the run has come to.
-   subroutine find_first(map, asked, orbit, error)
+   !> Find an orbit from the state after the transient of the run.
+   subroutine find_first_orbit(map, asked, orbit, error)
       type(section_map_t), target, intent(inout) :: map
       type(orbit_settings_t), intent(in) :: asked
       type(solution_t), intent(out) :: orbit
@@ -64,7 +64,7 @@ contains
       type(response_t) :: response
       integer, parameter :: rounds = 3
       integer :: i, round
-      logical :: is_turned
+      logical :: is_shifted
 
       guess%value = value_of_parameter(map)
       call run_map(map, guess%value, real(asked%skip, wp), guess%state, response, error)
@@ -81,23 +81,23 @@ contains
          do i = 1, 2
             call run_map(map, guess%value, real(map%periods, wp), guess%state, response, error)
             if (allocated(error)) return
-            call turn_section(map, guess%value, guess%state, response, is_turned, error)
+            call turn_section(map, guess%value, guess%state, response, is_shifted, error)
             if (allocated(error)) return
-            if (.not. is_turned) exit
+            if (.not. is_shifted) exit
          end do
          guess%turn = map%turn
          call close_orbit(map, guess, asked%tolerance, asked%most_steps, orbit)
          if (orbit%converged) return
-         ! the events of the motion that is sought may be where those of the guess were not
+         ! the events of the orbit may lie at other phases than those of the guess
          guess = orbit%place
       end do
       call fail(error, status_run_failed, "Newton's method finds no motion that returns after "//to_text(map%periods) &
          //' periods of the load: after '//to_text(orbit%point%iterations)//' steps it misses its start by '// &
          to_text(orbit%point%residual)//' of its size; try another skip, periods or load')
-   end subroutine find_first
+   end subroutine find_first_orbit
 
-   !> The motion from phase 0 on.
-   subroutine follow(map, place, study, error)
+   !> Record the orbit over one period from phase 0 on.
+   subroutine record_orbit(map, place, study, error)
       type(section_map_t), target, intent(inout) :: map
       type(place_t), intent(in) :: place
       type(orbit_study_t), intent(inout) :: study
@@ -122,6 +122,6 @@ contains
          study%stop = sections%stop(1, :, :)
          study%stop_velocity = sections%stop(2, :, :)
       end associate
-   end subroutine follow
+   end subroutine record_orbit
 
 end module orbit_search

@@ -1,4 +1,4 @@
-!> Periodic motions under periodic loads, and branches of them over a parameter (docs/theory.md, section 22).
+!> Periodic orbits under periodic loads, and branches of orbits over a parameter (docs/theory.md, section 22).
 module orbit_types
    use kinds, only: wp
    implicit none (type, external)
@@ -6,8 +6,9 @@ module orbit_types
    public :: orbit_point_t, orbit_branch_t, orbit_study_t
    public :: mark_none, mark_fold, mark_doubling, mark_torus, mark_grazing, mark_limit, mark_lost, mark_names
 
-   !> What is special about a point of a branch: nothing; it turns back (a multiplier of 1); its period doubles (-1); a
-   !> torus leaves it (a pair of modulus 1); an impact comes or goes; the range ends; Newton's method fails beyond.
+   !> Kind of a branch point: regular; fold (a multiplier of 1); period doubling (a multiplier of -1); Neimark-Sacker
+   !> bifurcation, at which a torus arises (a complex pair of modulus 1); grazing, at which an impact appears or
+   !> vanishes; end of the parameter range; point after which Newton's method fails.
    integer, parameter :: mark_none = 0
    integer, parameter :: mark_fold = 1
    integer, parameter :: mark_doubling = 2
@@ -18,32 +19,32 @@ module orbit_types
    character(*), parameter :: mark_names(0:6) = [character(20) :: 'regular', 'fold', 'period_doubling', &
       'neimark_sacker', 'grazing', 'end_of_range', 'lost']
 
-   !> A motion that returns to where it was.
+   !> A periodic orbit.
    type :: orbit_point_t
       !> Amplitude or frequency of the load
       real(wp) :: value = 0.0_wp
-      !> Periods of the load after which it returns, and the length of one
+      !> Period of the orbit in periods of the load, and length of one load period
       integer :: periods = 1
       real(wp) :: period = 0.0_wp
-      !> How far from its start it ends, in units of its size, and steps of Newton's method that it took
+      !> Distance between end and start of the orbit relative to its size, and number of Newton steps
       real(wp) :: residual = huge(1.0_wp)
       integer :: iterations = 0
-      !> On all surfaces, over all its periods
+      !> Number of impacts at all contacts, over all periods of the orbit
       integer :: impacts = 0
-      !> Least speed of an impact with restitution; huge: there is none
+      !> Minimum speed of an impact with restitution; huge: there is none
       real(wp) :: least_speed = huge(1.0_wp)
-      !> Floquet multipliers, the greatest first
+      !> Floquet multipliers, in descending order of magnitude
       complex(wp), allocatable :: multiplier(:)
-      !> Displacement of the tip, up from the unstressed beam, and its velocity at sections of phase 0, [2, periods]
+      !> Displacement of the tip, upward from the undeformed beam, and its velocity at sections of phase 0, [2, periods]
       real(wp), allocatable :: tip(:, :)
-      !> One of the `mark_` constants
+      !> Kind of the point, one of the `mark_` constants
       integer :: mark = mark_none
    contains
       procedure :: is_stable
    end type orbit_point_t
 
    type :: orbit_branch_t
-      !> The branch and its point from which this one leaves; 0: from the orbit itself
+      !> Index of the branch that this one leaves, and of the point there; 0: the branch contains the orbit of the study
       integer :: parent = 0
       integer :: parent_point = 0
       type(orbit_point_t), allocatable :: point(:)
@@ -51,18 +52,18 @@ module orbit_types
 
    type :: orbit_study_t
       type(orbit_point_t) :: orbit
-      !> The motion through it, from phase 0: instants, displacement and velocity of the tip, [samples], and of the beam
-      !> at each surface, [surfaces, samples]
+      !> Histories over one period of the orbit, from phase 0: instants, displacement and velocity of the tip,
+      !> [samples], and of the beam at each contact, [contacts, samples]
       real(wp), allocatable :: tau(:), tip(:), tip_velocity(:), stop(:, :), stop_velocity(:, :)
-      !> Unallocated: no parameter was to vary
+      !> Branches; unallocated: no parameter varies
       type(orbit_branch_t), allocatable :: branch(:)
-      !> What varies along branches, as in `quantity_table`
+      !> Quantity that varies along branches, as in `quantity_table`
       character(16) :: quantity = 'frequency'
    end type orbit_study_t
 
 contains
 
-   !> Do motions that begin beside it come to it?
+   !> Is the orbit asymptotically stable?
    elemental function is_stable(point) result(answer)
       class(orbit_point_t), intent(in) :: point
       logical :: answer

@@ -1,5 +1,5 @@
-!> The map from the state at one section of a motion to that some periods of its loads later, with its derivative
-!> (docs/theory.md, section 22).
+!> Poincare map: from the state at one section of a motion to the state a number of load periods later, with its
+!> derivative (docs/theory.md, section 22).
 module section_map
    use applied_loads, only: count_forces, courses_of
    use beam_model, only: beam_model_t
@@ -26,44 +26,45 @@ module section_map
       type(beam_model_t) :: model
       type(free_modes_t) :: modes
       type(run_settings_t) :: settings
-      !> Common period of the loads of `settings`, tau
+      !> Common period of the loads in `settings`, tau
       real(wp) :: period = 0.0_wp
-      !> Periods of the map
+      !> Number of load periods of the map
       integer :: periods = 1
-      !> Where in the period its section is, as a share of it
+      !> Phase of the section in the load period, as a share of the period
       real(wp) :: turn = 0.0_wp
-      !> What varies besides the state, one of the `by_` constants, and of which load
+      !> Parameter of the map besides the state, one of the `by_` constants, and the index of its load
       integer :: parameter = by_nothing
       integer :: load = 0
-      !> Surfaces, and modes there away from them, [modes, surfaces]
+      !> States of the contacts, and modal values at the contacts times their signs, [modes, contacts]
       type(contact_state_t), allocatable :: contacts(:)
       real(wp), allocatable :: value(:, :)
-      !> Surfaces that keep a force of their own
+      !> Contacts with a branch, whose force is a state variable
       integer, allocatable :: keeping(:)
-      !> A change of each unknown that counts for 1, the parameter last, [unknowns + 1]
+      !> Unit of each unknown, the parameter last, [unknowns + 1]
       real(wp), allocatable :: unit(:)
-      !> What its runs share; its owner's, as a compiler forgets the other components where one is finalized
+      !> Sets of closed contacts that the runs of the map share; a pointer to a variable of the caller, because a
+      !> compiler loses the other components of a type if one is finalized
       type(set_store_t), pointer :: sets => null()
    end type section_map_t
 
    type :: map_result_t
       type(section_state_t) :: end
       type(response_t) :: response
-      !> What the state of the end is and how it changes with that of the start and, last, with the parameter
+      !> End state as unknowns, and its derivative by the initial state and, in the last column, by the parameter
       real(wp), allocatable :: unknowns(:), derivative(:, :)
       integer :: impacts = 0
       real(wp) :: least_speed = huge(1.0_wp)
-      !> The run failed, or ended on other surfaces
+      !> The run failed, or ended with other contacts closed
       logical :: failed = .false.
    end type map_result_t
 
 contains
 
-   !> Of a run, over one common period of its loads.
+   !> Set up the map of a run over one common period of its loads.
    subroutine open_section_map(model, settings, period, map, error)
       type(beam_model_t), intent(in) :: model
       type(run_settings_t), intent(in) :: settings
-      !> tau
+      !> Common period, tau
       real(wp), intent(in) :: period
       type(section_map_t), intent(inout) :: map
       !> Set when the modes are not found
@@ -72,7 +73,7 @@ contains
       type(contact_t), allocatable :: contacts(:)
       type(free_modes_t), allocatable :: chosen
       type(mode_check_t) :: check
-      integer :: k, kept, lowest
+      integer :: k, mode_count, lowest
 
       map%model = model
       map%period = period
@@ -86,13 +87,13 @@ contains
       call choose_modes(model, settings, map%modes, chosen, lowest, check, error)
       if (allocated(error)) return
       if (allocated(chosen)) map%modes = chosen
-      kept = check%kept
-      call take_modes(kept, map%modes, map%settings)
-      ! the runs of the map take these as they are
+      mode_count = check%kept
+      call take_modes(mode_count, map%modes, map%settings)
+      ! the runs of the map use these modes without further selection
       map%settings%response%keep_all_modes = .true.
       map%settings%response%mode_count = 0
       allocate (contacts, source=contacts_of(settings))
-      allocate (map%contacts(size(contacts)), map%value(kept, size(contacts)))
+      allocate (map%contacts(size(contacts)), map%value(mode_count, size(contacts)))
       do k = 1, size(contacts)
          call make_contact_state(contacts(k), map%contacts(k))
          map%value(:, k) = contacts(k)%sign*map%modes%mode(model%stop_dofs(contacts(k)%stop), :)
@@ -104,7 +105,7 @@ contains
       end do
    end subroutine open_section_map
 
-   !> Places of the harmonic loads among all, forces first.
+   !> Indices of the harmonic loads among all loads, forces first.
    pure function harmonic_loads(settings) result(places)
       type(run_settings_t), intent(in) :: settings
       integer, allocatable :: places(:)
@@ -116,7 +117,7 @@ contains
       places = pack([(g, g=1, size(courses))], courses%kind == course_harmonic)
    end function harmonic_loads
 
-   !> What varies, as it is in the settings.
+   !> Value of the parameter in the settings.
    pure function value_of_parameter(map) result(value)
       type(section_map_t), intent(in) :: map
       real(wp) :: value
@@ -126,12 +127,12 @@ contains
       value = 0.0_wp
       if (map%parameter == by_nothing) return
       allocate (courses, source=courses_of(map%settings))
-      associate (course => courses(place_of_load(map)))
+      associate (course => courses(index_of_load(map)))
          value = merge(course%amplitude, course%frequency, map%parameter == by_amplitude)
       end associate
    end function value_of_parameter
 
-   !> What that is, as in `quantity_table`.
+   !> Quantity of the parameter, as in `quantity_table`.
    pure function quantity_of(map) result(quantity)
       type(section_map_t), intent(in) :: map
       character(16) :: quantity
@@ -141,7 +142,7 @@ contains
       quantity = 'frequency'
       if (map%parameter /= by_amplitude) return
       forces = count_forces(map%settings)
-      associate (g => place_of_load(map))
+      associate (g => index_of_load(map))
          if (g > forces) then
             quantity = 'acceleration'
             if (map%settings%bases(g - forces)%quantity == base_displacement) quantity = 'displacement'
@@ -152,7 +153,7 @@ contains
       end associate
    end function quantity_of
 
-   pure function place_of_load(map) result(place)
+   pure function index_of_load(map) result(place)
       type(section_map_t), intent(in) :: map
       integer :: place
 
@@ -160,14 +161,14 @@ contains
 
       allocate (places, source=harmonic_loads(map%settings))
       place = places(map%load)
-   end function place_of_load
+   end function index_of_load
 
-   !> The settings with another value of the parameter, from a section on.
-   pure subroutine set_case(map, value, settings, period)
+   !> Settings with another value of the parameter, for a run that starts at the section.
+   pure subroutine set_parameter(map, value, settings, period)
       type(section_map_t), intent(in) :: map
       real(wp), intent(in) :: value
       type(run_settings_t), intent(out) :: settings
-      !> Of the loads then, tau
+      !> Period of the loads at that value, tau
       real(wp), intent(out) :: period
 
       real(wp), parameter :: one_turn = 2.0_wp*acos(-1.0_wp)
@@ -180,15 +181,15 @@ contains
       period = map%period/ratio
       forces = count_forces(settings)
       do g = 1, forces
-         call begin_later(settings%forces(g)%course)
+         call shift_phase(settings%forces(g)%course)
       end do
       if (allocated(settings%bases)) then
          do g = 1, size(settings%bases)
-            call begin_later(settings%bases(g)%course)
+            call shift_phase(settings%bases(g)%course)
          end do
       end if
       if (map%parameter /= by_amplitude) return
-      g = place_of_load(map)
+      g = index_of_load(map)
       if (g <= forces) then
          settings%forces(g)%course%amplitude = value
       else
@@ -197,37 +198,37 @@ contains
 
    contains
 
-      !> Its phase at the section is that of its beginning.
-      pure subroutine begin_later(course)
+      !> Set the initial phase of a harmonic to its phase at the section.
+      pure subroutine shift_phase(course)
          type(time_course_t), intent(inout) :: course
 
          if (course%kind /= course_harmonic) return
          course%phase = course%phase + one_turn*map%turn*anint(map%period*course%frequency/one_turn)
          course%frequency = ratio*course%frequency
-      end subroutine begin_later
-   end subroutine set_case
+      end subroutine shift_phase
+   end subroutine set_parameter
 
-   !> A run from a section on; without a state from the start of the scene.
+   !> Run from a section on; without a state, from the start of the scene.
    subroutine run_map(map, value, periods, state, response, error, samples)
       type(section_map_t), target, intent(inout) :: map
-      !> Of the parameter
+      !> Value of the parameter
       real(wp), intent(in) :: value
-      !> Its length in those of the loads
+      !> Length of the run in load periods
       real(wp), intent(in) :: periods
       type(section_state_t), intent(inout) :: state
-      !> Gets sections of phase 0
+      !> Receives the sections of phase 0
       type(response_t), intent(out) :: response
       !> Set when the run fails
       type(failure_t), allocatable, intent(out) :: error
-      !> So many sections at equal distances instead
+      !> Number of sections at equal intervals instead
       integer, intent(in), optional :: samples
 
-      ! a motion that has come so near to one that returns is taken for it
+      ! distance to a periodic motion below which the motion counts as periodic
       real(wp), parameter :: near = 1.0e-3_wp
       type(run_settings_t) :: settings
       real(wp) :: period
 
-      call set_case(map, value, settings, period)
+      call set_parameter(map, value, settings, period)
       settings%response%duration = periods*period
       settings%response%step = settings%response%duration
       if (allocated(settings%poincare)) deallocate (settings%poincare)
@@ -244,7 +245,7 @@ contains
       call exact_response(map%model, settings, response, error, map%modes, map%sets, state)
    end subroutine run_map
 
-   !> The map, and its derivative.
+   !> Evaluate the map and its derivative.
    subroutine evaluate_map(map, value, state, result)
       type(section_map_t), target, intent(inout) :: map
       real(wp), intent(in) :: value
@@ -269,7 +270,7 @@ contains
             tangent%memory(map%keeping(k), 2*modes + k) = 1.0_wp
          end do
          tangent%parameter = map%parameter
-         if (map%parameter /= by_nothing) tangent%load = place_of_load(map)
+         if (map%parameter /= by_nothing) tangent%load = index_of_load(map)
       end associate
       call run_map(map, value, real(map%periods, wp), result%end, result%response, error)
       result%failed = allocated(error)
@@ -283,7 +284,7 @@ contains
          derivative(modes + 1:2*modes, :) = tangent%v
          derivative(2*modes + 1:, :) = tangent%memory(map%keeping, :)
          if (map%parameter == by_frequency) then
-            ! the period is another, too
+            ! the period changes with the frequency, too
             length = result%response%sections%period*real(map%periods, wp)
             derivative(:, total + 1) = derivative(:, total + 1) - (length/value)*[tangent%begun%q, tangent%begun%v, &
                tangent%begun%memory(map%keeping)]
@@ -297,7 +298,7 @@ contains
       end associate
    end subroutine evaluate_map
 
-   !> State of the modes, and P2 of surfaces that keep one.
+   !> Unknowns of a state: modal displacements and velocities, and the forces P2 of the branches.
    pure function unknowns_of(map, state) result(x)
       type(section_map_t), intent(in) :: map
       type(section_state_t), intent(in) :: state
@@ -306,13 +307,13 @@ contains
       allocate (x, source=[state%q, state%v, state%branch_force(map%keeping)])
    end function unknowns_of
 
-   !> A state with other unknowns on the same surfaces.
-   pure subroutine put_unknowns(map, x, state, fits)
+   !> Set the unknowns of a state with the same closed contacts.
+   pure subroutine put_unknowns(map, x, state, is_admissible)
       type(section_map_t), intent(in) :: map
       real(wp), intent(in) :: x(:)
       type(section_state_t), intent(inout) :: state
-      !> It enters no surface
-      logical, intent(out) :: fits
+      !> The state penetrates no contact
+      logical, intent(out) :: is_admissible
 
       real(wp), parameter :: rounding = 1.0e-11_wp
       real(wp) :: gap
@@ -322,7 +323,7 @@ contains
       state%q = x(:n)
       state%v = x(n + 1:2*n)
       state%branch_force(map%keeping) = x(2*n + 1:)
-      fits = .true.
+      is_admissible = .true.
       do k = 1, size(map%contacts)
          gap = sum(map%value(:, k)*state%q) - map%contacts(k)%contact%height
          associate (contact => map%contacts(k))
@@ -333,59 +334,62 @@ contains
                   state%depth(k) = max(0.0_wp, -state%branch_force(k)/contact%spring%stiffness)
                   state%branch_force(k) = -contact%spring%stiffness*state%depth(k)
                end if
-               fits = fits .and. gap + state%depth(k) >= -rounding
+               is_admissible = is_admissible .and. gap + state%depth(k) >= -rounding
             end if
          end associate
       end do
    end subroutine put_unknowns
 
-   !> What counts for 1: in all modes the same energy, that of the whole motion.
+   !> Set the units of the unknowns: in each mode the displacement and velocity whose energy is the total energy of the
+   !> motion.
    pure subroutine find_units(map, state, range)
       type(section_map_t), intent(inout) :: map
       type(section_state_t), intent(in) :: state
-      !> Of the parameter
+      !> Range of the parameter
       real(wp), intent(in) :: range
 
-      real(wp) :: whole
+      real(wp) :: velocity_unit
 
       associate (frequency => sqrt(map%modes%square))
-         whole = sqrt(sum((frequency*state%q)**2) + sum(state%v**2))
-         if (.not. whole > 0.0_wp) whole = 1.0_wp
-         map%unit = [whole/frequency, spread(whole, 1, size(state%v)), spread(whole, 1, size(map%keeping)), range]
+         velocity_unit = sqrt(sum((frequency*state%q)**2) + sum(state%v**2))
+         if (.not. velocity_unit > 0.0_wp) velocity_unit = 1.0_wp
+         map%unit = [velocity_unit/frequency, spread(velocity_unit, 1, size(state%v)), &
+            spread(velocity_unit, 1, size(map%keeping)), range]
       end associate
    end subroutine find_units
 
-   !> Events near a section would jump across it: the section goes to the middle of the longest time without any.
-   subroutine turn_section(map, value, state, response, is_turned, error)
+   !> Shift the section to the middle of the longest interval without events if events lie near the section, because the
+   !> map jumps when an event passes the section.
+   subroutine turn_section(map, value, state, response, is_shifted, error)
       type(section_map_t), target, intent(inout) :: map
       real(wp), intent(in) :: value
-      !> Of a motion that returns
+      !> State of the periodic motion at the section
       type(section_state_t), intent(inout) :: state
-      !> The run through its periods
+      !> Run over the periods of the motion
       type(response_t), intent(in) :: response
-      logical, intent(out) :: is_turned
+      logical, intent(out) :: is_shifted
       type(failure_t), allocatable, intent(out) :: error
 
-      ! as a share of the period
+      ! relative to the period
       real(wp), parameter :: near = 0.01_wp
-      type(response_t) :: ignored
-      real(wp), allocatable :: instant(:), free(:)
-      real(wp) :: by, length
+      type(response_t) :: unused
+      real(wp), allocatable :: instant(:), interval(:)
+      real(wp) :: shift, length
       integer :: longest, n
 
-      is_turned = .false.
+      is_shifted = .false.
       n = response%event_count
       if (n == 0) return
       allocate (instant(n))
       instant = response%events(:n)%tau/response%sections%period
       length = real(map%periods, wp)
       if (instant(1) > near .and. instant(n) < length - near) return
-      free = [instant(2:), instant(1) + length] - instant
-      longest = maxloc(free, dim=1)
-      by = modulo(instant(longest) + 0.5_wp*free(longest), length)
-      call run_map(map, value, by, state, ignored, error)
-      map%turn = modulo(map%turn + by, 1.0_wp)
-      is_turned = .true.
+      interval = [instant(2:), instant(1) + length] - instant
+      longest = maxloc(interval, dim=1)
+      shift = modulo(instant(longest) + 0.5_wp*interval(longest), length)
+      call run_map(map, value, shift, state, unused, error)
+      map%turn = modulo(map%turn + shift, 1.0_wp)
+      is_shifted = .true.
    end subroutine turn_section
 
 end module section_map
