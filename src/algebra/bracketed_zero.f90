@@ -1,5 +1,5 @@
-!> The zero of a function of one number, evaluated by whoever looks for it: where it lies, where to look next, and, in
-!> one place, when it has been found.
+!> The zero of a function of one variable, evaluated by the caller: a bracket holds the zero, chooses the next point and
+!> decides, in one place, when the zero has been found.
 module bracketed_zero
    use kinds, only: wp
    implicit none (type, external)
@@ -7,25 +7,25 @@ module bracketed_zero
    public :: bracket_t, enter, go_to, chord
 
    type :: bracket_t
-      !> The function is positive at `low` and not at `high`; where it grows it is positive at `high` and not at `low`
+      !> The function is > 0 at `low` and <= 0 at `high`; if it grows, it is > 0 at `high` and <= 0 at `low`
       real(wp) :: low = 0.0_wp
       real(wp) :: high = 0.0_wp
       logical :: grows = .false.
-      !> Where it is to be evaluated; when it has been found, the zero
+      !> Next point to evaluate; once found, the zero
       real(wp) :: point = 0.0_wp
       logical :: is_found = .false.
-      !> Found where its magnitude is no greater than this; negative: an end of the bracket is wanted
+      !> The zero is found if the magnitude of the value does not exceed this; negative: an end of the bracket is wanted
       real(wp) :: least_value = 0.0_wp
-      !> or the step to the next point no longer than this share of the point, or so many distances of neighbouring
-      !> numbers
+      !> The zero is found if the step to the next point does not exceed this share of the point, or this number of
+      !> spacings of floating-point numbers
       real(wp) :: least_step = 0.0_wp
       real(wp) :: neighbours = 0.0_wp
-      !> or the bracket no longer than this share of its end; negative: never
+      !> The zero is found if the length of the bracket does not exceed this share of its end; negative: never
       real(wp) :: least_length = -1.0_wp
-      !> or after so many looks
+      !> The search ends after this number of evaluations
       integer :: most_evaluations = 200
       integer :: evaluations = 0
-      !> Values at the ends, for the chord; that of an end that stays is halved (Illinois)
+      !> Values at the ends, for the chord; the value of an end that stays is halved (Illinois method)
       real(wp) :: value_low = 0.0_wp
       real(wp) :: value_high = 0.0_wp
       integer :: last_side = 0
@@ -33,7 +33,7 @@ module bracketed_zero
 
 contains
 
-   !> Enter the value at the point.
+   !> Enter the value of the function at the point.
    elemental subroutine enter(bracket, value)
       type(bracket_t), intent(inout) :: bracket
       real(wp), intent(in) :: value
@@ -56,10 +56,11 @@ contains
          bracket%high - bracket%low <= bracket%least_length*abs(bracket%high)
    end subroutine enter
 
-   !> Go to the next point, unless the zero has been found.
+   !> Choose the next point, unless the zero has been found.
    elemental subroutine go_to(bracket, proposal)
       type(bracket_t), intent(inout) :: bracket
-      !> Taken where it lies inside the bracket, so that each look shrinks that, else the middle; absent: the middle
+      !> Next point if it lies inside the bracket, so that each evaluation shortens the bracket; else, or absent: the
+      !> middle
       real(wp), intent(in), optional :: proposal
 
       real(wp) :: next
@@ -73,7 +74,7 @@ contains
       if (.not. bracket%is_found) bracket%point = next
    end subroutine go_to
 
-   !> Where the chord passes zero, and the middle now and then.
+   !> Zero of the chord between the ends of the bracket; every eighth time the middle of the bracket.
    elemental function chord(bracket) result(point)
       type(bracket_t), intent(in) :: bracket
       real(wp) :: point

@@ -1,5 +1,5 @@
-!> z >= 0 with w = A z + q >= 0 and z_i w_i = 0: forces or impulses that push, gaps or rates that do not close
-!> (docs/theory.md, section 17). There is one solution where A is positive definite.
+!> Linear complementarity problem: z >= 0, w = A z + q >= 0 and z_i w_i = 0, with z contact forces or impulses, w gaps
+!> or their rates (docs/theory.md, section 17). If A is positive definite, the solution is unique.
 module complementarity
    use kinds, only: wp
    implicit none (type, external)
@@ -8,9 +8,9 @@ module complementarity
 
 contains
 
-   !> The first component that is negative changes sides (Murty, Linear Algebra Appl. 5 (1972) 65). With a positive
-   !> definite matrix this ends; where rounding keeps it from ending, the set that is violated least is taken. The
-   !> values follow from the final set alone.
+   !> Principal pivoting: the first component that is negative changes between the active and the inactive set (Murty,
+   !> Linear Algebra Appl. 5 (1972) 65). With a positive definite matrix this ends; if rounding prevents the end, the
+   !> set with the minimum violation is taken. The values follow from the final set alone.
    pure subroutine solve_complementarity(matrix, right, solution, is_positive, is_equation)
       !> A, symmetric, positive definite, [n, n]
       real(wp), intent(in) :: matrix(:, :)
@@ -18,51 +18,51 @@ contains
       real(wp), intent(in) :: right(:)
       !> z, [n]
       real(wp), intent(out) :: solution(:)
-      !> Where w is zero and z may be positive, [n]
+      !> True: w is zero and z may be positive (the active set), [n]
       logical, intent(out) :: is_positive(:)
-      !> Where w is zero and z may have either sign, [n]; not given: nowhere
+      !> True: an equation; w is zero and z may have either sign, [n]; default: none
       logical, intent(in), optional :: is_equation(:)
 
-      integer, parameter :: most_rounds = 1000
-      logical :: least_set(size(right)), is_free(size(right))
-      real(wp) :: violation(size(right)), least
+      integer, parameter :: max_pivots = 1000
+      logical :: best_set(size(right)), is_free(size(right))
+      real(wp) :: violation(size(right)), min_violation
       integer :: first, round
 
       is_free = .false.
       if (present(is_equation)) is_free = is_equation
       is_positive = is_free
       if (size(right) == 1) then
-         ! the one contact of most runs, without room for matrices
+         ! a single contact, as in most runs: no matrices are allocated
          is_positive = is_free .or. right < 0.0_wp
          solution = merge(-right/matrix(1, 1), 0.0_wp, is_positive)
          return
       end if
-      least_set = .false.
-      least = huge(1.0_wp)
-      do round = 1, most_rounds
+      best_set = .false.
+      min_violation = huge(1.0_wp)
+      do round = 1, max_pivots
          call solve_active(matrix, right, is_positive, solution)
          violation = merge(0.0_wp, violations(matrix, right, is_positive, solution), is_free)
          first = findloc(violation > 0.0_wp, .true., dim=1)
          if (first == 0) exit
-         if (maxval(violation) < least) then
-            least = maxval(violation)
-            least_set = is_positive
+         if (maxval(violation) < min_violation) then
+            min_violation = maxval(violation)
+            best_set = is_positive
          end if
          is_positive(first) = .not. is_positive(first)
       end do
       if (first > 0) then
-         is_positive = least_set
+         is_positive = best_set
          call solve_active(matrix, right, is_positive, solution)
       end if
       solution = merge(solution, max(solution, 0.0_wp), is_free)
    end subroutine solve_complementarity
 
-   !> By how much, relative to its terms, each component is beyond rounding negative.
+   !> Relative magnitude by which each component is negative beyond rounding; 0 if it is not negative.
    pure function violations(matrix, right, is_positive, solution) result(violation)
       !> A and q
       real(wp), intent(in) :: matrix(:, :)
       real(wp), intent(in) :: right(:)
-      !> The active set, and its solution
+      !> The active set and its solution
       logical, intent(in) :: is_positive(:)
       real(wp), intent(in) :: solution(:)
       real(wp) :: violation(size(right))
@@ -84,8 +84,8 @@ contains
       end do
    end function violations
 
-   !> A z + q = 0 on the active set, z = 0 beside it: Cholesky's elimination without pivoting. An equation that depends
-   !> on those before it is left out.
+   !> A z + q = 0 on the active set, z = 0 elsewhere, by Cholesky's elimination without pivoting. An equation that
+   !> depends linearly on those before it is left out.
    pure subroutine solve_active(matrix, right, is_positive, solution)
       !> A and q
       real(wp), intent(in) :: matrix(:, :)
@@ -96,21 +96,21 @@ contains
 
       real(wp) :: rows(size(right), size(right))
       integer :: i, j, n
-      logical :: stays(size(right))
+      logical :: is_independent(size(right))
 
       n = size(right)
       rows = matrix
       solution = merge(-right, 0.0_wp, is_positive)
-      stays = is_positive
+      is_independent = is_positive
       do j = 1, n
-         if (.not. stays(j)) cycle
-         stays(j) = rows(j, j) > 4.0_wp*epsilon(1.0_wp)*matrix(j, j)
-         if (.not. stays(j)) then
+         if (.not. is_independent(j)) cycle
+         is_independent(j) = rows(j, j) > 4.0_wp*epsilon(1.0_wp)*matrix(j, j)
+         if (.not. is_independent(j)) then
             solution(j) = 0.0_wp
             cycle
          end if
          do i = j + 1, n
-            if (.not. stays(i)) cycle
+            if (.not. is_independent(i)) cycle
             associate (factor => rows(i, j)/rows(j, j))
                rows(i, j + 1:) = rows(i, j + 1:) - factor*rows(j, j + 1:)
                solution(i) = solution(i) - factor*solution(j)
@@ -118,34 +118,34 @@ contains
          end do
       end do
       do j = n, 1, -1
-         if (.not. stays(j)) cycle
+         if (.not. is_independent(j)) cycle
          do i = j + 1, n
-            if (stays(i)) solution(j) = solution(j) - rows(j, i)*solution(i)
+            if (is_independent(i)) solution(j) = solution(j) - rows(j, i)*solution(i)
          end do
          solution(j) = solution(j)/rows(j, j)
       end do
    end subroutine solve_active
 
-   !> Forces, of either sign, that close gaps below zero: the worst of them first, then the worst of those still below
-   !> it together with those before, so that of gaps at one place no more than one takes part.
+   !> Forces, of either sign, that close negative gaps. The most negative gap is closed first, then the most negative
+   !> one that remains together with those before, so that of several gaps at one point only one takes part.
    pure subroutine close_gaps(compliance, gap, noise, force)
-      !> Change of each gap by a force at another, symmetric, [gaps, gaps]
+      !> Change of each gap per unit force at each other gap, symmetric, [gaps, gaps]
       real(wp), intent(in) :: compliance(:, :)
       real(wp), intent(in) :: gap(:)
       !> Rounding errors of the gaps
       real(wp), intent(in) :: noise(:)
       real(wp), intent(out) :: force(:)
 
-      real(wp) :: now(size(gap))
+      real(wp) :: current_gap(size(gap))
       logical :: is_closed(size(gap))
       integer :: round, worst
 
       force = 0.0_wp
       is_closed = .false.
       do round = 1, size(gap)
-         now = merge(0.0_wp, gap + matmul(compliance, force) + noise, is_closed)
-         worst = minloc(now, dim=1)
-         if (now(worst) >= 0.0_wp) return
+         current_gap = merge(0.0_wp, gap + matmul(compliance, force) + noise, is_closed)
+         worst = minloc(current_gap, dim=1)
+         if (current_gap(worst) >= 0.0_wp) return
          is_closed(worst) = .true.
          call solve_active(compliance, gap, is_closed, force)
       end do

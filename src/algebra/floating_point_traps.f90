@@ -1,30 +1,30 @@
-!> Floating-point traps, which debug builds switch on, kept away from libraries that use infinities and NaNs
-!> on purpose: LAPACK's DGEJSV scales by what may overflow and looks at the result.
+!> Suspends floating-point traps, which debug builds enable, around libraries that use infinities and NaNs on purpose:
+!> LAPACK's DGEJSV scales by numbers that may overflow, then tests the result.
 module floating_point_traps
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode
    implicit none (type, external)
    private
    public :: traps_t, suspend_traps, resume_traps
 
-   !> Which exceptions halted before.
+   !> The exceptions that halted the program before the suspension.
    type :: traps_t
       logical :: halting(size(ieee_all)) = .false.
    end type traps_t
 
 contains
 
-   !> No exception halts from here on.
+   !> Disable all traps.
    subroutine suspend_traps(traps)
-      !> What was on, for `resume_traps`
+      !> Traps that were enabled, for `resume_traps`
       type(traps_t), intent(out) :: traps
 
       call ieee_get_halting_mode(ieee_all, traps%halting)
       if (any(traps%halting)) call ieee_set_halting_mode(ieee_all, .false.)
    end subroutine suspend_traps
 
-   !> As it was before; what was raised in between is forgotten.
+   !> Restore the traps; exceptions raised in between are cleared.
    subroutine resume_traps(traps)
-      !> From `suspend_traps`
+      !> Traps from `suspend_traps`
       type(traps_t), intent(in) :: traps
 
       call ieee_set_flag(ieee_all, .false.)

@@ -1,4 +1,4 @@
-!> Explicit interfaces of the LAPACK and BLAS routines that the program calls, and what their `info` means.
+!> Explicit interfaces of the LAPACK and BLAS routines that the program calls, and their `info` as a message.
 module lapack_interfaces
    use kinds, only: wp
    use number_text, only: to_text
@@ -17,8 +17,8 @@ module lapack_interfaces
          real(wp), intent(out) :: w(*), work(*)
          integer, intent(out) :: info
       end subroutine dsygv
-      !> Singular values to high relative accuracy, and on request vectors, by one-sided Jacobi
-      !> rotations; they are s work(1)/work(2).
+      !> Singular values to high relative accuracy, and on request singular vectors, by one-sided Jacobi rotations; the
+      !> singular values are s work(1)/work(2).
       subroutine dgejsv(joba, jobu, jobv, jobr, jobt, jobp, m, n, a, lda, s, u, ldu, v, ldv, work, lwork, iwork, info)
          import :: wp
          implicit none (type, external)
@@ -47,7 +47,7 @@ module lapack_interfaces
          real(wp), intent(out) :: z(ldz, *), work(*)
          integer, intent(out) :: iwork(*), info
       end subroutine dstevd
-      !> X of A X = B replaces B, by the factors of A, which replace it.
+      !> Solve A X = B. X replaces B; the factors of A replace A.
       subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
          import :: wp
          implicit none (type, external)
@@ -102,7 +102,7 @@ contains
       character(*), intent(in) :: routine
       !> What it returned, not 0
       integer, intent(in) :: info
-      !> Order of the problem; for DSYGV an `info` above it blames the mass matrix
+      !> Order of the problem; an `info` of DSYGV above it refers to the mass matrix
       integer, intent(in) :: order
       character(:), allocatable :: message
 

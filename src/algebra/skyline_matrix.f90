@@ -1,6 +1,5 @@
-!> Symmetric matrices in skyline (profile) storage: of each column only the entries from its first
-!> non-zero down to the diagonal are kept, so that a beam numbered along its axis costs O(n) in
-!> storage, product, factorisation and solve.
+!> Symmetric matrices in skyline (profile) storage: each column is stored from its first non-zero entry down to the
+!> diagonal, so that for a beam numbered along its axis storage, product, factorisation and solution cost O(n).
 !>
 !> Bathe, Finite Element Procedures, section 8.2 (active column solution).
 module skyline_matrix
@@ -19,7 +18,7 @@ module skyline_matrix
       integer :: order = 0
       !> Row of the first stored entry of each column, [order]
       integer, allocatable :: first_row(:)
-      !> Place of each column's diagonal in `values`, [order]
+      !> Index of each column's diagonal entry in `values`, [order]
       integer, allocatable :: diagonal(:)
       !> Stored entries, column after column, each from `first_row` down to the diagonal
       real(wp), allocatable :: values(:)
@@ -49,9 +48,9 @@ contains
 
    !> Add an element matrix.
    pure subroutine add_element(matrix, dofs, element)
-      !> The matrix that grows; its profile must hold every pair of `dofs`
+      !> The matrix; its profile must contain every pair of `dofs`
       type(skyline_t), intent(inout) :: matrix
-      !> Row in `matrix` of each row of `element`; 0: held, left out
+      !> Row in `matrix` of each row of `element`; 0: fixed, left out
       integer, intent(in) :: dofs(:)
       !> Symmetric element matrix, [size(dofs), size(dofs)]
       real(wp), intent(in) :: element(:, :)
@@ -72,7 +71,7 @@ contains
    pure subroutine add_to_diagonal(matrix, row, value)
       type(skyline_t), intent(inout) :: matrix
       integer, intent(in) :: row
-      !> What is added
+      !> Value to be added
       real(wp), intent(in) :: value
 
       associate (entry => matrix%values(matrix%diagonal(row)))
@@ -121,12 +120,12 @@ contains
 
    !> Factorise A = L D L^T in place; L has a unit diagonal, D stands on the diagonal.
    !>
-   !> Fails when a pivot is so small against its diagonal entry that nothing of it is left (the
-   !> matrix is singular to working precision), is not finite, or, where `positive` asks for it, is negative.
+   !> Fails if a pivot is so small against its diagonal entry that no digit of it is significant (the matrix is singular
+   !> to working precision), is not finite, or is negative although `positive` is true.
    pure subroutine factorise(matrix, error, positive)
-      !> A; the factors on return
+      !> In: A. Out: its factors
       type(skyline_t), intent(inout) :: matrix
-      !> Set when a pivot is refused; names its row
+      !> Set if a pivot is refused; the message has its row
       type(failure_t), allocatable, intent(out) :: error
       !> Demand positive pivots (default true); false for K - sigma M
       logical, intent(in), optional :: positive
@@ -173,7 +172,7 @@ contains
    pure subroutine solve_factorised(factors, x)
       !> L D L^T from `factorise`
       type(skyline_t), intent(in) :: factors
-      !> b; x on return, [order]
+      !> In: b. Out: x, [order]
       real(wp), intent(inout) :: x(:)
 
       integer :: column, row, offset
@@ -209,7 +208,7 @@ contains
       count_negative = count(factors%values(factors%diagonal) < 0.0_wp)
    end function negative_pivots
 
-   !> The whole matrix, both triangles.
+   !> The matrix as a full array, both triangles.
    pure function to_dense(matrix) result(dense)
       type(skyline_t), intent(in) :: matrix
       real(wp) :: dense(matrix%order, matrix%order)

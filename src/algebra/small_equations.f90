@@ -1,4 +1,4 @@
-!> A few complex equations, by elimination with pivots from each column.
+!> Small systems of complex linear equations, by Gaussian elimination with row scaling and partial pivoting.
 module small_equations
    use kinds, only: wp
    implicit none (type, external)
@@ -7,11 +7,11 @@ module small_equations
 
 contains
 
-   !> Solve them.
+   !> Solve A X = B.
    pure function solve_small(matrix, right) result(solution)
-      !> [size, size]
+      !> A, [size, size]
       complex(wp), intent(in) :: matrix(:, :)
-      !> [size, number]
+      !> B, [size, number of right-hand sides]
       complex(wp), intent(in) :: right(:, :)
       complex(wp) :: solution(size(right, 1), size(right, 2))
 
@@ -22,25 +22,25 @@ contains
       call eliminate(a, solution)
    end function solve_small
 
-   !> The same in place.
+   !> Solve A X = B in place.
    pure subroutine eliminate(a, solution)
-      !> The matrix; it is lost, [size, size]
+      !> In: A. Out: undefined, [size, size]
       complex(wp), intent(inout) :: a(:, :)
-      !> Right sides in, solutions out, [size, number]
+      !> In: B. Out: X, [size, number of right-hand sides]
       complex(wp), intent(inout) :: solution(:, :)
 
-      complex(wp) :: factor, held
-      real(wp) :: greatest
+      complex(wp) :: factor, swap
+      real(wp) :: max_size
       integer :: i, j, k, n, pivot
 
       n = size(a, 1)
       do i = 1, n
-         greatest = tiny(1.0_wp)
+         max_size = tiny(1.0_wp)
          do j = 1, n
-            greatest = max(greatest, size_of(a(i, j)))
+            max_size = max(max_size, size_of(a(i, j)))
          end do
-         a(i, :) = a(i, :)/greatest
-         solution(i, :) = solution(i, :)/greatest
+         a(i, :) = a(i, :)/max_size
+         solution(i, :) = solution(i, :)/max_size
       end do
       do k = 1, n
          pivot = k
@@ -49,14 +49,14 @@ contains
          end do
          if (pivot /= k) then
             do j = 1, n
-               held = a(k, j)
+               swap = a(k, j)
                a(k, j) = a(pivot, j)
-               a(pivot, j) = held
+               a(pivot, j) = swap
             end do
             do j = 1, size(solution, 2)
-               held = solution(k, j)
+               swap = solution(k, j)
                solution(k, j) = solution(pivot, j)
-               solution(pivot, j) = held
+               solution(pivot, j) = swap
             end do
          end if
          if (size_of(a(k, k)) <= tiny(1.0_wp)) a(k, k) = tiny(1.0_wp)

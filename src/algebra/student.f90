@@ -1,4 +1,4 @@
-!> Student's distribution, from which error bars of means of few values follow.
+!> Student's t distribution, for the confidence intervals of means of few values.
 module student
    use kinds, only: pi, wp
    implicit none (type, external)
@@ -7,9 +7,9 @@ module student
 
 contains
 
-   !> What the size of Student's t exceeds with so much of its probability left.
+   !> The bound that |t| does not exceed with a given probability.
    pure function student_quantile(confidence, freedom) result(t)
-      !> Probability that it does not, 0 to 1
+      !> Probability that |t| is within the bound, 0 to 1
       real(wp), intent(in) :: confidence
       !> Degrees of freedom, >= 1
       integer, intent(in) :: freedom
@@ -17,7 +17,7 @@ contains
 
       real(wp) :: high, low, middle
 
-      ! of the angle atan(t/sqrt(freedom)), which is bounded
+      ! bisection on the angle atan(t/sqrt(freedom)), which is bounded
       low = 0.0_wp
       high = 0.5_wp*pi
       do
@@ -32,7 +32,7 @@ contains
       t = sqrt(real(freedom, wp))*tan(middle)
    end function student_quantile
 
-   !> That |t| <= sqrt(freedom) tan(angle): a finite sum.
+   !> Probability that |t| <= sqrt(freedom) tan(angle), as a finite sum.
    pure function probability_within(angle, freedom) result(probability)
       real(wp), intent(in) :: angle
       integer, intent(in) :: freedom

@@ -1,4 +1,4 @@
-!> Cubic splines through points.
+!> Interpolating cubic splines.
 module cubic_splines
    use kinds, only: wp
    implicit none (type, external)
@@ -7,16 +7,16 @@ module cubic_splines
 
 contains
 
-   !> Second derivatives at its points of the cubic spline that at each end has no slope or is straight.
+   !> Second derivatives of the cubic spline at its points. At each end either its slope or its curvature is zero.
    pure function spline_curvature(x, y, is_flat) result(curvature)
-      !> Ascending, two or more
+      !> Coordinates of the points, ascending, two or more
       real(wp), intent(in) :: x(:)
       real(wp), intent(in) :: y(:)
-      !> At the first and the last point: has it no slope there? Else no curvature
+      !> At the first and the last point: true: zero slope; false: zero curvature
       logical, intent(in) :: is_flat(2)
       real(wp) :: curvature(size(x))
 
-      ! of each stretch, and of those before the first and after the last
+      ! of each interval, and of two of zero length before the first and after the last
       real(wp), dimension(0:size(x)) :: length, slope
       real(wp), dimension(size(x)) :: diagonal, lower, upper
       real(wp) :: factor
@@ -52,21 +52,22 @@ contains
       end do
    end function spline_curvature
 
-   !> Slopes at its points of the same spline, but no steeper than brings twice the steps of the values near by over the
-   !> longer stretch beside the point: next to a stretch much shorter than its neighbours, a jump, the spline would
-   !> swing far beyond all values. It then has a curvature that jumps there; of points that lie evenly none is limited.
+   !> Slopes of the spline at its points, with a limit: a slope times the longer interval beside its point is at most
+   !> twice the largest change of the values near by. Next to an interval much shorter than its neighbours, a jump, the
+   !> spline would otherwise overshoot far. A limited slope makes the curvature discontinuous; at evenly spaced points
+   !> no slope is limited.
    pure function spline_slope(x, y, is_flat) result(slope)
-      !> Ascending, two or more
+      !> Coordinates of the points, ascending, two or more
       real(wp), intent(in) :: x(:)
       real(wp), intent(in) :: y(:)
-      !> At the first and the last point: has it no slope there? Else no curvature
+      !> At the first and the last point: true: zero slope; false: zero curvature
       logical, intent(in) :: is_flat(2)
       real(wp) :: slope(size(x))
 
-      real(wp), parameter :: most_steps = 2.0_wp
+      real(wp), parameter :: max_ratio = 2.0_wp
       real(wp), dimension(size(x)) :: curvature
       real(wp), dimension(size(x) - 1) :: length, step
-      real(wp) :: most
+      real(wp) :: max_slope
       integer :: k, n
 
       n = size(x)
@@ -78,9 +79,9 @@ contains
       if (is_flat(1)) slope(1) = 0.0_wp
       if (is_flat(2)) slope(n) = 0.0_wp
       do k = 1, n
-         most = most_steps*maxval(abs(step(max(1, k - 2):min(n - 1, k + 1)))) &
+         max_slope = max_ratio*maxval(abs(step(max(1, k - 2):min(n - 1, k + 1)))) &
             /maxval(length(max(1, k - 1):min(n - 1, k)))
-         slope(k) = sign(min(abs(slope(k)), most), slope(k))
+         slope(k) = sign(min(abs(slope(k)), max_slope), slope(k))
       end do
    end function spline_slope
 

@@ -1,4 +1,4 @@
-!> Numeric kinds and the constants that every part of the program shares.
+!> Numeric kinds, and constants that all parts of the program use.
 module kinds
    use, intrinsic :: iso_fortran_env, only: int64, real64
    implicit none (type, external)
@@ -11,7 +11,7 @@ module kinds
    integer, parameter :: i8 = int64
 
    real(wp), parameter :: pi = 3.141592653589793_wp
-   !> First root of 1 + cos k cosh k = 0: the uniform cantilever, without tip mass.
+   !> First root of 1 + cos k cosh k = 0, of a uniform cantilever without tip mass.
    real(wp), parameter :: lambda1 = 1.875104068711961_wp
    !> lambda1^4, the square of omega1 where E Ibar = rho Abar = L = 1.
    real(wp), parameter :: lambda1_power4 = lambda1**4

@@ -1,4 +1,4 @@
-!> Which of the known names did the user mean?
+!> Finds the known name that the user probably meant.
 module near_names
    implicit none (type, external)
    private
@@ -6,12 +6,12 @@ module near_names
 
 contains
 
-   !> Position of the candidate nearest to `name`; 0 if none is near enough to be a slip of the hand
-   !> (one edit for every three letters, at least one). Case counts; trailing blanks do not.
+   !> Index of the candidate nearest to `name`; 0 if no candidate is near enough to be a typing error (one edit for
+   !> every three letters, at least one). The comparison is sensitive to case; trailing blanks do not count.
    pure function nearest_name(name, candidates) result(position)
-      !> What the user wrote
+      !> Name that the user wrote
       character(*), intent(in) :: name
-      !> What there is, padded with blanks
+      !> Known names, padded with blanks
       character(*), intent(in) :: candidates(:)
       integer :: position
 
@@ -30,8 +30,8 @@ contains
       end do
    end function nearest_name
 
-   !> Fewest insertions, deletions, replacements and swaps of neighbours that turn one text into the
-   !> other, no part edited twice (the restricted Damerau-Levenshtein distance).
+   !> Minimum number of insertions, deletions, replacements and swaps of neighbours that turn one text into the other if
+   !> no part is edited twice (the restricted Damerau-Levenshtein distance).
    pure function edit_distance(from, to) result(distance)
       character(*), intent(in) :: from
       character(*), intent(in) :: to

@@ -1,4 +1,4 @@
-!> Numbers in messages and tables: the fewest digits that read back to the same number.
+!> Numbers as text in messages and tables, with the minimum number of digits that read back to the same number.
 module number_text
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
    use kinds, only: i8, wp
@@ -6,7 +6,7 @@ module number_text
    private
    public :: to_text, rounded
 
-   !> `to_text(value)`: an integer or a real in words, without blanks.
+   !> `to_text(value)`: an integer or a real as text, without blanks.
    interface to_text
       module procedure integer_to_text, long_integer_to_text, real_to_text
    end interface to_text
@@ -30,12 +30,12 @@ contains
       text = trim(buffer)
    end function long_integer_to_text
 
-   !> Such as 0.075, 1e-4 (for 1.0e-4), 200000 and 1e6.
+   !> A real as text, such as 0.075, 1e-4 (for 1.0e-4), 200000 and 1e6.
    pure function real_to_text(value) result(text)
       real(wp), intent(in) :: value
       character(:), allocatable :: text
 
-      integer, parameter :: most_digits = 17
+      integer, parameter :: max_digits = 17
       ! A larger number, rounded up, may overflow when it is read back
       real(wp), parameter :: largest_read_back = 1.0e300_wp
       character(32) :: buffer
@@ -55,7 +55,7 @@ contains
          return
       end if
 
-      do count = 1, most_digits
+      do count = 1, max_digits
          write (layout, '(a, i0, a)') '(es32.', count - 1, 'e3)'
          write (buffer, layout) abs(value)
          if (abs(value) > largest_read_back) cycle
@@ -65,11 +65,11 @@ contains
       buffer = adjustl(buffer)
       digits = buffer(1:1)//buffer(3:index(buffer, 'E') - 1)
       read (buffer(index(buffer, 'E') + 1:), *) exponent
-      text = placed(digits, exponent)
+      text = format_digits(digits, exponent)
       if (value < 0.0_wp) text = '-'//text
    end function real_to_text
 
-   !> Six digits at most, without those that converting units leaves at the end.
+   !> A real as text with at most six digits, which hide the rounding errors of a conversion of units.
    pure function rounded(value) result(text)
       real(wp), intent(in) :: value
       character(:), allocatable :: text
@@ -82,9 +82,9 @@ contains
       text = to_text(short)
    end function rounded
 
-   !> The digits d, ddd times ten to the exponent, with a decimal point or an exponent as is shorter.
-   pure function placed(digits, exponent) result(text)
-      !> Significant digits; the point belongs behind the first
+   !> The number d.ddd times a power of ten, with a decimal point or with an exponent, whichever is shorter.
+   pure function format_digits(digits, exponent) result(text)
+      !> Significant digits; the decimal point is after the first
       character(*), intent(in) :: digits
       !> Power of ten
       integer, intent(in) :: exponent
@@ -106,6 +106,6 @@ contains
          if (count > 1) text = text//'.'//digits(2:)
          text = text//'e'//integer_to_text(exponent)
       end if
-   end function placed
+   end function format_digits
 
 end module number_text

@@ -1,4 +1,4 @@
-!> What of a text can be shown: characters of UTF-8 that do not upset a terminal.
+!> The part of a text that a terminal can show: UTF-8 characters without control characters.
 module printable_text
    implicit none (type, external)
    private
@@ -6,41 +6,41 @@ module printable_text
 
 contains
 
-   !> Bytes of the character that a text begins with; 0: it begins with a control character or with what is not UTF-8.
+   !> Number of bytes of the first character of a text; 0: the text begins with a control character or is not UTF-8.
    pure function character_bytes(text) result(bytes)
       !> The text, not empty
       character(*), intent(in) :: text
       integer :: bytes
 
-      ! Codes of the bytes that follow the first; those of the second depend on it
-      integer, parameter :: least = 128, most = 191
-      integer :: second_least, second_most, i
+      ! Range of the bytes after the first; the range of the second byte depends on the first
+      integer, parameter :: min_code = 128, max_code = 191
+      integer :: second_min, second_max, i
 
-      second_least = least
-      second_most = most
+      second_min = min_code
+      second_max = max_code
       select case (ichar(text(1:1)))
       case (32:126)
          bytes = 1
       case (194)
-         ! The first 32 of these are control characters
+         ! The first 32 of these codes are control characters
          bytes = 2
-         second_least = 160
+         second_min = 160
       case (195:223)
          bytes = 2
       case (224)
          bytes = 3
-         second_least = 160
+         second_min = 160
       case (237)
          bytes = 3
-         second_most = 159
+         second_max = 159
       case (225:236, 238:239)
          bytes = 3
       case (240)
          bytes = 4
-         second_least = 144
+         second_min = 144
       case (244)
          bytes = 4
-         second_most = 143
+         second_max = 143
       case (241:243)
          bytes = 4
       case default
@@ -49,14 +49,14 @@ contains
       if (bytes > len(text)) bytes = 0
       do i = 2, bytes
          associate (code => ichar(text(i:i)))
-            if (code < second_least .or. code > second_most) bytes = 0
+            if (code < second_min .or. code > second_max) bytes = 0
          end associate
-         second_least = least
-         second_most = most
+         second_min = min_code
+         second_max = max_code
       end do
    end function character_bytes
 
-   !> Number of characters; -1: some cannot be shown.
+   !> Number of characters; -1: some characters cannot be shown.
    pure function character_count(text) result(count)
       character(*), intent(in) :: text
       integer :: count
@@ -76,7 +76,7 @@ contains
       end do
    end function character_count
 
-   !> The start of a text, fit for one line of a message: up to the end of its line, at most 40 characters, a question
+   !> The start of a text for one line of a message: up to the end of the line, at most 40 characters, with a question
    !> mark for each byte that cannot be shown.
    pure function excerpt(text) result(short)
       character(*), intent(in) :: text

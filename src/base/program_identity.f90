@@ -1,15 +1,16 @@
-!> The programs of the project, each of which takes the groups of scene files that concern it.
+!> The programs of the project. Each program reads the groups of a scene file that concern it.
 module program_identity
    implicit none (type, external)
    private
    public :: program_name, program_version, name_of_program
    public :: program_motion, program_paper, program_benchmark, program_any, in_motion_and_benchmark
 
-   !> Attribute `program` of the files that they write
+   !> Attribute `program` of the files that the programs write
    character(*), parameter :: program_name = 'impactbeam'
    character(*), parameter :: program_version = '0.1.0'
 
-   !> Runs, frequencies, sweeps, cases; the statements of the paper; run time against error. A sum of them is several.
+   !> Programs as bits: motion (runs, frequencies, sweeps, cases), statements of the paper, benchmark of run time
+   !> against error. A sum of them stands for several programs.
    integer, parameter :: program_motion = 1
    integer, parameter :: program_paper = 2
    integer, parameter :: program_benchmark = 4
@@ -18,7 +19,7 @@ module program_identity
 
 contains
 
-   !> What the user types for it; of several, the first.
+   !> Command name of a program; of several, the first one.
    pure function name_of_program(program) result(name)
       !> One of the `program_` constants, or a sum of them
       integer, intent(in) :: program

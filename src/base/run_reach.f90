@@ -1,4 +1,4 @@
-!> How far the one run of a scene has come, for who watches it: time simulated over duration.
+!> Progress of the single run of a scene: simulated time over duration, for a progress line.
 module run_reach
    use, intrinsic :: iso_c_binding, only: c_double, c_loc, c_ptr
    use kinds, only: wp
@@ -8,32 +8,32 @@ module run_reach
 
    !> 0 to 1; a timer reads it at any moment
    real(c_double), volatile, target :: reach = 0.0_c_double
-   !> One run of one thread is looked at; sweeps count their cases
-   logical :: is_watched = .false.
+   !> True during a single run in one thread; sweeps report their cases instead
+   logical :: is_enabled = .false.
 
 contains
 
-   !> From now on a run tells how far it is.
+   !> Enable reports of progress.
    subroutine watch_reach()
       reach = 0.0_c_double
-      is_watched = .true.
+      is_enabled = .true.
    end subroutine watch_reach
 
-   !> No run tells it any more.
+   !> Disable reports of progress.
    subroutine forget_reach()
-      is_watched = .false.
+      is_enabled = .false.
       reach = 0.0_c_double
    end subroutine forget_reach
 
-   !> So far is the run that is watched, if one is.
+   !> Report the progress of the run, if reports are enabled.
    subroutine tell_reach(time, duration)
       real(wp), intent(in) :: time
       real(wp), intent(in) :: duration
 
-      if (is_watched) reach = real(time/duration, c_double)
+      if (is_enabled) reach = real(time/duration, c_double)
    end subroutine tell_reach
 
-   !> Where the fraction is, for what is not written in Fortran.
+   !> Address of the progress, for code that is not written in Fortran.
    function place_of_reach() result(place)
       type(c_ptr) :: place
 

@@ -1,4 +1,4 @@
-!> The order of numbers.
+!> Sorting of numbers.
 module sorting
    use kinds, only: wp
    implicit none (type, external)
@@ -7,8 +7,8 @@ module sorting
 
 contains
 
-   !> Places of numbers from the least to the greatest; of equal ones the first stays the first. By insertion from the
-   !> end: a list that is in order costs one look at each.
+   !> Indices of numbers in ascending order; equal numbers stay in their order. Insertion sort from the end, which needs
+   !> one comparison per number if they are already in order.
    pure function ascending_order(values) result(order)
       real(wp), intent(in) :: values(:)
       integer :: order(size(values))
@@ -24,10 +24,11 @@ contains
       end do
    end function ascending_order
 
-   !> Columns of a matrix in another order, one by one: gfortran would put a temporary of all on the stack.
+   !> Reorder the columns of a matrix, one by one, because gfortran would put a temporary of the whole matrix on the
+   !> stack.
    pure subroutine order_columns(matrix, order)
       real(wp), allocatable, intent(inout) :: matrix(:, :)
-      !> Where each of the new columns stands
+      !> Index in the old matrix of each new column
       integer, intent(in) :: order(:)
 
       real(wp), allocatable :: ordered(:, :)
