@@ -17,8 +17,8 @@ module contact_impulses
    private
    public :: capture_t, solve_impact, bring_to_rest, arrest
 
-   !> Capture at a rigid contact, which closes without a further rebound: velocity of the stop point before, impulse, and
-   !> change of energy.
+   !> Capture at a rigid contact, which closes without a further rebound: velocity of the stop point before, impulse,
+   !> and change of energy.
    type :: capture_t
       !> The stop point is brought to rest
       logical :: is_in = .false.

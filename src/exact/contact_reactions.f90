@@ -27,9 +27,9 @@ contains
    !> Find the reactions of rigid contacts with zero gap and zero velocity, from the complementarity of reactions and
    !> gap accelerations.
    subroutine find_reactions(self, place, motion)
-      !> Holds the loads at the instant; `reactions` is set
+      !> Contains the loads at the instant; `reactions` is set
       type(phase_state_t), intent(inout) :: self
-      !> Indices of these rigid contacts
+      !> Indices of the rigid contacts
       integer, intent(in) :: place(:)
       type(motion_t), intent(in) :: motion
 

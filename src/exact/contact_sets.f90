@@ -149,7 +149,7 @@ contains
          (beam%has_own_rates .eqv. old%has_own_rates)
    end function has_same_damping
 
-   !> Is damping not purely stiffness-proportional? It may then change the order of the modes, and a rigid contact may
+   !> Is damping not purely stiffness-proportional? Damping may then change the order of the modes, and a rigid contact may
    !> have to apply a force instead of being a constraint.
    pure function has_mass_damping(beam) result(answer)
       type(free_beam_t), intent(in) :: beam
@@ -326,8 +326,8 @@ contains
       end associate
    end subroutine find_equilibrium
 
-   !> Response of the set's modes to a unit force at contact k, divided by the divisor of each mode, [modes] (1: velocity
-   !> change by a unit impulse, W^2: static displacement). Rigid contacts in `compliant` do not move.
+   !> Response of the set's modes to a unit force at contact k, divided by the divisor of each mode, [modes] (1:
+   !> velocity after a unit impulse, W^2: static displacement). Rigid contacts in `compliant` do not move.
    pure function moved_by(set, k, divisor) result(shape)
       type(contact_set_t), intent(in) :: set
       integer, intent(in) :: k

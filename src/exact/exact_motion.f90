@@ -92,7 +92,7 @@ contains
    !> Choose the modes of a run: the smallest number that a comparison with a larger number shows to suffice.
    !>
    !> A reduced set holds some of the lowest modes and residual modes, which give stops and loads the full static
-   !> flexibility of the beam. It neglects only the inertia of the other modes. The effect of that is not known before
+   !> flexibility of the beam. Only the inertia of the other modes is neglected. The effect of this is not known before
    !> the run, so the motion with few modes is compared with the motion with more modes. If both agree well within the
    !> accuracy, the smaller number is used. If trials would cost more than they can save, or never agree, all modes are
    !> used.
@@ -106,7 +106,7 @@ contains
       !> On entry the number of lowest modes of the run that is continued, else `unknown`; on return the number chosen,
       !> 0: all
       integer, intent(inout) :: lowest
-      !> Number of modes, and how it was found
+      !> Number of modes, and how the number was found
       type(mode_check_t), intent(out) :: check
       !> Set if the modes cannot be found
       type(failure_t), allocatable, intent(out) :: error
@@ -256,7 +256,7 @@ contains
       end do
    end subroutine try_modes
 
-   !> Run with the first `kept` modes.
+   !> Run with the first `mode_count` modes.
    subroutine run_in_modes(model, modes, mode_count, settings, sets, response, error, carried)
       type(beam_model_t), intent(in) :: model
       !> Modes of the free beam, shared with other runs

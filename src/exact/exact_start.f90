@@ -45,21 +45,21 @@ contains
       !> Contact sets cached by this run and earlier ones
       type(set_store_t), target, intent(inout) :: sets
       type(contact_phase_t), intent(inout) :: phase
-      !> Its recorder is ready; receives the initial state
+      !> Motion with an open recorder; receives the initial state
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
       !> Set if the initial state penetrates a contact
       type(failure_t), allocatable, intent(out) :: error
 
       type(contact_t), allocatable :: contacts(:)
-      real(wp), allocatable :: rest(:)
+      real(wp), allocatable :: static_force(:)
       logical, allocatable :: is_active(:)
-      real(wp) :: rest_energy
+      real(wp) :: static_energy
       integer :: k
 
       allocate (contacts, source=contacts_of(settings))
       allocate (is_active, source=active_contacts(contacts, model%stop_dofs(contacts%stop)))
-      allocate (rest(size(contacts)))
+      allocate (static_force(size(contacts)))
       associate (beam => phase%now%beam, now => phase%now)
          now%release_contact = findloc(contacts%is_release_contact, .true., dim=1)
          call make_beam(model, modes, settings, contacts, beam)
@@ -73,10 +73,10 @@ contains
             if (modes%node_flexibility > 0.0_wp) call put_node_before(now%states(k), modes%node_flexibility, &
                beam%oscillators%two_zeta)
          end do
-         rest = 0.0_wp
-         rest_energy = no_rest
-         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_equilibrium(now, is_active, rest, &
-            rest_energy)
+         static_force = 0.0_wp
+         static_energy = no_rest
+         if (.not. (now%loads%count > 0 .or. is_mechanism(model))) call find_equilibrium(now, is_active, static_force, &
+            static_energy)
          if (is_continued(phase)) then
             allocate (motion%q, source=phase%carried%q)
             allocate (motion%v, source=phase%carried%v)
@@ -91,7 +91,7 @@ contains
             + sum([(energy_in(now%states(k)), k=1, size(contacts))])
          call open_measures(size(contacts), now%release_contact, settings%output%measures, settings%output%most_peaks, &
             motion%observers%measures)
-         call open_accumulator(.false., response%initial_energy, 0.0_wp, rest_energy, settings%height_ratio, &
+         call open_accumulator(.false., response%initial_energy, 0.0_wp, static_energy, settings%height_ratio, &
             motion%observers%measures%of(0)%accumulator)
          do k = 1, size(contacts)
             if (now%states(k)%is_node) call release_node(gap_to_undeformed(now, k, motion%q), now%states(k), &
@@ -101,8 +101,8 @@ contains
                *sqrt(2.0_wp*response%initial_energy*(sum(beam%value(:, k)**2/beam%oscillators%square) &
                + node_flexibility(now%states(k)))))
             call open_contact_record(contacts(k), settings%output, samples + 1, phase%records(k))
-            call open_accumulator(.not. of_rigid_stop(now%states(k)), response%initial_energy, rest(k), rest_energy, &
-               settings%height_ratio, motion%observers%measures%of(k)%accumulator)
+            call open_accumulator(.not. of_rigid_stop(now%states(k)), response%initial_energy, static_force(k), &
+               static_energy, settings%height_ratio, motion%observers%measures%of(k)%accumulator)
          end do
          call open_store(now, sets)
          phase%force_scale = settings%height_ratio

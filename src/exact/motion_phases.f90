@@ -137,7 +137,7 @@ contains
       type(response_settings_t), intent(in) :: settings
       !> Number of consecutive phases of length zero
       integer, intent(inout) :: standstill
-      !> Its error is set if the run cannot continue
+      !> Component `error` is set if the run cannot continue
       type(motion_t), intent(inout) :: motion
       type(response_t), intent(inout) :: response
       !> The run ends with this phase
@@ -166,7 +166,7 @@ contains
 
    !> Report an error if there are too many events, or events without progress in time.
    subroutine check_events(events, limit, standstill, tau, error)
-      !> Number of events so far, and its maximum
+      !> Number of events so far, and maximum number
       integer, intent(in) :: events
       integer, intent(in) :: limit
       !> Number of consecutive phases of length zero

@@ -107,7 +107,7 @@ contains
       state = row%factor*state + [row%offset, 0.0_wp]
    end function evaluate
 
-   !> Upper bound of the magnitude of a gap. For an open contact it follows from the search for the end of the phase,
+   !> Upper bound of the magnitude of a gap. For an open contact, the bound follows from the search for the end of the phase,
    !> because a relaxing contact is indented no deeper than at its start. For a closed contact it follows from the
    !> amplitudes of the terms, which do not grow.
    pure function reach(self, k)

@@ -73,7 +73,7 @@ contains
       type(contact_state_t), allocatable, intent(in) :: at_start(:)
       real(wp), intent(in) :: start_energy
       real(wp), intent(in) :: time
-      !> State z, v of the constrained modes and its homogeneous part, [modes, 4]
+      !> State z, v of the constrained modes, and homogeneous part of z, v (without the load response), [modes, 4]
       real(wp), intent(in) :: state(:, :)
       !> Values of the terms exp(s t) if a compliant contact is closed, [terms]
       complex(wp), intent(in) :: term(:)

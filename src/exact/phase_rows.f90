@@ -15,7 +15,7 @@ module phase_rows
    private
    public :: can_search_rows, search_contacts, is_on_path, signal_of_row
 
-   !> Half the difference of the two exponents of a mode, as a share of its frequency, below which their amplitudes
+   !> Half the difference of the two exponents of a mode, relative to the modal frequency, below which the amplitudes
    !> become too large.
    real(wp), parameter :: min_spread = 0.02_wp
    !> Range of |s|, in units of the first natural frequency, in which the powers of s are representable.

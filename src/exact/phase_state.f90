@@ -77,7 +77,7 @@ contains
 
    !> Prepare the store of contact sets for the contacts of a run.
    subroutine open_store(self, store)
-      !> Its beam and contact states are set
+      !> Beam and contact states are already set
       type(phase_state_t), intent(inout) :: self
       type(set_store_t), target, intent(inout) :: store
 

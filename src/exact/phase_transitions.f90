@@ -143,7 +143,7 @@ contains
       call settle_touched(self, motion, response)
    end subroutine begin_contacts_at_start
 
-   !> The gap of a compliant contact has closed.
+   !> Close a compliant contact whose gap has fallen to zero.
    subroutine close_compliant(self, k, search, motion, response)
       type(phase_state_t), intent(inout) :: self
       integer, intent(in) :: k
@@ -158,7 +158,7 @@ contains
       if (search%outcome == found_never_left .and. .not. self%states(k)%is_node) then
          if (self%loads%count > 0) call find_load(self, motion%tau)
          associate (state => self%states(k))
-            ! flight too low to resolve: a stop point faster than the relaxing contact gets the velocity of the contact
+            ! after a flight too low to resolve, a stop point faster than the relaxing surface gets the surface velocity
             surface_speed = 0.0_wp
             if (.not. state%relaxes) surface_speed = state%spring%surface_rate*state%depth
             if (.not. abs(velocity_of(self, k, motion)) < surface_speed) then

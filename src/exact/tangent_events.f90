@@ -20,7 +20,7 @@ contains
 
    !> Start of a phase: shift each column from its own instant of the last event to the common instant.
    subroutine begin_columns(now, tangent)
-      !> Its phase has started
+      !> State of the phase, which has started
       type(phase_state_t), intent(in) :: now
       type(tangent_t), intent(inout) :: tangent
 
